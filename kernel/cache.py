@@ -9,8 +9,6 @@ All that is kept is bounded: who has written much looks, and lets go of what nob
 processes read, write and let go at once: a file that is read stays readable, a folder in use is locked and stays.
 """
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import math

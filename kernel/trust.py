@@ -7,8 +7,6 @@ as theirs.  A trusted folder says nothing of the packages installed below it.  W
 processes of its run through the environment.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib.util
 import json

@@ -5,8 +5,6 @@ later, with the date behind it where files were changed.  It is read when heavyl
 place (`pip install -e`) keeps that of its day.
 """
 
-from __future__ import annotations
-
 from importlib import metadata
 
 __version__ = metadata.version("heavylift")

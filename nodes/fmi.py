@@ -12,8 +12,6 @@ A unit is machine code: it runs only from a folder that the user has trusted (`h
 Standards: FMI 2.0.4 and 3.0.1, Modelica Association.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

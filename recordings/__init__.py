@@ -35,39 +35,15 @@ if TYPE_CHECKING:
     from heavylift.recordings.render.plot import plot
     from heavylift.recordings.render.storyboard import storyboard
     from heavylift.recordings.render.view import view
+    from heavylift.recordings.write.broadcast import Spectator
     from heavylift.recordings.write.outputs import file_path
     from heavylift.recordings.write.rows import Peak
-    from heavylift.recordings.write.spectator import Spectator
     from heavylift.recordings.write.writer import Recorder
 
 __all__ = [
-    "Box",
-    "Difference",
-    "Digest",
-    "FileChannel",
-    "Peak",
-    "RecordedEvent",
-    "RecordedPart",
-    "Recorder",
-    "Recording",
-    "RecordingComparison",
-    "Recovered",
-    "RopeLine",
-    "SampleChannel",
-    "SampleLayout",
-    "Signal",
-    "Spectator",
-    "compare",
-    "curves",
-    "export",
-    "file_path",
-    "info",
-    "info_data",
-    "overlay",
-    "plot",
-    "recover",
-    "report",
-    "storyboard",
+    "Box", "Difference", "Digest", "FileChannel", "Peak", "RecordedEvent", "RecordedPart", "Recorder", "Recording",
+    "RecordingComparison", "Recovered", "RopeLine", "SampleChannel", "SampleLayout", "Signal", "Spectator", "compare",
+    "curves", "export", "file_path", "info", "info_data", "overlay", "plot", "recover", "report", "storyboard",
     "view",
 ]  # fmt: skip
 _NAMES: dict[str, tuple[str, ...]] = {
@@ -88,9 +64,9 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "render.storyboard": ("storyboard",),
     "render.view": ("view",),
     "documents": ("report",),
+    "write.broadcast": ("Spectator",),
     "write.outputs": ("file_path",),
     "write.rows": ("Peak",),
-    "write.spectator": ("Spectator",),
     "write.writer": ("Recorder",),
 }
 __getattr__ = on_demand(__name__, {name: f".{module}" for module, names in _NAMES.items() for name in names})

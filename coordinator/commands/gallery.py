@@ -4,8 +4,6 @@ What is said of a scene is its own first comment, and how it is drawn a line the
 'rope/tension/*'`; without one the lift itself is drawn.  So a folder of a user's scenes becomes a page as well.
 """
 
-from __future__ import annotations
-
 import shlex
 import tempfile
 from collections.abc import Iterable

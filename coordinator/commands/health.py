@@ -4,8 +4,6 @@ The run is the real thing: processes, Zenoh sessions over a private socket, equa
 recording that is read again.  What is only needed by some commands is `missing`, never `broken`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import platform
@@ -14,7 +12,7 @@ import tempfile
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import typer
 from heavylift.coordinator.commands.common import options as o
@@ -22,9 +20,6 @@ from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.kernel.version import __version__
 from packaging.requirements import Requirement
-
-if TYPE_CHECKING:
-    pass
 
 EXTRAS = {  # what some commands need, and what for
     "cryptography": "certificates of runs over several hosts: pip install 'heavylift[hosts]'",

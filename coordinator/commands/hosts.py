@@ -1,7 +1,5 @@
 """Commands of runs over several hosts: node, certificates."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterable
@@ -19,7 +17,7 @@ if TYPE_CHECKING:
 
 def open_door(
     remote: frozenset[str], listen: str, keys: Path, in_process: bool, external: Iterable[str] = ()
-) -> RemoteListener | None:
+) -> "RemoteListener | None":
     """The door of a run with remote processes; None where there are none."""
     from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
     from heavylift.coordinator.hosts.listener import RemoteListener

@@ -1,7 +1,5 @@
 """`heavylift measured`, `heavylift sensitivities`: a real lift beside its run; what uncertain inputs do to a run."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Annotated

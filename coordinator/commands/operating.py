@@ -1,7 +1,5 @@
 """Commands to a run in progress: watch, pause, step, continue, command, stop."""
 
-from __future__ import annotations
-
 import json
 from typing import Annotated
 
@@ -28,7 +26,7 @@ def watch(
     from fnmatch import fnmatchcase
 
     from heavylift.coordinator.live import find, observe
-    from heavylift.coordinator.live.line import Lines
+    from heavylift.coordinator.live.observers import Lines
     from heavylift.kernel.description.findings import clock
 
     found = find(run)
@@ -103,7 +101,7 @@ def command(
     as_json: o.Json = False,
 ) -> None:
     """Give an order and tell what becomes of it.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
-    from heavylift.coordinator.live.orders import PATIENCE_s
+    from heavylift.coordinator.live.announce import PATIENCE_s
 
     patience = o.duration_s("--wait", wait)
     _order(run, "command", as_json, patience or PATIENCE_s, text=words, wait=patience > 0.0)
@@ -117,7 +115,7 @@ def stop(run: o.Run = "", as_json: o.Json = False) -> None:
 
 def _order(run: str, do: str, as_json: bool, patience: float | None = None, **told: object) -> None:
     """Send an order; print what the run answers, a refusal as the sentence with which the command ends."""
-    from heavylift.coordinator.live.orders import Order, PATIENCE_s, ask
+    from heavylift.coordinator.live.announce import Order, PATIENCE_s, ask
 
     what = msgspec.convert({"do": do, **told}, Order)
     answer = ask(run, what, patience or PATIENCE_s, lambda said: typer.echo(said, err=True))

@@ -1,7 +1,5 @@
 """Models of your own: `heavylift devs` runs any DEVS model, `heavylift trust` lets Python code of a folder run."""
 
-from __future__ import annotations
-
 import os
 import sys
 from importlib.machinery import PathFinder
@@ -104,7 +102,7 @@ def devs(
         typer.echo(f"wrote {run.recording}")
 
 
-def _replications(found: Replications, as_json: bool) -> str:
+def _replications(found: "Replications", as_json: bool) -> str:
     """Estimates with the numbers they are made of, or as a table."""
     from heavylift.recordings.format.text import table
 

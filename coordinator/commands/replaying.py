@@ -97,7 +97,7 @@ def _publish(
     topics: list[str],
     view: bool,
 ) -> None:
-    from heavylift.coordinator.live.keyboard import Keyboard
+    from heavylift.coordinator.live.keys import Keyboard
     from heavylift.coordinator.replay import Player, PublishedItem, Publisher, Replay
     from heavylift.coordinator.replay.replay_page import ReplayPage
     from heavylift.coordinator.run.progress import command

@@ -77,7 +77,7 @@ def run(
     crew = None if here else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
         from heavylift.coordinator.ladder.choosing import chosen, decided
-        from heavylift.coordinator.live.keyboard import Keyboard
+        from heavylift.coordinator.live.keys import Keyboard
         from heavylift.coordinator.live.pace import RealTime
         from heavylift.coordinator.run import run as simulate
         from heavylift.coordinator.run.progress import Progress, summary
@@ -244,7 +244,7 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
     import os
     import webbrowser
 
-    from heavylift.recordings.render.live import LivePage
+    from heavylift.recordings.render.server import LivePage
 
     with LivePage() as page:
         typer.echo(f"watch it at {page.url}", err=True)
@@ -263,8 +263,7 @@ def viewers(name: str, wanted: bool, hz: float, page: Spectator | None) -> Itera
         return
     from heavylift.recordings import Spectator
     from heavylift.recordings.render.foxglove import FoxgloveServer
-    from heavylift.recordings.write.broadcast import Broadcast
-    from heavylift.recordings.write.spectator import Spectators
+    from heavylift.recordings.write.broadcast import Broadcast, Spectators
 
     with FoxgloveServer(name) as server:
         typer.echo(f"Foxglove and Lichtblick connect to {server.url}", err=True)

@@ -1,7 +1,5 @@
 """Commands about a scene that is not run: check, tree, equations, statics, modes, tradeoff, types, new, gallery, ..."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Annotated

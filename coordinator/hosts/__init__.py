@@ -1,7 +1,7 @@
 """How processes on other hosts take part in a run.
 
-listener, join_handshake          where others may connect, and who may join
-certificates, x509  by which both sides know each other
+listener                          where others may connect, and who may join
+certificates        by which both sides know each other
 remote_node         the process at the other end
 
 Which process hosts which nodes stands in `transport.placement`; HOSTS.md tells it all step by step.

@@ -6,26 +6,144 @@ extendedKeyUsage serverAuth and clientAuth: both ends of a connection show a cer
 
     yard.pem yard.key    coordinator.pem coordinator.key    NAME.pem NAME.key    keys for their owner only (0600)
 A process on another host needs three of them: yard.pem, NAME.pem, NAME.key.
+
+Signs and reads certificates by the package `cryptography`, which is imported when the first one is looked at.
 """
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from heavylift.coordinator.transport.keys import check_names
+from heavylift.coordinator.transport.frame import check_names
 from heavylift.kernel.errors import ProtocolError
-
-from .x509 import library
 
 if TYPE_CHECKING:
     from cryptography import x509
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
+
+
+def library() -> CertificateLibrary:
+    """The library, or the sentence that says how to get it."""
+    try:
+        return CertificateLibrary()
+    except ImportError:
+        raise ProtocolError(
+            "runs over several hosts need the package 'cryptography': pip install 'heavylift[hosts]'"
+        ) from None
+
+
+class CertificateLibrary:
+    """What we use of the package `cryptography`, which is imported when the first certificate is looked at."""
+
+    def __init__(self) -> None:
+        from cryptography import x509
+        from cryptography.exceptions import InvalidSignature
+        from cryptography.hazmat.primitives import hashes, serialization
+        from cryptography.hazmat.primitives.asymmetric import ec
+        from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+        self.x509, self.ec, self.hashes, self.forms = x509, ec, hashes, serialization
+        self.names, self.uses = NameOID, ExtendedKeyUsageOID
+        self.invalid = (InvalidSignature, ValueError, TypeError)
+
+    def x509_of(self, path: Path) -> x509.Certificate:
+        """The certificate of a file."""
+        try:
+            return self.x509.load_pem_x509_certificate(path.read_bytes())
+        except (OSError, ValueError):
+            raise ProtocolError(f"{path} is no certificate that can be read") from None
+
+    def key_of(self, path: Path) -> EllipticCurvePrivateKey:
+        """The private key of a file."""
+        try:
+            key = self.forms.load_pem_private_key(path.read_bytes(), None)
+        except (OSError, ValueError, TypeError):
+            key = None
+        if not isinstance(key, self.ec.EllipticCurvePrivateKey):
+            raise ProtocolError(f"{path} is no private key of this yard that can be read")
+        return key
+
+    def common_name(self, certificate: x509.Certificate) -> str:
+        """Whom a certificate names."""
+        names = certificate.subject.get_attributes_for_oid(self.names.COMMON_NAME)
+        return str(names[0].value) if names else ""
+
+    def signed(self, certificate: x509.Certificate, by: x509.Certificate) -> bool:
+        """Whether one certificate was signed by the other's key."""
+        try:
+            certificate.verify_directly_issued_by(by)
+        except self.invalid:
+            return False
+        return True
+
+    def pems(self, certificate: x509.Certificate, key: EllipticCurvePrivateKey) -> tuple[bytes, bytes]:
+        """Certificate and key as they stand in files."""
+        pem, plain = self.forms.Encoding.PEM, self.forms.NoEncryption()
+        return certificate.public_bytes(pem), key.private_bytes(pem, self.forms.PrivateFormat.PKCS8, plain)
+
+    def authority(self, name: str, days: float) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
+        """A certificate that may sign others, signed by itself."""
+        key = self.ec.generate_private_key(self.ec.SECP256R1())
+        begun = self._begin(name, name, key, days).add_extension(self.x509.BasicConstraints(True, 0), critical=True)
+        usage = dict.fromkeys(
+            (
+                "digital_signature",
+                "content_commitment",
+                "key_encipherment",
+                "data_encipherment",
+                "key_agreement",
+                "encipher_only",
+                "decipher_only",
+            ),
+            False,
+        )
+        begun = begun.add_extension(self.x509.KeyUsage(key_cert_sign=True, crl_sign=True, **usage), critical=True)
+        known_by = self.x509.SubjectKeyIdentifier.from_public_key(key.public_key())
+        return begun.add_extension(known_by, critical=False).sign(key, self.hashes.SHA256()), key
+
+    def leaf(
+        self, name: str, hosts: Sequence[str], days: float, signer: tuple[x509.Certificate, EllipticCurvePrivateKey]
+    ) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
+        """A certificate for one end of a connection, reached under these hosts."""
+        authority, signing = signer
+        key = self.ec.generate_private_key(self.ec.SECP256R1())
+        use = self.uses
+        begun = self._begin(name, self.common_name(authority), key, days)
+        begun = begun.add_extension(self.x509.BasicConstraints(False, None), critical=True)
+        begun = begun.add_extension(self.x509.SubjectAlternativeName([self._host(h) for h in hosts]), critical=False)
+        begun = begun.add_extension(self.x509.ExtendedKeyUsage([use.SERVER_AUTH, use.CLIENT_AUTH]), critical=False)
+        made_by = self.x509.AuthorityKeyIdentifier.from_issuer_public_key(signing.public_key())
+        return begun.add_extension(made_by, critical=False).sign(signing, self.hashes.SHA256()), key
+
+    def _begin(self, name: str, issuer: str, key: EllipticCurvePrivateKey, days: float) -> x509.CertificateBuilder:
+        def called(word: str) -> x509.Name:
+            name: x509.Name = self.x509.Name([self.x509.NameAttribute(self.names.COMMON_NAME, word)])
+            return name
+
+        now = datetime.now(UTC)
+        return (
+            self.x509.CertificateBuilder()
+            .subject_name(called(name))
+            .issuer_name(called(issuer))
+            .public_key(key.public_key())
+            .serial_number(self.x509.random_serial_number())
+            .not_valid_before(now - timedelta(hours=1))  # clocks of hosts differ
+            .not_valid_after(now + timedelta(days=days))
+        )
+
+    def _host(self, host: str) -> x509.GeneralName:
+        try:
+            return self.x509.IPAddress(ipaddress.ip_address(host))
+        except ValueError:
+            return self.x509.DNSName(host)
+
 
 AUTHORITY, COORDINATOR = "yard", "coordinator"
 HERE = ("localhost", "127.0.0.1", "::1")

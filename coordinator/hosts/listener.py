@@ -1,23 +1,170 @@
-"""The door of a run for processes on other hosts: an encrypted address where both sides show certificates.
+"""Where processes of other hosts connect to a run, by tls with certificates on both sides, and who of them may join.
 
-A run without remote processes has no door. The coordinator opens one only where `--listen` says, and only
-for `tls`: plain tcp would let anybody on the network take part and read along.
+    process -> coordinator   ASK at join/NAME            its name, version and code, its host, what it insists on
+    coordinator -> process   ANSWER                      the run, or the sentence that says why not
+    process -> coordinator   ASK at RUN/enter/NAME       only a certificate of this name gets here (transport)
+    coordinator -> process   ANSWER                      a ticket, or the sentence that says why not
+
+To ask changes nothing, so nobody shuts another one out by its name.  What a process may write and hear is decided by
+the name in its certificate as well.  Refusals are told at both sides; what a stranger says of itself is escaped.
 """
 
-from __future__ import annotations
-
+import hashlib
+import math
 import re
 import socket
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from threading import Lock
 from typing import Self
 
+import msgspec
 import zenoh
+from heavylift.coordinator.transport.frame import JOIN, key
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport.link import JOIN_s
+from heavylift.coordinator.transport.session import Ticket
+from heavylift.kernel.cache import contents
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, printable
+from heavylift.kernel.version import __version__, install
+from zenoh.handlers import Callback
 
 from .certificates import Credentials
-from .join_handshake import JoinHandshake
+
+SHOWN = 64  # characters of what a stranger says of itself
+REFUSALS = 100  # that are told
+
+
+ROOMS = ("kernel", "nodes", "coordinator", "recordings")
+
+
+@cache
+def code() -> str:
+    """A fingerprint of all of heavylift that this process may run: versions are told at installation, code changes."""
+    rooms = Path(__file__).parent.parent.parent
+    return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
+
+
+class JoinRequest(msgspec.Struct, frozen=True):
+    """A process on another host wants to join; an empty `run` or `scene` insists on nothing.  Any version can read it
+    of any other: fields come, with a default, and never go."""
+
+    process: str
+    version: str
+    host: str
+    run: str = ""
+    scene: str = ""
+    code: str = ""
+
+
+class JoinReply(msgspec.Struct, frozen=True):
+    """The run to enter, or a ticket without a password, or why there is none."""
+
+    ticket: Ticket | None
+    refusal: str = ""
+    run: str = ""
+
+
+class JoinHandshake:
+    """Answers those who ask to join; `expects` the scene of this fingerprint, `say`s what it does."""
+
+    def __init__(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> None:
+        self.hosts: dict[str, str] = {}
+        """Remote process -> the host from which it has joined."""
+        self._hub, self._session, self._scene, self._say = hub, session, scene, say
+        self._entered: dict[str, float] = {}
+        self._told: set[str] = set()
+        self._lock = Lock()
+        doors = (key(JOIN, "*"), self._ask), (key(hub.run, "enter", "*"), self._enter)
+        self._queryables = [session.declare_queryable(at, Callback(reply)) for at, reply in doors]
+
+    def _ask(self, query: zenoh.Query) -> None:
+        """Somebody with a certificate of this yard asks whether a process may join."""
+        asked = self._read(query)
+        if asked is not None:
+            why = self.refusal(asked) or self._impostor(asked.process)
+            self._answer(query, asked, JoinReply(None, why, "" if why else self._hub.run))
+
+    def _enter(self, query: zenoh.Query) -> None:
+        """A process with a certificate of this name joins."""
+        asked = self._read(query)
+        if asked is None:
+            return
+        named = str(query.key_expr).rpartition("/")[2]
+        with self._lock:
+            why = self.refusal(asked) if asked.process == named else f"its certificate was made for '{named}'"
+            if not why:
+                self.hosts[named], self._entered[named] = printable(asked.host, SHOWN), time.monotonic()
+        self._answer(query, asked, JoinReply(None, why) if why else JoinReply(self._hub.ticket(named)))
+
+    def _read(self, query: zenoh.Query) -> JoinRequest | None:
+        try:
+            return msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=JoinRequest)
+        except UNREADABLE:
+            self._tell("somebody with a certificate of this yard asked to join in words of another program")
+            told = f"it asks in words that heavylift {__version__} does not know; {install(__version__)} there"
+            query.reply(query.key_expr, msgspec.msgpack.encode(JoinReply(None, told)))
+            return None
+
+    def _answer(self, query: zenoh.Query, asked: JoinRequest, answer: JoinReply) -> None:
+        told = f"process {printable(asked.process, SHOWN)} on host {printable(asked.host, SHOWN)}"
+        if answer.ticket is not None:
+            self._say(f"{told} has joined")
+        elif answer.refusal:
+            self._tell(f"refused {told}: {answer.refusal}")
+        query.reply(query.key_expr, msgspec.msgpack.encode(answer))
+
+    def _tell(self, refusal: str) -> None:
+        """Each refusal once, and not more of them than anybody reads."""
+        with self._lock:
+            new = refusal not in self._told and len(self._told) <= REFUSALS
+            if new:
+                self._told.add(refusal)
+                last = len(self._told) > REFUSALS
+        if new:
+            self._say("more refusals are not told" if last else refusal)
+
+    def _impostor(self, name: str) -> str:
+        """Why who asks cannot be this process: nobody is connected whose certificate bears its name; or ""."""
+        if any(link.auth_identifier == name for link in self._session.info.links()):
+            return ""
+        return f"its certificate was not made for '{name}'"
+
+    def refusal(self, asked: JoinRequest) -> str:
+        """Why a process may not join; "" if the run waits for it."""
+        hub, name = self._hub, asked.process
+        remote = hub.placement.remote
+        if asked.version != __version__:
+            other = printable(asked.version, SHOWN)
+            return f"it runs heavylift {other}, the coordinator {__version__}; {install(__version__)} on all hosts"
+        if asked.code != code():
+            same = f"it runs heavylift {__version__} as the coordinator does, but files of one of them were changed"
+            return f"{same}; {install(__version__)} anew on both hosts"
+        if asked.run not in ("", hub.run):
+            return f"it insists on run {printable(asked.run, SHOWN)}, but this is run {hub.run}"
+        if asked.scene not in ("", self._scene):
+            return "its scene is not the one that is run; give both hosts the same file and the same settings"
+        awaited = ", ".join(sorted(remote))
+        if name not in hub.placement.processes:
+            return f"this run has no process '{printable(name, SHOWN)}'; it waits for {awaited}"
+        if name not in remote:
+            return f"process '{name}' runs on the coordinator's host; those of other hosts are {awaited}"
+        if self._taken(name):
+            return f"process '{name}' is there already, on host {self.hosts[name]}"
+        return ""
+
+    def free(self, process: str) -> None:
+        """Who has joined as this process is lost: another one may."""
+        self._entered.pop(process, None)
+
+    def _taken(self, process: str) -> bool:
+        """Whether somebody has joined as this process, or has just been given a ticket."""
+        recently = time.monotonic() - self._entered.get(process, -math.inf) < JOIN_s
+        return recently or self._hub.joined(process)
+
 
 ALL = ("0.0.0.0", "[::]")  # all interfaces of a host
 

@@ -1,7 +1,5 @@
 """A process of a run on another host: connect, ask to join, answer until the run is over or the coordinator is gone."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket
@@ -13,7 +11,7 @@ from collections.abc import Callable
 import msgspec
 import zenoh
 from heavylift.coordinator.participants.node_process import serve
-from heavylift.coordinator.transport.keys import HUB, JOIN, key
+from heavylift.coordinator.transport.frame import HUB, JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s, NodeLink
 from heavylift.coordinator.transport.session import Ticket, remote_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError, printable
@@ -21,8 +19,7 @@ from heavylift.kernel.version import __version__
 from heavylift.nodes.models import KERNEL
 from zenoh.handlers import FifoChannel
 
-from .join_handshake import JoinReply, JoinRequest, code
-from .listener import RemoteListener
+from .listener import JoinReply, JoinRequest, RemoteListener, code
 
 LOST = 86  # exit code of a process that has lost its coordinator
 KNOCK_s = 0.5  # in which a coordinator refuses a certificate

@@ -17,7 +17,7 @@ from random import Random
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import TimedCommand, command
+from heavylift.coordinator.live.command_queue import TimedCommand, command
 from heavylift.coordinator.participants.configuration import PATIENCE_ns, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.mechanics_at import configured
@@ -33,7 +33,7 @@ from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.islands.dense_output import Looks
-from heavylift.kernel.simulation.command_target import OwnRows
+from heavylift.kernel.simulation.commands import OwnRows
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
 from heavylift.nodes.limits.checks import Errors
@@ -41,7 +41,7 @@ from heavylift.nodes.models import COMMANDER, KERNEL, build, driving, goes_on
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
-from heavylift.recordings.format.columns import Columns
+from heavylift.recordings.format.samples import Columns
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray

@@ -8,39 +8,21 @@
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
 and for an operator's orders stands in LIVE.md.
 
-publishing                          samples on the bus, for programs that draw them
-announce, observers, observe, line   how a run is found, what observers are shown, as a line for people
-orders, commands, command_queue     an operator's orders, and where a run takes them
-keyboard, keys, pace, run_control   keys of the terminal; how fast a run goes, and when it may go on
-show                                a run can be found and watched
+announce, observers                  how a run is found and given orders; what observers are shown, as a line for people
+command_queue                        an operator's orders, and where a run takes them
+keys, pace                           keys of the terminal; how fast a run goes, and when it may go on
 """
 
 from heavylift.kernel.on_demand import face
 
-from .announce import AnnouncedRun, Notice, find, running
-from .commands import TimedCommand, operator_commands
-from .observe import Observer, observe
-from .observers import Audience, Ended
-from .orders import Order, order
+from .announce import AnnouncedRun, Notice, Order, find, order, running
+from .command_queue import TimedCommand, operator_commands
+from .observers import Audience, Ended, Observer, observe, shown
 from .pace import Pace, RealTime
-from .show import shown
 
 __all__ = [
-    "AnnouncedRun",
-    "Audience",
-    "Ended",
-    "Notice",
-    "Observer",
-    "Order",
-    "Pace",
-    "RealTime",
-    "TimedCommand",
-    "find",
-    "observe",
-    "operator_commands",
-    "order",
-    "running",
-    "shown",
+    "AnnouncedRun", "Audience", "Ended", "Notice", "Observer", "Order", "Pace", "RealTime", "TimedCommand", "find",
+    "observe", "operator_commands", "order", "running", "shown",
 ]  # fmt: skip
 
 face(__name__)

@@ -2,22 +2,30 @@
 
 The directory belongs to the user and nobody else may enter it, so only its owner finds a run.  The lock tells a run
 that goes on from what a killed one has left, without trust in process numbers.
-"""
 
-from __future__ import annotations
+What an operator asks of a run, and what the run answers: one query on its control key and its replies.
+
+A command that waits for a paused run hears of that at once, and of the commander's answer when the run goes on; every
+other order has one reply.
+"""
 
 import fcntl
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
+import zenoh
+from heavylift.coordinator.transport.frame import OPERATOR, key
 from heavylift.coordinator.transport.run_directory import places
+from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError, path_text
-from heavylift.kernel.version import __version__
+from heavylift.kernel.version import __version__, install
+from heavylift.nodes.devs import NEVER
 
 NAME = "run.json"
 
@@ -47,36 +55,21 @@ class AnnouncedRun(NamedTuple):
         return _locked(self.directory / NAME)
 
 
-class Announcement:
-    """Makes a run findable as long as it is open."""
-
-    def __init__(
-        self,
-        directory: Path,
-        run: str,
-        scene: str,
-        recording: Path | None,
-        units: Mapping[str, Mapping[str, str]],
-        angles: tuple[str, ...],
-    ) -> None:
-        plain = {name: dict(fields) for name, fields in units.items()}
-        given = path_text(recording.absolute()) if recording else ""
-        notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
-        fresh = directory / (NAME + ".new")
-        self._file = FileIO(fresh, "w", opener=lambda name, flags: os.open(name, flags, 0o600))
-        fcntl.flock(self._file, fcntl.LOCK_EX)
-        self._file.write(msgspec.json.encode(notice))
+@contextmanager
+def announced(
+    directory: Path, run: str, scene: str, recording: Path | None, units: Mapping[str, Mapping[str, str]],
+    angles: tuple[str, ...],
+) -> Iterator[None]:  # fmt: skip
+    """Make a run findable as long as this is open."""
+    plain = {name: dict(fields) for name, fields in units.items()}
+    given = path_text(recording.absolute()) if recording else ""
+    notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
+    fresh = directory / (NAME + ".new")
+    with FileIO(fresh, "w", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        file.write(msgspec.json.encode(notice))
         os.replace(fresh, directory / NAME)  # whole and locked from the first look on
-
-    def close(self) -> None:
-        """The run is over."""
-        self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        yield
 
 
 def running() -> list[AnnouncedRun]:
@@ -136,3 +129,72 @@ def _locked(path: Path) -> bool:
 def _list(runs: list[AnnouncedRun]) -> str:
     lines = (f"\n    {found.notice.run}  {found.notice.recording or found.notice.scene}" for found in runs)
     return "".join([":", *lines]) if runs else ""
+
+
+PATIENCE_s = 30.0  # for the last reply: a command waits for the time at which it can be given
+STEP_s = 86400.0  # the same for a step, which takes as long as it takes
+
+
+class Order(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Pause, continue, stop; step `by_ns` [ns] or (None) to the next event; give a command; go `factor` times as fast.
+
+    `wait`: while the run is paused a command waits for its answer; otherwise it is told when it will take effect.
+    """
+
+    do: Literal["pause", "continue", "stop", "step", "command", "rate"]
+    by_ns: Annotated[int, msgspec.Meta(gt=0, le=NEVER)] | None = None
+    text: str = ""
+    factor: Annotated[float, msgspec.Meta(gt=0.0)] = 1.0
+    wait: bool = False
+
+
+class Reply(msgspec.Struct, frozen=True):
+    """One sentence; whether it was done, and when [ns of the simulation]; whether no other reply follows."""
+
+    done: bool
+    said: str
+    t_ns: int | None = None
+    last: bool = True
+
+
+def order(run: str | Path | AnnouncedRun, what: Order) -> str:
+    """Send an order to a run in progress; returns its answer, raises ProtocolError if it refuses."""
+    answer = ask(run, what)
+    if not answer.done:
+        raise ProtocolError(answer.said)
+    return answer.said
+
+
+def ask(
+    run: str | Path | AnnouncedRun, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
+) -> Reply:
+    """Send an order to a run in progress; returns its last reply, `hear` gets the text of one before.
+
+    Raises ProtocolError if there is no last reply within `patience` [s], which a step does not need.
+    """
+    found = run if isinstance(run, AnnouncedRun) else find(str(run))
+    timeout, said = STEP_s if what.do == "step" else patience, ""
+    with guest_session(found.directory, OPERATOR) as session:
+        control = key(found.notice.run, "control")
+        each = zenoh.ConsolidationMode.NONE  # not the latest reply alone
+        for reply in session.get(control, payload=msgspec.msgpack.encode(what), timeout=timeout, consolidation=each):
+            if reply.ok is None:
+                continue
+            try:
+                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Reply)
+            except UNREADABLE:
+                made = found.notice.version
+                raise ProtocolError(
+                    f"run {found.notice.run} is of heavylift {made} and answers in words that {__version__} does not "
+                    f"know; {install(made)} to give it orders"
+                ) from None
+            if answer.last:
+                return answer
+            said = answer.said
+            if hear is not None:
+                hear(said)
+    if said:
+        raise ProtocolError(f"{what.text}: no answer within {timeout:g} s: {said}")
+    told = f"run {found.notice.run} has not answered within {timeout:g} s; it ended, or it hangs"
+    late = ", or has not come so far: `heavylift watch` shows whether the commander answers" if what.text else ""
+    raise ProtocolError(told + late)

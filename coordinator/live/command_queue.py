@@ -5,29 +5,73 @@ A command gets the first whole nanosecond at which nothing is decided yet (`Open
 the recording, on the disk before anything can come of it, and enters the run as an event of the source "operator", in
 the total order and on record.  Its reply waits for what the model answers; one who does not wait for a paused run
 is told when it will take effect.
-"""
 
-from __future__ import annotations
+The commands that an operator gave to a run: as events, in its journal, in its recording.
+
+run(scene, "again.mcap", commands=operator_commands("turnover.mcap"))      the same run, the same digest
+"""
 
 from collections import deque
 from collections.abc import Callable, Iterable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import msgspec
 import zenoh
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.protocol.outside import OpenCoordinator
-from heavylift.coordinator.supervision.journal import Journal
+from heavylift.coordinator.supervision.journal import Journal, read
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.kernel.errors import UNREADABLE, HeavyliftError, printable
-from heavylift.nodes.devs import Event, Tag
+from heavylift.kernel.errors import UNREADABLE, HeavyliftError, RecordingError, printable
+from heavylift.nodes.devs import Event, Tag, encode
 from heavylift.nodes.devs import encode as canonical
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
+from heavylift.recordings import Recording, file_path
+from heavylift.recordings.write.outputs import COMMANDS
 
-from .commands import TimedCommand, command, journal_of
-from .orders import Order, Reply
-from .run_control import Tempo
+from .announce import Order, Reply
+from .pace import Tempo
+
+
+class TimedCommand(NamedTuple):
+    """A command and when it was given: the canonical bytes of an OperatorCommand."""
+
+    tag: Tag
+    payload: bytes
+
+
+def command(given: TimedCommand) -> Event:
+    """The event that a command is."""
+    return Event(*given.tag, OPERATOR, COMMAND, 0, OperatorCommand.__name__, given.payload)
+
+
+def journal_of(recording: Path) -> Path:
+    """Where the commands of a run are journaled until its recording is whole."""
+    return recording.with_name(recording.name + COMMANDS)
+
+
+def journaled(recording: Path) -> set[TimedCommand]:
+    """The commands in the journal of a run that was cut off."""
+    path = journal_of(recording)
+    try:
+        return {TimedCommand(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
+    except UNREADABLE as error:
+        raise RecordingError(f"{path}: is no journal of commands ({error}); remove it to go on without them") from None
+
+
+def operator_commands(recording: str | Path) -> list[TimedCommand]:
+    """The commands of a recorded run, in order; of one that was cut off those in its journal, too."""
+    path = file_path(recording)
+    found = journaled(path)
+    for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
+        try:
+            said = msgspec.convert(event.value, OperatorCommand)
+        except UNREADABLE as error:
+            raise RecordingError(f"{path}: what was ordered at {event.t_ns} ns is no command ({error})") from None
+        found.add(TimedCommand(Tag(event.t_ns, event.microstep), encode(said)))
+    return sorted(found)
+
 
 SHOWN = 200  # characters of what is wrong with an order
 STOP = "stop"  # in place of the words of a command: the end of the run
@@ -40,7 +84,7 @@ class Asked(NamedTuple):
     reply: Callable[[Reply], None]
 
 
-class Desk:
+class Desk(AbstractContextManager["Desk"]):
     """A context manager: at its end nobody is left without an answer, and a journal that is not needed goes."""
 
     def __init__(
@@ -194,9 +238,6 @@ class Desk:
         self._journal.append(msgspec.msgpack.encode(given), sync=True)
         core.inject(command(given))
         self._taken.add(given.tag.t)
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -3,21 +3,63 @@
     space: pause and go on    s or .: to the next event, then pause    + and -: twice and half the rate    q: end
 
 A thread waits for keys and lays orders on the desk; the conversation attends to them between two rounds.  Where
-standard input is no terminal there are no keys.
+standard input is no terminal there are no keys, and `wait`, a sleep that a key ends, only sleeps.
 """
 
-from __future__ import annotations
-
+import os
+import select
+import sys
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from threading import Event as Flag
 from threading import Thread
 from typing import Self
 
 import msgspec
 
+from .announce import Order
 from .command_queue import Asked, Desk
-from .keyboard import Keyboard
-from .orders import Order
+
+
+class Keyboard:
+    """The terminal at standard input; a context manager."""
+
+    def __init__(self) -> None:
+        self.there = False
+        """Whether keys can come."""
+
+    def __enter__(self) -> Self:
+        if sys.stdin is not None and sys.stdin.isatty():
+            import termios
+            import tty
+
+            self._before = termios.tcgetattr(sys.stdin)
+            tty.setcbreak(sys.stdin)
+            self.there = True
+        return self
+
+    def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
+        if self.there:
+            import termios
+
+            with suppress(termios.error):  # the terminal is gone
+                termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+            self.there = False
+
+    def wait(self, seconds: float | None) -> str:
+        """The next key within so many seconds (None: whenever it comes), "" if there was none."""
+        if not self.there:
+            time.sleep(seconds or 0.0)
+            return ""
+        ready, _, _ = select.select([sys.stdin], [], [], seconds)
+        if not ready:
+            return ""
+        key = os.read(sys.stdin.fileno(), 1).decode(errors="replace")
+        if not key:  # the terminal is gone
+            self.there = False
+        return key
+
 
 LOOK_s = 0.2  # how often the thread looks whether the run is over
 FASTER = 2.0  # factor of a press on + or -

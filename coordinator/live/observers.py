@@ -1,19 +1,31 @@
-"""What observers of a run are shown: every committed event, in total order.
+"""What observers of a run are shown: every committed event in total order, and samples; and who looks from elsewhere.
 
 An event is appended to a journal in the run's private directory, where its place is its number, then put on its key of
-the bus, which drops it for a listener that is slow or frozen.  Observers read the journal, so one that comes late has
-the past without gap or repetition, and the run never waits for anybody.  What one round has brought is written at once
-by `show`.  The last entry says how the run ended.
+the bus, which drops it for a listener that is slow or frozen.  An `Observer` only reads the journal, in its own time:
+one that comes late has the past without gap or repetition, and the run never waits for anybody.  What one round has
+brought is written at once by `shown`; the last entry says how the run ended.  A run in one process cannot be watched.
+
+As a line for people: 9.032650 s  take up slack  west.report  RopeState west.H1: state taut, tension 1234.5 N
 """
 
-from __future__ import annotations
-
-from typing import Self
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, closing, contextmanager
+from math import degrees
+from pathlib import Path
+from typing import Any
 
 import msgspec
-from heavylift.coordinator.supervision.journal import Journal
+from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
+from heavylift.coordinator.supervision.journal import Journal, JournalReader
+from heavylift.coordinator.transport.exchange import LocalHub
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.nodes.devs import Event
+from heavylift.kernel.description.findings import clock
+from heavylift.kernel.errors import SPACES, printable
+from heavylift.nodes.devs import Event, Message
+from heavylift.nodes.models.parts import messages
+
+from .announce import AnnouncedRun, Notice, announced, find
 
 EVENTS = "events.journal"
 
@@ -36,7 +48,7 @@ def entry(data: bytes) -> Event | Ended:
     return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
 
 
-class Audience:
+class Audience(AbstractContextManager["Audience"]):
     """Shows the events of one run as long as it is open, as a context manager; `last_ns` is where the run has come."""
 
     def __init__(self, hub: Hub) -> None:
@@ -57,11 +69,175 @@ class Audience:
                 self._hub.publish_event(event.source, event.port, event.payload, *at)
             self._events.clear()
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)
         self.show()
         self._journal.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
         self._journal.close()
+
+
+@contextmanager
+def shown(
+    hub: Hub | LocalHub,
+    name: str,
+    recording: Path | None,
+    turning: Iterable[str] = (),
+) -> Iterator[Audience | None]:
+    """The audience of the run `name`; `turning`: the actuators whose coordinate is an angle."""
+    if isinstance(hub, LocalHub):
+        yield None
+        return
+    units = {kind.__name__: kind.units for kind in _kinds(Message) if kind.units}
+    with (
+        Audience(hub) as audience,
+        announced(hub.directory.path, hub.run, name, recording, units, tuple(turning)),
+    ):
+        yield audience
+
+
+def _kinds(type_: type[Message]) -> Iterator[type[Message]]:
+    yield type_
+    for kind in type_.__subclasses__():
+        yield from _kinds(kind)
+
+
+class OnTheBus:
+    """Puts messages on the keys sample/<topic> of a run, once there is a hub."""
+
+    def __init__(self) -> None:
+        self._hub: Hub | None = None
+        self._schemas: dict[str, str] = {}
+
+    def open(self, hub: Hub) -> None:
+        """Put on this run's keys from now on."""
+        self._hub = hub
+        for topic in self._schemas:
+            hub.heard_data(topic[1:])
+
+    def announce(self, topic: str, descriptor: Descriptor) -> None:
+        """There will be messages of this kind on the topic."""
+        self._schemas[topic] = descriptor.full_name
+        if self._hub is not None:
+            self._hub.heard_data(topic[1:])
+
+    def listens(self) -> bool:
+        """Whether anybody subscribes to one of them."""
+        hub = self._hub
+        return hub is not None and any([hub.heard_data(topic[1:]) for topic in self._schemas])
+
+    def put(self, topic: str, t_ns: int, data: bytes) -> None:
+        """A message of this simulation time."""
+        if self._hub is not None:
+            self._hub.publish_data(topic[1:], data, self._schemas[topic], t_ns)
+
+
+LOOK_s = 0.02  # how often an observer looks for more
+
+
+class Observer(Iterator[tuple[int, Event]]):
+    """Iterates over (number, event); afterwards `ended` says how the run ended."""
+
+    def __init__(self, found: AnnouncedRun) -> None:
+        self.found = found
+        self.ended = Ended("failed", 0.0, "its coordinator was killed")
+        self._journal = JournalReader(found.directory / EVENTS)
+        self._events = self._follow()
+
+    def __next__(self) -> tuple[int, Event]:
+        return next(self._events)
+
+    def _follow(self) -> Iterator[tuple[int, Event]]:
+        number, alive = 0, True
+        with closing(self._journal) as journal:
+            while alive:
+                alive = self.found.lives
+                for said in map(entry, journal):
+                    if isinstance(said, Ended):
+                        self.ended = said
+                        return
+                    self.ended = Ended("failed", said.t * 1e-9, self.ended.reason)
+                    yield number, said
+                    number += 1
+                time.sleep(LOOK_s)
+
+
+def observe(run: str | Path | AnnouncedRun = "") -> Observer:
+    """All events of a run in progress, as (number, event) from 0 upwards; `run` as for `find`."""
+    return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
+
+
+LISTED: dict[str, Callable[[dict[str, Any]], str]] = {  # events that planners follow, in their words
+    "Stage": lambda x: f"stage {x['name']} begins" if x["name"] else "",
+    "RopeState": lambda x: f"{x['actor']} {x['state']}",
+    "Hooked": lambda x: f"{x['actor']} hooked to {x['lug']}",
+    "Unhooked": lambda x: f"{x['actor']} unhooked",
+    "Overload": lambda x: (
+        f"load of {x['actor']} {'above' if x['over'] else 'back below'} its rated "
+        f"{x['rated'] / 1e3:.1f} kN: {x['tension'] / 1e3:.1f} kN"
+    ),
+    "Tripped": lambda x: f"interlock {x['actor']} {'tripped' if x['over'] else 'reset'}{', bypassed' * x['bypassed']}",
+    "Limit": lambda x: f"{x['actor']} stopped: {x['limit']}",
+    "Lifted": lambda x: f"{x['actor']} lifted off",
+    "Touched": lambda x: f"{x['actor']} touches {x['support']}",
+    "Landed": lambda x: f"{x['actor']} landed on its {x['face']} face",
+    "Attitude": lambda x: (
+        f"{x['actor']} turned to {turn} deg" if (turn := round(degrees(x["angle"]))) % 30 == 0 else ""
+    ),
+    "BrakeState": lambda x: f"{x['actor']} {'engaged' if x['engaged'] else 'released'}",
+    "Begun": lambda x: f"lift {x['actor']} begins",
+    "Ended": lambda x: f"lift {x['actor']} done",
+    "OperatorCommand": lambda x: f"operator: {x['text']}",
+    "OperatorAnswer": lambda x: x["refused"] or x["text"],
+    "Skipped": lambda x: f"{x['actor']}: its condition held already, not moved",
+    "Finished": lambda _: "action list done",
+}
+
+
+class Lines:
+    """Writes the events of one run; it must see all of them to know the stage."""
+
+    def __init__(self, notice: Notice) -> None:
+        self._units, self._angles = notice.units, notice.angles
+        self._stage = ""
+
+    def of(self, event: Event) -> tuple[str, Any]:
+        """The stage in which an event falls, and its message as plain data."""
+        value = msgspec.msgpack.decode(event.payload)
+        if event.type == "Stage":
+            self._stage = value["name"] or self._stage
+        return self._stage, value
+
+    def text(self, event: Event) -> str:
+        """The line of an event."""
+        stage, value = self.of(event)
+        micro = f"+{event.k}" if event.k else ""
+        at, who = f"{event.t * 1e-9:.6f}{micro} s", f"{event.source}.{event.port}"
+        line = f"{at:>18}  {stage:<24}  {who:<24}  {event.type}{self._words(event.type, value)}"
+        return printable(line, keep=SPACES)
+
+    def report(self, event: Event) -> str:
+        """The line of an event for planners; "" for orders, thresholds and the like.  Messages of a user's models are
+        shown as they are."""
+        stage, value = self.of(event)
+        if event.type not in LISTED:
+            return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)
+        told = LISTED[event.type](value)
+        return printable(f"{clock(event.t * 1e-9, 1):>12}  {stage:<24}  {told}", keep=SPACES) if told else ""
+
+    def _words(self, type_: str, value: dict[str, Any]) -> str:
+        actor = value.get("actor", value.get("actuator"))
+        units = self._units.get(type_, {})
+        told = {name: x for name, x in value.items() if x is not actor and x is not None}
+        if isinstance(what := told.pop("what", None), dict):  # an order: its kind and what it says
+            told = {"to": what["type"]} | told | {name: x for name, x in what.items() if name != "type" and x != actor}
+        said = ", ".join(f"{name} {_number(x)}{self._unit(units.get(name, ''), actor)}" for name, x in told.items())
+        return "".join([f" {actor}" if actor else "", f": {said}" if said else ""])
+
+    def _unit(self, unit: str, actor: str | None) -> str:
+        """Of a coordinate that may be a length or an angle the one that its actuator has."""
+        told = unit.split(" or ")[-1 if actor in self._angles else 0]
+        return f" {told}" if told else ""
+
+
+def _number(x: object) -> str:
+    return f"{x:g}" if isinstance(x, float) else str(x)

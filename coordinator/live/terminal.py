@@ -3,8 +3,6 @@
 Rich is imported for it, so only where somebody looks.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable
 

@@ -1,10 +1,8 @@
 """A real crane beside its model: what its log says of a recorded run.
 
 mapping          which column of a log is which channel of a recording, with units and uncertainty
-alignment        where in the run the log begins
-validation       the comparison error of each channel and its uncertainty, after ASME V&V 20
+validation       where in the run the log begins; comparison errors and their uncertainty, after ASME V&V 20
 estimation       inputs of the scene that the log tells, and those that it does not
-parameters       runs of a scene with other inputs; estimates written back
 measuring        all of it for one recording and one log
 driving          drives of a run that follow a log
 """

@@ -6,8 +6,6 @@ at a row is the mean of those beside it.  `@` says at which time of the run the 
 the plan and so in the recording.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace

@@ -6,8 +6,6 @@ at a level of 95 %, that is two standard uncertainties.  `clock: time [s]` names
 force is its weight, as load cells show it.  A channel `measured/NAME`, such as measured/wind, is none of the run's.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A recording and a log of the real lift become a recording with both, and on demand a scene with estimated inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -22,11 +20,20 @@ from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
-from .alignment import Alignment, Curve, aligned, overlapping
-from .estimation import Identifiable, InputEstimates, estimate
+from .estimation import Identifiable, InputEstimates, estimate, scene_text, simulator, spread
 from .mapping import LogChannel, LogSignals, measured
-from .parameters import scene_text, simulator, spread
-from .validation import LEVEL, ChannelComparison, accuracy, beside, compared, curves_of
+from .validation import (
+    LEVEL,
+    Alignment,
+    ChannelComparison,
+    Curve,
+    accuracy,
+    aligned,
+    beside,
+    compared,
+    curves_of,
+    overlapping,
+)
 
 QUIET = 1e-3  # of a channel's range: least scatter that it is taken to have
 ROOM = 5.0  # rows at either end of the overlap that estimates leave out, for the offset moves

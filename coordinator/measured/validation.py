@@ -4,25 +4,145 @@ ASME V&V 20-2009: u_val^2 = u_num^2 + u_input^2 + u_D^2, standard uncertainties.
 the error of the model; where it is within, model and measurement cannot be told apart.  u_num: what the run's tolerance
 promises of its tensions, or its certificate tells, and straight lines between its samples; u_input: of runs with inputs
 one standard uncertainty more and less; u_D: what the map states of the sensor, and the log's time.
-"""
 
-from __future__ import annotations
+Where in a run the log of a real lift begins: t of the run = t of the log + offset.
+
+A coarse search over all offsets takes the largest mean correlation of the channels, weighted with the share of their
+motion that the overlap covers, so that a stretch at rest or half a rise does not win.  Least squares over one set of
+rows refine it: each channel measured is a line a + b S of the model's, so that neither a wrong weight nor a wrong zero
+shifts the time.  The uncertainty is that of Gauss and Newton, widened as residuals that hang together carry less than
+their number says (integrated autocorrelation; Sokal 1997, Monte Carlo Methods in Statistical Mechanics).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.plan.plan import TOLERANCE_OF_ACCURACY
 from heavylift.recordings import Recording, Signal
 from heavylift.recordings.format.samples import ERROR, MEASURED
 from heavylift.recordings.render.curves import larger
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
-from .alignment import Alignment, Curve, overlapping
 from .mapping import LogChannel, LogSignals
 
-LEVEL = 2.0  # standard uncertainties of a level of 95 %
+COARSE = 150  # steps of the shorter one in the coarse search
+SHORTEST = 0.25  # of the shorter one: less overlap is not looked at
+WINDOW = 0.05  # of the shorter one: as far the best offset may be from that of the coarse search
+DOUBTED = 0.95  # correlation up to which the offset is told with a warning
+ALIKE = 0.5  # least mean correlation of what is taken to be the same lift
 Floats = NDArray[np.float64]
+Curve = tuple[Floats, Floats]  # times (n,) [s] and values (n,)
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """Offset [s], its standard uncertainty [s], mean correlation, and whether it was estimated."""
+
+    offset: float
+    sigma: float = 0.0
+    correlation: float = 1.0
+    estimated: bool = False
+
+    def __str__(self) -> str:
+        where = f"time 0 of the log is {self.offset:.9g} s of the run"
+        if not self.estimated:
+            return f"{where}, as given"
+        doubt = "" if self.correlation > DOUBTED else ", so low that it may be wrong; see the plot, or give --offset"
+        return f"{where} +- {2.0 * self.sigma:.2g} s (95 %), estimated; correlation {self.correlation:.3f}{doubt}"
+
+
+def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alignment:
+    """The offset of a log: channels of the run beside those measured at t; RecordingError if nothing tells it."""
+    T = model[0][0]
+    span = min(T[-1] - T[0], t[-1] - t[0])
+    step, reach, window = span / COARSE, SHORTEST * span, WINDOW * span
+    grid = np.arange(t[0], t[-1] + 0.5 * step, step)
+    coarse = [np.interp(grid, t, y) for y in values]
+    offsets = np.arange(T[0] + reach - t[-1], T[-1] - reach - t[0] + 0.5 * step, step)
+    scores = [_score(model, grid, coarse, offset) for offset in offsets]
+    if max(scores) <= 0.0:
+        raise RecordingError("no mapped channel moves in run and log alike, so that nothing aligns them; give --offset")
+    best = float(offsets[int(np.argmax(scores))])
+    rows = overlapping(model[0], t, best, window)
+    measured = [y[rows] for y in values]
+
+    def residuals(offset: float) -> Floats:
+        return np.concatenate(
+            [_off_line(s, y) for s, y in zip(_sampled(model, t[rows], offset), measured, strict=True)]
+        )
+
+    def misfit(offset: float) -> float:
+        return float(np.sum(residuals(offset) ** 2))
+
+    near = min(np.arange(best - window, best + window, 0.25 * step), key=misfit)
+    tight = {"xatol": 1e-6 * step}
+    offset = float(minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded", options=tight).x)
+    r, h = residuals(offset), 0.1 * step
+    slope = float(np.sum((residuals(offset + h) - residuals(offset - h)) ** 2)) / (2.0 * h) ** 2
+    factor = max(correlation_time(part) for part in np.split(r, len(values)))
+    alike = float(
+        np.mean([_correlation(s, y) for s, y in zip(_sampled(model, t[rows], offset), measured, strict=True)])
+    )
+    if alike < ALIKE or slope == 0.0:
+        raise RecordingError(f"log and run are not alike at any offset (correlation {alike:.2f}); give --offset")
+    sigma = float(np.sqrt(factor * np.sum(r * r) / max(1, len(r) - 2 * len(values) - 1) / slope))
+    return Alignment(offset, sigma, alike, True)
+
+
+def overlapping(curve: Curve, t: Floats, offset: float, margin: float = 0.0) -> NDArray[np.bool_]:
+    """Which rows of a log lie within the run."""
+    at: NDArray[np.bool_] = (t + offset >= curve[0][0] + margin) & (t + offset <= curve[0][-1] - margin)
+    return at
+
+
+def correlation_time(r: Floats) -> float:
+    """1 + 2 sum of the autocorrelations up to the first window of five times that: 1 for white noise, never less."""
+    n, r = len(r), r - np.mean(r)
+    rho = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2)[:n]
+    if rho[0] <= 0.0:
+        return 1.0
+    tau = 2.0 * np.cumsum(rho / rho[0]) - 1.0
+    window = np.flatnonzero(np.arange(n) >= 5.0 * tau)
+    return float(max(1.0, tau[window[0] if len(window) else n - 1]))
+
+
+def _sampled(model: Sequence[Curve], t: Floats, offset: float) -> list[Floats]:
+    return [np.interp(t + offset, T, S) for T, S in model]
+
+
+def _score(model: Sequence[Curve], t: Floats, values: Sequence[Floats], offset: float) -> float:
+    """Mean of the squared correlations, each weighted with how much of the motion lies in the overlap."""
+    rows, total = overlapping(model[0], t, offset), 0.0
+    if rows.sum() < 3:
+        return 0.0
+    for (T, S), s, y in zip(model, _sampled(model, t[rows], offset), values, strict=True):
+        inside = (t[rows][0] + offset <= T) & (t[rows][-1] + offset >= T)
+        covered = max(_motion(y[rows]) / (_motion(y) or 1.0), _motion(S[inside]) / (_motion(S) or 1.0))
+        total += max(_correlation(s, y[rows]), 0.0) ** 2 * min(covered, 1.0)
+    return total / len(model)
+
+
+def _motion(x: Floats) -> float:
+    return float(np.sum((x - x.mean()) ** 2)) if len(x) else 0.0
+
+
+def _correlation(s: Floats, d: Floats) -> float:
+    norm = np.sqrt(_motion(s) * _motion(d))
+    return float((s - s.mean()) @ (d - d.mean()) / norm) if norm > 1e-12 * float(np.sum(s * s) + np.sum(d * d)) else 0.0
+
+
+def _off_line(s: Floats, d: Floats) -> Floats:
+    """What no line a + b s with b >= 0 explains of d, in its own scatter."""
+    s, d = s - s.mean(), d - d.mean()
+    b = max(0.0, float(s @ d)) / (float(s @ s) or 1.0)
+    off: Floats = (d - b * s) / (float(np.std(d)) or 1.0)
+    return off
+
+
+LEVEL = 2.0  # standard uncertainties of a level of 95 %
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,7 @@ kernel_node, recorded_kernel   the kernel as a node, and one with a past on reco
 sampling                 what the kernel tells models that listen
 mechanics_at             the mechanics of a scene at one instant, played in this process
 external                 nodes that programs of another kind play
-build_check              what coordinator and node must find alike before a run
-shared_globals, isolation      globals that children share; in its node a child is alone
+isolation                      globals that children share; in its node a child is alone
 transitions              of models, as a data topic
 
 Node processes import these modules one by one and nothing else of this room.

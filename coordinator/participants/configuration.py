@@ -1,7 +1,5 @@
 """Of a plan, wherever its models run: how they are wired, and the kernel's part."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Such a program builds no model of ours, so what heavylift's own nodes declare is
 what their simulator checks is checked here: ports, types, and bytes that are those of any other node (WIRE.md).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 import msgspec

@@ -8,8 +8,6 @@ Samples come from committed steps only and leave through `publish`, numbered.  W
 its own (see `sampling`), which change nothing of the rest.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 
@@ -20,7 +18,7 @@ from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.islands.choice import simulate
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateChange as Switched
-from heavylift.kernel.simulation.command_target import OwnRows
+from heavylift.kernel.simulation.commands import OwnRows
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation

@@ -4,8 +4,6 @@ Its models are one node, and the kernel is another; neither has a thread of its 
 the next is looked at.  That the process is alive is said by a thread of its link, whatever its nodes are doing.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

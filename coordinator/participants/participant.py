@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.protocol.node import Node, failure
-from heavylift.coordinator.protocol.node_state import together
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Simulator, Tag
@@ -123,10 +123,8 @@ class Participant:
             self._pauses, self._greeted = lambda: kernel.pauses, kernel.foretell
             return Node(self.name, kernel, kernel.finish, samples=True), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
-            from .build_check import declarations
-            from .building import couplings, with_children
-            from .isolation import secluded
-            from .shared_globals import Commons
+            from .building import couplings, declarations, with_children
+            from .isolation import Commons, secluded
             from .transitions import Transitions
 
             rebuilt = partial(with_children, part.build, self.models, f"node {self.name}")
@@ -149,7 +147,7 @@ class Participant:
         acting = Simulator(models, microsteps=plan.microsteps, wires=wiring(plan).all)
         self._pauses = lambda: acting.passed
         if len(plan.models) > 1:
-            from .shared_globals import Commons
+            from .isolation import Commons
 
             self._unchanged = Commons(together(plan)).unchanged
 

@@ -4,8 +4,6 @@ ScenePart    a machine or the commander of a scene         KernelPart      the m
 ModelPart    a child of the model that a function builds   ExternalPart    what a program of another kind must know
 """
 
-from __future__ import annotations
-
 from hashlib import blake2b
 
 import msgspec

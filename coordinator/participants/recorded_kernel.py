@@ -6,8 +6,6 @@ that is brought to that state, or, without a checkpoint, one that begins at the 
 compared with what was recorded, as far as that goes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -17,9 +15,8 @@ import numpy as np
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.nodes.devs import Event, Message, Slack, Tag
 from heavylift.recordings import SampleLayout
-from heavylift.recordings.format.columns import Columns
 from heavylift.recordings.format.failures import BROKEN
-from heavylift.recordings.format.samples import SamplerNote, decode_batch
+from heavylift.recordings.format.samples import Columns, SamplerNote, decode_batch
 from numpy.typing import NDArray
 
 from .kernel_node import KernelNode

@@ -4,13 +4,11 @@ No step is cut for them: the kernel works on until a step goes beyond the next s
 not come before it, and reads the signals within that step: what they were before any input of that instant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.native.signals import reader
+from heavylift.kernel.simulation.native.samples import reader
 from heavylift.nodes.devs import NEVER, Event, encode
 from heavylift.nodes.models import KERNEL, sample_port
 from heavylift.nodes.models.parts.messages import Sample

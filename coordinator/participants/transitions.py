@@ -3,8 +3,6 @@
 One batch per grant: [node's tag ns, [t, k, path, kind, bag, sent] ...], where bag and sent hold (port, type, bytes).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import msgspec

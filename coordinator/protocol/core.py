@@ -24,11 +24,9 @@ from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-from .cycle import CycleWatch
-from .distance import Coupling, checked, distances, ways
-from .invariants import check_done, check_hello
+from .distance import Coupling, NodeState, checked, distances, ways
+from .invariants import CycleWatch, check_done, check_hello
 from .messages import Done, Fail, Grant, Hello
-from .node_state import NodeState
 
 AHEAD = 256  # of what a node has said: what may be held while it goes on
 

@@ -1,11 +1,10 @@
 """What a run puts on record, in the words of `heavylift.recordings`.
 
-run_record                any run: events, protocol traffic, the reason of its end
-facts               what a recording says of its scene at the start
+run_record                any run: events, protocol traffic, where the wall time went, the reason of its end
+facts               what a recording says of its scene at the start; the balance of energy
 scene               the run of a scene: samples, pictures, the energy balance
-drawing, shapes     what viewers draw
+drawing             what viewers draw
 resting             what ropes would carry at rest, at the times of a run
-energy, budget      the balance of energy; where the wall time went
 """
 
 from heavylift.kernel.on_demand import face

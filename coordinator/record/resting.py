@@ -1,7 +1,5 @@
 """What each rope of a recorded lift would carry at rest: tensions of the equilibrium path at the times of the run."""
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.coordinator.verdict.conduct import conduct_of
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError

@@ -1,7 +1,5 @@
 """What the run of a scene puts on record beside any run's: facts, samples, what is drawn, the energy balance."""
 
-from __future__ import annotations
-
 import time
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -30,11 +28,9 @@ from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.render.lichtblick import LAYOUT, layout
 from numpy.typing import NDArray
 
-from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
-from .energy import EnergyAudit
-from .facts import facts_of, rated
-from .run_record import FileTape, Held
+from .facts import EnergyAudit, facts_of, rated
+from .run_record import Budget, FileTape, Held, clocked
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
@@ -73,7 +69,7 @@ class Record(FileTape):
 
     def __init__(
         self,
-        scene: LoadedScene,
+        scene: "LoadedScene",
         models: dict[str, NodeModel],
         output: Path,
         placement: Placement,

@@ -1,29 +1,19 @@
 """A recording played again: for observers, for one model; the whole of it for proof is `coordinator.run.verify`.
 
-recorded_models        the models of a recorded run, built again
 recorded    what a recording holds, as the models and the events that the run was made of
 replay_page     the same for the page that shows runs
 publish     the committed events and samples over Zenoh, at any rate, with keys
-replay_one      one model for real against the recorded rest: where it first deviates
-deviation   where a new run parts from a recorded one
+deviation   where a new run parts from a recorded one; one model for real against the recorded rest
 """
 
 from heavylift.kernel.on_demand import face
 
-from .deviation import Deviation, ReplayResult
+from .deviation import Deviation, ReplayResult, single
 from .publish import Player, PublishedItem, Publisher, Replay
 from .recorded import RecordedRun
-from .replay_one import single
 
 __all__ = [
-    "Deviation",
-    "Player",
-    "PublishedItem",
-    "Publisher",
-    "RecordedRun",
-    "Replay",
-    "ReplayResult",
-    "single",
+    "Deviation", "Player", "PublishedItem", "Publisher", "RecordedRun", "Replay", "ReplayResult", "single",
 ]  # fmt: skip
 
 face(__name__)

@@ -6,8 +6,6 @@ A replay is a run to whoever observes it: a run id and a private socket of its o
 What has one time is published together, events in their total order before the samples.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -21,7 +19,7 @@ from typing import NamedTuple, Self
 
 import msgspec
 from heavylift.coordinator.live import shown
-from heavylift.coordinator.live.keyboard import Keyboard
+from heavylift.coordinator.live.keys import Keyboard
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Event, seconds

@@ -4,8 +4,6 @@ The page gets what a run would give it: facts, columns and boxes first, then eve
 changes of ropes when the replay has reached them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Spectator

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.observers import Audience
-from heavylift.coordinator.live.run_control import Tempo
+from heavylift.coordinator.live.pace import Tempo
 from heavylift.coordinator.participants import NODE_MODULE, PRELOAD
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import External
@@ -30,8 +30,8 @@ from heavylift.coordinator.record.run_record import Tape
 from heavylift.coordinator.stopping import whole
 from heavylift.coordinator.supervision.failover import DEADLINE_s, Succession
 from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.exchange import LocalHub
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import ProtocolError, RecordingError, Stopped
 from heavylift.kernel.version import __version__

@@ -21,11 +21,10 @@ from pathlib import Path
 import msgspec
 from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.live.command_queue import Desk
-from heavylift.coordinator.live.run_control import Tempo
-from heavylift.coordinator.live.show import shown
+from heavylift.coordinator.live.observers import shown
+from heavylift.coordinator.live.pace import Tempo
 from heavylift.coordinator.participants import NODE_MODULE, parts
-from heavylift.coordinator.participants.build_check import declarations, difference
-from heavylift.coordinator.participants.building import built, couplings, module, stopping
+from heavylift.coordinator.participants.building import built, couplings, declarations, difference, module, stopping
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.transitions import read

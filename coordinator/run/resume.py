@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import msgspec
-from heavylift.coordinator.live.commands import TimedCommand, journaled
+from heavylift.coordinator.live.command_queue import TimedCommand, journaled
 from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.participants.mechanics_at import configured
 from heavylift.coordinator.record.scene import MERGED, RESOLVED, RunResult

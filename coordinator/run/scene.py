@@ -15,28 +15,23 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.ladder.choosing import chosen
-from heavylift.coordinator.live.command_queue import Desk
-from heavylift.coordinator.live.commands import TimedCommand
-from heavylift.coordinator.live.keyboard import Keyboard
-from heavylift.coordinator.live.keys import Keys
-from heavylift.coordinator.live.observers import Audience
-from heavylift.coordinator.live.pace import Pace
-from heavylift.coordinator.live.publishing import OnTheBus
-from heavylift.coordinator.live.run_control import Tempo
-from heavylift.coordinator.live.show import shown
+from heavylift.coordinator.live.command_queue import Desk, TimedCommand
+from heavylift.coordinator.live.keys import Keyboard, Keys
+from heavylift.coordinator.live.observers import Audience, OnTheBus, shown
+from heavylift.coordinator.live.pace import Pace, Tempo
 from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
 from heavylift.coordinator.participants.parts import encode as part
 from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.node_state import together
-from heavylift.coordinator.record.budget import Budget
+from heavylift.coordinator.protocol.distance import together
+from heavylift.coordinator.record.run_record import Budget
 from heavylift.coordinator.record.scene import Record, RunResult
 from heavylift.coordinator.supervision.failover import DEADLINE_s
 from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.exchange import LocalHub
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.link import LOCAL
-from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
@@ -48,8 +43,7 @@ from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.plan.plan import encode
 from heavylift.recordings import Spectator, file_path
-from heavylift.recordings.write.broadcast import Broadcast
-from heavylift.recordings.write.spectator import Spectators
+from heavylift.recordings.write.broadcast import Broadcast, Spectators
 
 from .conversation import Conversation, joined
 from .watch import Relay, RunObserver

@@ -21,14 +21,14 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.ladder.choosing import chosen
 from heavylift.coordinator.ladder.in_memory import Played, play
-from heavylift.coordinator.live.commands import TimedCommand
+from heavylift.coordinator.live.command_queue import TimedCommand
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
 from heavylift.kernel.islands.dense_output import Looks, check_same, instants_of, trail_of
 from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.command_target import CommandTarget
+from heavylift.kernel.simulation.commands import CommandTarget
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Tag, encode, seconds

@@ -32,7 +32,7 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 import msgspec
-from heavylift.coordinator.live.commands import TimedCommand, command
+from heavylift.coordinator.live.command_queue import TimedCommand, command
 from heavylift.coordinator.participants.configuration import wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.mechanics_at import configured

@@ -1,16 +1,14 @@
 """A hub whose processes may be lost: each is replaced and brought to the same point, and the run continues unchanged.
 
-    1  A process is lost: it has ended, or has left, or makes no progress (stall_detector.py).
+    1  A process is lost: it has ended, or has left, or makes no progress (os_limits.py).
     2  It is killed and reaped, so that nothing of it can wake beside its successor; where that cannot be seen, on
        another host, the next epoch refuses by name whatever it still says.
-    3  The successor is told the story of each of its nodes (replay_log.py) and must answer with the same bytes.
+    3  The successor is told the story of each of its nodes (incarnation.py) and must answer with the same bytes.
        If it does not, the run ends: a model is not deterministic.
     4  Then it is told what its predecessor owed an answer to, and that answer is the first that anybody hears of it.
 Samples that were sent before are dropped by their count.  Three losses of a process at one point end the run, and so
 does a model that fails: it would fail again.  Every few seconds of work a node is asked for a checkpoint.
 """
-
-from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
@@ -18,17 +16,16 @@ from collections.abc import Callable, Iterable
 import msgspec
 from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.node_state import together
+from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.transport.hub import Hub, REMOTE_s
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
-from .incarnation import Life, nondeterminism
-from .join_credentials import TicketFile
+from .incarnation import Life, Story, nondeterminism
+from .journal import TicketFile
+from .os_limits import Vigil
 from .processes import KEEPER, GRACE_s, Processes
-from .replay_log import Story
-from .stall_detector import Vigil
 
 DEADLINE_s = 60.0  # for an answer, before a process is probed
 LOSSES = 3  # of one process at one point of the run

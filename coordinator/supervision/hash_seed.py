@@ -5,8 +5,6 @@ and the command `heavylift` starts itself again, in UTF-8 in any locale.  A scri
 process has its seed already: `loose` finds the models that may show it.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator
@@ -33,7 +31,7 @@ def start_again() -> None:
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, **SEED})
 
 
-def loose(model: Model) -> list[str]:
+def loose(model: "Model") -> list[str]:
     """Paths of the atomics whose code makes sets or whose attributes hold them."""
     from heavylift.nodes.devs import Atomic  # for which the command line need not wait
     from heavylift.nodes.devs.execution.flatten import tree

@@ -9,11 +9,15 @@ grown.
 
 A run keeps several, so that each can be cut on its own: one for each node (what it was granted, since its last
 checkpoint), and those that stay whole (what an operator ordered, what observers were shown).
+
+The ticket of a process that somebody else starts, as a file that only the user of the run can read.
+
+NAME.ticket stands in the folder where the run was started, whole or not at all, and goes when the run is over.  What a
+killed run has left is replaced; a file that is no ticket, or that of a run in progress, stays.
 """
 
-from __future__ import annotations
-
 import os
+import secrets
 from collections.abc import Iterable, Iterator
 from contextlib import closing
 from io import FileIO
@@ -21,7 +25,9 @@ from pathlib import Path
 from struct import Struct
 from zlib import crc32
 
-from heavylift.kernel.errors import RecordingError
+import msgspec
+from heavylift.coordinator.transport.session import Ticket
+from heavylift.kernel.errors import UNREADABLE, OutputError, RecordingError
 
 _HEAD = Struct("<II")
 SEED = 0x486C4A31  # so that noughts are no entry
@@ -129,3 +135,44 @@ def _framed(entry: bytes) -> bytes:
 
 def _check(length: int, entry: bytes) -> int:
     return crc32(entry, SEED ^ length)
+
+
+class TicketFile:
+    """The file `NAME.ticket` of a process."""
+
+    def __init__(self, process: str) -> None:
+        self.path = Path.cwd() / f"{process}.ticket"
+        self._ours = False
+
+    def write(self, ticket: Ticket) -> None:
+        """Write it, or that of the next incarnation in its place; OutputError if something else stands there."""
+        fresh = self.path.with_name(f".{self.path.name}-{secrets.token_hex(4)}")
+        try:
+            with open(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+                file.write(ticket.to_text())
+            if self._ours or _abandoned(self.path):
+                os.replace(fresh, self.path)
+            else:
+                os.link(fresh, self.path)
+            self._ours = True
+        except FileExistsError:
+            told = "stands there already, and is no ticket of a run that has ended; move it, or run in another folder"
+            raise OutputError(f"{self.path} {told}") from None
+        except OSError as error:
+            raise OutputError(f"{self.path}: a ticket cannot be written there ({error.strerror})") from None
+        finally:
+            fresh.unlink(missing_ok=True)
+
+    def remove(self) -> None:
+        """Nobody may join any more."""
+        if self._ours:
+            self.path.unlink(missing_ok=True)
+            self._ours = False
+
+
+def _abandoned(path: Path) -> bool:
+    """Whether this is the ticket of a run that is not there any more."""
+    try:
+        return not Path(msgspec.json.decode(path.read_bytes(), type=Ticket).socket).exists()
+    except (OSError, *UNREADABLE):
+        return False

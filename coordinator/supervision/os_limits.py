@@ -1,12 +1,23 @@
-"""What the system says of processes, and what it must allow for a run in processes."""
+"""What the system says of processes, and what it must allow for a run in processes.
 
-from __future__ import annotations
+An overdue process is probed before it is replaced: it may be in a long step, or held by a debugger.
+
+after NOTICE_s      a process in state T is told of: whoever has stopped it may continue it
+after each deadline it is asked; a thread of its own answers how many steps it has done (alive.py)
+    no answer, or none that it could give since it is stopped      lost
+    no step since it was asked before                              lost, with the place where it hangs
+    a debugger holds it, or it has done steps                      it may go on until the next deadline
+"""
 
 import os
 import resource
 import signal
 import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
+from heavylift.coordinator.protocol.messages import Alive
 from heavylift.kernel.errors import ProtocolError
 
 GONE = ("", "Z")  # what the system says of a process that has ended
@@ -62,3 +73,69 @@ def exit_told(how: int | str, said: str) -> str:
         told = f"was ended by signal {-how}{known.get(-how, '')}"
     lines = said[-TAIL_chars:].strip().splitlines()
     return f'{told} and last wrote "{lines[-1].strip()}"' if lines else told
+
+
+NOTICE_s = 2.0
+
+
+class Crew(Protocol):
+    """What can be seen of processes on this machine."""
+
+    def pid(self, process: str) -> int | None:
+        """Its process id."""
+
+    def state(self, process: str) -> str:
+        """The system's letter for what it does: T is stopped, t is held by a debugger; "" if that cannot be seen."""
+
+    def place(self, process: str) -> str:
+        """Where in the code it is, as far as that can be found out."""
+
+
+@dataclass
+class _Debt:
+    since: float  # when it was told what it has not answered
+    asked: float
+    steps: int | None = None
+    noticed: bool = False
+
+
+class Vigil:
+    """Looks at processes that owe an answer; `ask` gives what a process says of itself, `tell` hears a notice."""
+
+    def __init__(
+        self, deadline: float, crew: Crew, ask: Callable[[str], Alive | None], tell: Callable[[str], None]
+    ) -> None:
+        self.deadline, self._crew, self._ask, self._tell = deadline, crew, ask, tell
+        self._debts: dict[str, _Debt] = {}
+
+    def lost(self, process: str, since: float, now: float) -> str | None:
+        """How a process is lost that has owed an answer `since` [s]; "" if it may go on; None if it is not yet time."""
+        debt = self._debts.get(process)
+        if debt is None or debt.since != since:
+            debt = self._debts[process] = _Debt(since, since)
+        if now - since > NOTICE_s and not debt.noticed and self._crew.state(process) == "T":
+            debt.noticed = True
+            left = self.deadline - (now - since)
+            pid = self._crew.pid(process)
+            self._tell(f"process {pid} of {process} is stopped; `kill -CONT {pid}`, or it is replaced in {left:.0f} s")
+        if now - debt.asked < self.deadline:
+            return None
+        debt.asked = now
+        state = self._crew.state(process)
+        if state == "T":
+            pid = self._crew.pid(process)
+            return f"its process {pid} is stopped (SIGSTOP) and was not continued within {self.deadline:g} s"
+        answer = self._ask(process)
+        if answer is None:
+            return f"its process has not said for {self.deadline:g} s that it is alive{self._where(process)}"
+        held = state == "t" or answer.traced
+        if held:
+            self._tell(f"a debugger holds process {process}; the run waits for it")
+        elif answer.steps == debt.steps:
+            return f"its process has done no step for {self.deadline:g} s{self._where(process)}"
+        debt.steps = None if held else answer.steps
+        return ""
+
+    def _where(self, process: str) -> str:
+        place = self._crew.place(process)
+        return f", at {place}" if place else ""

@@ -4,8 +4,6 @@ They begin with a clean interpreter, so that no thread of this one is copied, le
 error do not finish what they have begun.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

@@ -15,8 +15,6 @@ does so: the coordinator alone holds the other end of the life line, a pipe that
 notice, the system continues whoever is stopped when its parent dies.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import faulthandler

@@ -7,8 +7,6 @@ A process can be replaced: `kill` it, let the hub `renew` it, `begin` it; with a
 Nodes stand in a session of their own, so that Ctrl-C reaches the coordinator only, which ends them in order.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -20,9 +18,10 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from io import FileIO
 from queue import SimpleQueue
-from typing import IO, TYPE_CHECKING, Self
+from typing import IO, TYPE_CHECKING
 
 from heavylift.coordinator.stopping import open_streams, whole
 from heavylift.coordinator.transport.run_directory import RunDirectory
@@ -45,7 +44,7 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # NumPy would start more when it is 
 STACKS_s = 0.5  # in which a process writes where it is
 
 
-class Processes:
+class Processes(AbstractContextManager["Processes"]):
     """The node processes of one run, and its private directory."""
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
@@ -113,7 +112,7 @@ class Processes:
         for thread in self._threads:
             thread.start()
 
-    def start(self, hub: Hub, commands: Mapping[str, Sequence[str]]) -> None:
+    def start(self, hub: "Hub", commands: Mapping[str, Sequence[str]]) -> None:
         """Start every process: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
         self._hub, self._commands = hub, dict(commands)
         hub.supervise(self.deaths)
@@ -287,9 +286,6 @@ class Processes:
                 self._hub.notice()
         if self._hub is not None:
             self._hub.notice()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         self.end(grace=GRACE_s if error is None else 0.0)

@@ -1,13 +1,12 @@
 """Many runs of one scene: what is varied, on which engine, and what comes of it.
 
-axes, designs       `--vary` and `--sample`: values of paths, grids, Sobol and Latin hypercube designs, their indices
+axes                `--vary` and `--sample`: values of paths, grids
 variant             one run as a row of numbers, in any worker; dask_workers: those of a scheduler, who are not trusted
 study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
-limiting, motions   how far a number may go before the verdict turns red, speeds of all moves of a kind too; limits_page
+limiting, motions   how far a number may go before the verdict turns red; speeds of all moves of a kind
 planning            the shortest timing of an action list within its limits
-rewriting           other values in the text of a scene, all else as it was written
-timing, timetable   what of it can be quicker; two timings beside each other
-summary, page       what the rows say: counts, curves, histograms, indices, probabilities of exceeding each limit
+timing              what of it can be quicker, written into the scene; two timings beside each other
+summary, page       designs and what the rows say: counts, curves, histograms, indices, probabilities; pages
 """
 
 from heavylift.kernel.on_demand import face

@@ -9,8 +9,6 @@ drawn in quantiles: a range is uniform, of several each is as likely, and an unc
 distribution that the scene states.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ Rows need none of that: while such an executor is in use, this process unpickles
 of Python, which sees what any library unpickles.  All traffic is behind certificates, or said by name not to be.
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 import time
@@ -56,7 +54,7 @@ no_code = _Guard()
 class _Answer:
     """A future of dask, as a study asks for it; the answer is fetched once, and not waited for without end."""
 
-    def __init__(self, future: Any, workers: _Workers) -> None:
+    def __init__(self, future: Any, workers: "_Workers") -> None:
         self.cancel, self._future, self._workers = future.cancel, future, workers
 
     def done(self) -> bool:

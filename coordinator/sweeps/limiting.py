@@ -5,8 +5,6 @@ first red value where the use of the limit is to be 100 %, or by halves where th
 the limit; what lies beyond is looked at in a few places, for a scene that is green again there has no single limit.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

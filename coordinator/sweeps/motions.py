@@ -3,8 +3,6 @@
 All orders of these verbs keep their proportions: the number is that of the fastest, the others follow.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from typing import Literal

@@ -6,8 +6,6 @@ before it goes half way back, until a run is green; halves of what was lost are 
 that is not quicker.
 """
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,9 +21,7 @@ from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
-from .rewriting import rewritten
-from .timetable import FoundTiming, Parts, done, last_wait
-from .timing import Step, overlaps, ramps, speeds
+from .timing import FoundTiming, Parts, Step, done, last_wait, overlaps, ramps, rewritten, speeds
 from .variant import first_sentence
 
 LOG = logging.getLogger("heavylift.sweeps")

@@ -5,17 +5,16 @@ parts/           rows as they come, one Parquet file for each second or so; a ki
 rows.parquet     all rows, whenever the study stops; recordings/000012.mcap, summary.html
 """
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os
 import shlex
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 from heavylift.kernel.errors import OutputError, RecordingError, SceneError, printable
@@ -63,7 +62,7 @@ class StudyPlan:
         }
 
 
-class Study:
+class Study(AbstractContextManager["Study"]):
     """A study on disk, as a context of one process at a time; rows are appended and never taken back."""
 
     def __init__(self, folder: str | Path, plan: StudyPlan, task: Task) -> None:
@@ -158,7 +157,7 @@ class Study:
                 part.unlink()
         self._number = 0
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> "pandas.DataFrame":
         """All rows as a DataFrame, by the number of the variant."""
         try:
             import pandas
@@ -178,9 +177,6 @@ class Study:
                     f"{path}: cannot be read ({str(error).splitlines()[0]}); remove it, its rows run again"
                 ) from None
         return [{key: value for key, value in row.items() if value is not None} for row in found]
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self._lock.close()

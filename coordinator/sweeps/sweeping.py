@@ -5,8 +5,6 @@ that dies takes its pool with it: what was with the pool is run again one by one
 once more is a row "lost".  Ctrl-C leaves all rows that were done, and the same study goes on later.
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -21,8 +19,8 @@ from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.text.units import DURATION
 
 from .axes import Variant, axes_of, grid, sampled
-from .designs import DESIGNS, drawn
 from .study import Study, StudyPlan
+from .summary import DESIGNS, drawn
 from .variant import KEEP, Keep, Row, Task, answered, played, received
 
 AHEAD, MOST = 3, 256  # variants with the executor for each worker; in all, if nobody says how many there are

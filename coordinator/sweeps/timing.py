@@ -2,23 +2,30 @@
 
 A step leads from what is written (0) to the boldest that can be tried (1); its texts are those of the language, at
 paths of the scene's data.  Waits stay as they are: people need them.
+
+A scene's text with other values in it: each is replaced where it stands, all else stays as it was written.
+
+Two timings of a lift beside each other: how long each stage takes, and what limits it.
 """
 
-from __future__ import annotations
-
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
+from heavylift.coordinator.ladder.in_memory import Played
+from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.plan.actions import LandedCondition, LiftedCondition, Move, SlingsCondition, Turn
+from heavylift.nodes.models.parts.messages import Done
+from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedCondition, Move, SlingsCondition, Turn, Wait
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.construction.scene_builder import ramp_of
-from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
 from heavylift.nodes.scene.text.spelling import NUMBER
+from heavylift.recordings.sheets.sheet import Cell, Table, columns
+from heavylift.recordings.sheets.terminal import table_text
 
 CREEP = 0.1  # of the loaded hoisting speed, with which loads are lifted off and set down unless they are ordered faster
 TURNS = 4.0  # times the rate that is written: a turn has no limit of its own, but that of what follows it
@@ -118,3 +125,128 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
         if alone and here and before and not listed[i].when and lasts[i - 1] - soonest > LEAST_s:
             told = f"'{listed[i - 1].stage or f'action {i}'}' is to begin and to end before it"
             yield Step("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=told)
+
+
+def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
+    """The text with these values at paths; a new key comes before the second of its mapping.
+
+    A comment behind a value keeps its column as long as there is room.  Raises SceneError where a value cannot be
+    replaced alone: one of several lines, an alias, one that stands in another file.
+    """
+    source, lines = read(text, name), text.splitlines(keepends=True)
+    at = {path: _mark(source, path) for path in changes}
+    for path in sorted(changes, key=lambda path: (at[path].line, at[path].column), reverse=True):  # the last one first
+        line, column, value = at[path].line - 1, at[path].column - 1, changes[path]
+        before, after = lines[line][:column], lines[line][column:]
+        if path in source.values:
+            lines[line] = before + _replaced(after, str(source.at(path)), value)
+        elif before.strip(" -"):  # in braces, or the only key of its line
+            lines[line] = f"{before}{path[-1]}: {value}, {after}"
+        else:
+            lines[line] = f"{before}{path[-1]}: {value}\n{' ' * column}{after}"
+    found = "".join(lines)
+    for path, value in changes.items():
+        inside = source.at(path[:-1])
+        if isinstance(inside, dict) and isinstance(path[-1], str):
+            inside[path[-1]] = value
+    if ordered(read(found, name).data) != ordered(source.data):
+        raise SceneError(f"{name}: cannot be written with its comments; write each order on a line of its own")
+    return found
+
+
+def _mark(source: Source, path: Path) -> Mark:
+    """Where a value stands, or the key before which a new one goes."""
+    if path in source.values:
+        return source.values[path]
+    inside = source.at(path[:-1])
+    keys = [source.keys[(*path[:-1], key)] for key in inside] if isinstance(inside, dict) else []
+    own = [mark for mark in keys[1:2] if mark.line > keys[0].line]
+    return (own or keys or [source.mark(path)])[0]
+
+
+def _replaced(text: str, old: str, new: str) -> str:
+    """A line from a value on, with another value."""
+    if not text.startswith(old):
+        return text
+    rest = text[len(old) :]
+    blanks = len(rest) - len(rest.lstrip(" "))
+    if rest[blanks : blanks + 1] == "#":
+        rest = " " * max(1, blanks + len(old) - len(new)) + rest[blanks:]
+    return new + rest
+
+
+HEADS = columns("stage", "before [h:min:s] .0", "after [h:min:s] .0", "what limits it")
+Parts = dict[Step, float]  # how far each step is taken, of 1
+
+
+@dataclass(frozen=True)
+class FoundTiming:
+    """A timing that was found: the scene before and after, its runs, how far each step is taken and what limits it;
+    `wrong`: why there is none."""
+
+    before: LoadedScene
+    run_before: Played | None
+    after: LoadedScene | None = None
+    run_after: Played | None = None
+    parts: Parts = field(default_factory=dict)
+    why: Mapping[Step, str] = field(default_factory=dict)
+    wrong: str = ""
+
+    @property
+    def gain(self) -> float:
+        """How much sooner the last move ends [s]."""
+        if self.run_before is None or self.run_after is None:
+            return 0.0
+        return done(self.run_before) - done(self.run_after)
+
+    @property
+    def told(self) -> list[str]:
+        """Lines for people: the stages before and after, and the verdict."""
+        assert self.run_before is not None
+        assert self.run_after is not None
+        ends = [done(run) for run in (self.run_before, self.run_after)]
+        rows: list[tuple[Cell, ...]] = [*self.rows, ("all moves are done", *ends, f"{self.gain / ends[0]:.0%} sooner")]
+        return [table_text(Table("Timing", HEADS, tuple(rows))), self.run_after.verdict.line]
+
+    def data(self) -> dict[str, object]:
+        """As plain data, SI units."""
+        assert self.run_before is not None
+        assert self.run_after is not None
+        keys = ("stage", "before", "after", "why")
+        return {
+            "before": done(self.run_before),
+            "after": done(self.run_after),
+            "stages": [dict(zip(keys, row, strict=True)) for row in self.rows],
+            "verdict": self.run_after.verdict.line,
+            "digest": self.run_after.digest,
+        }
+
+    @property
+    def rows(self) -> Iterator[tuple[str, float, float, str]]:
+        """Of each stage: name, how long it takes before and after until the next begins [s], what limits it."""
+        assert self.run_before is not None
+        assert self.run_after is not None
+        after = {number: lasts for number, _, lasts in _stages(self.run_after)}
+        for number, name, lasts in _stages(self.run_before):
+            told = [x for step, x in self.why.items() if step.action == number]
+            yield name, lasts, after.get(number, 0.0), "; ".join(dict.fromkeys(told))
+
+
+def last_wait(actions: Sequence[Action]) -> int:
+    """The number of the first of the waits at the end."""
+    n = len(actions)
+    while n and all(isinstance(order, Wait) for order in actions[n - 1].orders):
+        n -= 1
+    return n
+
+
+def _stages(run: Played) -> Iterator[tuple[int, str, float]]:
+    """Number of the action, name and duration of each stage [s]."""
+    ends = [t for t, _, _ in run.conduct.stages[1:]] + [run.end_ns * 1e-9]
+    for (t, number, name), end in zip(run.conduct.stages, ends, strict=True):
+        yield number, name, end - t
+
+
+def done(run: Played) -> float:
+    """When the last move of a run is done [s]."""
+    return max((e.t for e in run.events if isinstance(e.value, Done)), default=0) * 1e-9

@@ -5,8 +5,6 @@ process of a pool, a thread, or one of dask's on another host; no answer is a pi
 `heavylift run` has with the same settings.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 import re
@@ -73,7 +71,7 @@ class Task:
     ask: tuple[Asked, ...] = ()  # whose error is measured on one variant in `EACH`
 
     @classmethod
-    def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> Task:
+    def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> "Task":
         """Of a scene; what it extends is in its text."""
         name = scene.path.name if scene.path in bundled().values() else str(scene.path)
         if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not

@@ -11,8 +11,6 @@ answer at once (their delay is the lookahead of their ports).  Wall time is that
 with the recording; processor time is that of all processes.
 """
 
-from __future__ import annotations
-
 import tempfile
 import time
 from dataclasses import dataclass, replace
@@ -42,7 +40,7 @@ STRETCH = 0.01  # [m] at the start
 LATER_ns = 100_000_000  # that models of a user may answer late
 
 
-def hanging(scene: LoadedScene) -> list[CoupledPair]:
+def hanging(scene: LoadedScene) -> "list[CoupledPair]":
     """On each hook rope of a scene, what is above and below it; SceneError if there is none: no two processes could
     share a rope."""
     plan, found = scene.plan, list[CoupledPair]()

@@ -7,8 +7,6 @@ node back after how many DONEs of all nodes, so that nothing is timed while the 
 Chains of waiting: a node is held by one that is held by a third, down to the one that all of them wait for.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterator
@@ -18,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
-from heavylift.coordinator.protocol.node_state import together
+from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.transport.placement import nodes_of
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recording

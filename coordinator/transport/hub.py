@@ -1,4 +1,4 @@
-"""The coordinator's end of a run with nodes in processes of their own; `local_hub` has that for nodes in this one.
+"""The coordinator's end of a run with nodes in processes of their own; `exchange` has that for nodes in this one.
 
 Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a
 ProtocolError. `samples` holds all batches that a node sent before the message that `receive` has given last.
@@ -6,8 +6,6 @@ A process that is lost before `dismiss` makes `receive` raise, after all that it
 that knows better replaces it (failover.py). What an earlier incarnation of a process still says is dropped.
 A watching thread wakes `receive` with a message to ourselves (liveness.py).
 """
-
-from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -20,8 +18,7 @@ from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
 from .exchange import Exchange
-from .frame import FrameReader, FrameTopic, Writer
-from .keys import HUB, OBSERVER, OPERATOR, check_names, key
+from .frame import HUB, OBSERVER, OPERATOR, FrameReader, FrameTopic, Writer, check_names, key
 from .link import FIFO, JOIN_s, matched
 from .liveness import Lookout
 from .placement import Placement
@@ -50,7 +47,7 @@ class Door(ListenAddress, Protocol):
 
     @property
     def seen_from_afar(self) -> str: ...
-    def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate: ...
+    def gate(self, hub: "Hub", session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate: ...
 
 
 class Hub(Exchange):

@@ -5,20 +5,18 @@ each checked (frame.py). What was sent by `sample` before a `send` is at the coo
 arrived: both travel in one session, at one priority, in one order. A `NodeLink` serves all nodes of its process.
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Self
+from contextlib import AbstractContextManager
+from typing import Any
 
 import zenoh
 from heavylift.coordinator.stopping import whole
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
-from .frame import FIRST_EPOCH, FrameReader, FrameTopic, Writer
-from .keys import key
+from .frame import FIRST_EPOCH, FrameReader, FrameTopic, Writer, key
 from .session import Ticket, node_session
 
 FIFO = 4096  # messages that may wait at a receiver before its senders wait
@@ -60,7 +58,7 @@ class _Sender:
         self._samples.put(self._samples_writer.frame(payload))
 
 
-class NodeLink:
+class NodeLink(AbstractContextManager["NodeLink"]):
     """A process's connection to its coordinator; joins the run with all nodes of the ticket when it is made."""
 
     def __init__(self, ticket: Ticket, session: zenoh.Session | None = None) -> None:
@@ -128,9 +126,6 @@ class NodeLink:
             at = key(self.run, "leave", self.process)
             list(self._session.get(at, FifoChannel(1), congestion_control=block, timeout=LEAVE_s))
             self._session.close()  # type: ignore[no-untyped-call]
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -6,8 +6,6 @@ or when its connection has ended and no reason comes within GRACE_s; before that
 Each incarnation of a process has its own liveliness token, alive/<process>/<epoch>: those of older ones say nothing.
 """
 
-from __future__ import annotations
-
 import queue
 import threading
 import time

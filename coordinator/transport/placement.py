@@ -11,8 +11,6 @@ that share a process are one node of the protocol there, called like the first o
     --processes 4                    models in their order over four processes; the kernel has one to itself
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -34,12 +32,12 @@ class Placement:
     """Processes in whose place somebody starts a program that is not heavylift's."""
 
     @classmethod
-    def apart(cls, models: Iterable[str]) -> Placement:
+    def apart(cls, models: Iterable[str]) -> "Placement":
         """A process for each model, of the same name."""
         return cls({model: (model,) for model in models})
 
     @classmethod
-    def spread(cls, models: Sequence[str], count: int) -> Placement:
+    def spread(cls, models: Sequence[str], count: int) -> "Placement":
         """The models in their order, neighbours together, over `count` processes; the kernel has one to itself if there
         are two or more."""
         count = min(count, len(models))
@@ -52,7 +50,7 @@ class Placement:
         return cls(hosts if len(others) == len(models) else {**hosts, KERNEL: (KERNEL,)})
 
     @classmethod
-    def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> Placement:
+    def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> "Placement":
         """`hosts`: model -> process; a model that is not named there has a process of its own name."""
         found: dict[str, tuple[str, ...]] = {}
         for model in models:

@@ -1,7 +1,5 @@
 """The private directory of a run, where its processes meet; it goes with the run, also if that is killed."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import secrets
@@ -14,7 +12,7 @@ from typing import Self
 
 from heavylift.kernel.errors import ProtocolError
 
-from .keys import OBSERVER, OPERATOR
+from .frame import OBSERVER, OPERATOR
 
 PREFIX = "heavylift-"  # of the private directory of a run
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)

@@ -18,8 +18,8 @@ from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import REEVING, StaticState, reeved
 from heavylift.recordings import Recording, SampleLayout
+from heavylift.recordings.format.digest import Spool
 from heavylift.recordings.format.samples import POSE, SampleChannel
-from heavylift.recordings.format.spool import Spool
 from heavylift.recordings.format.viewer_messages import Rig, RopeLine
 from numpy.typing import NDArray
 

@@ -1,12 +1,10 @@
 """Arithmetic and linear algebra with the same bits on every processor; spatial algebra.
 
 elementary           sin, cos, atan2 and powers of additions, multiplications and divisions alone
-dense, small_blocks  small matrices on Python floats; blocks of rows in traced text
+dense, small_blocks  small matrices on Python floats; blocks of rows in traced text; A = L D L^T without pivoting
 arrays               linear algebra on arrays by operations on elements
-eigenvalues          largest eigenvalues with their vectors
-polynomials          splines and Chebyshev series
-ldlt                 A = L D L^T without pivoting
 attitudes            rotations as quaternions, for what is shown
+eigenvalues          largest eigenvalues with their vectors; splines and Chebyshev series
 spatial              spatial vectors in world axes about a common point (Featherstone)
 """
 

@@ -6,8 +6,6 @@ Sources: elimination by outer products (Golub, Van Loan 2013, section 3.2), cycl
 tournament, half of the rows at a time (section 8.5.5).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

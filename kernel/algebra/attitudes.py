@@ -1,7 +1,5 @@
 """Rotations as quaternions, for what is shown and recorded of a run; nothing in a run follows from them."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,8 +7,6 @@ one-sided Jacobi rotations (section 8.6.3) on its triangle (Drmac, Veselic 2008)
 matrices (section 8.5.3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import copysign, fsum, inf, nan, sqrt
 from operator import mul

@@ -9,8 +9,6 @@ Sources: argument reduction after Cody and Waite in the form of fdlibm's `e_rem_
 `s_atan.c`, `e_exp.c` (Sun Microsystems 1993); error-free sums and products: Dekker 1971, Knuth 4.2.2.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from math import pi
 from typing import TYPE_CHECKING, Any
@@ -211,13 +209,13 @@ def exp(x: float) -> float:
     return y
 
 
-def _power(x: Scalars, p: Scalars) -> Outputs:
+def _power(x: Scalars, p: Scalars) -> "Outputs":
     log = _log(minimum(maximum(x[0], 2.0**-1022), 2.0**1022))
     return {"y": [_exp(_times(log, (p[0], 0.0)))]}
 
 
 @cache
-def _traced_power() -> Function:
+def _traced_power() -> "Function":
     from heavylift.kernel.compiler.function import Function  # with NumPy, which floats do without
 
     return Function("power", _power, {"x": 1, "p": 1})

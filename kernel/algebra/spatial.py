@@ -4,8 +4,6 @@ Twists are [angular; linear], wrenches [moment; force].  Because every quantity 
 about the same point, sums along a path need no transformations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +12,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 from .elementary import cos, sin
 
 
-def exact(x: Scalars | Sequence[Sequence[float]]) -> Array:
+def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
     """As an array of Python floats, whose products are summed in order: NumPy hands those of its own floats to BLAS,
     which gives other last bits on other processors."""
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)

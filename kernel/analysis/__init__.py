@@ -1,6 +1,6 @@
 """What can be asked of a compiled scene at one instant, besides where it goes next.
 
-equilibrium, active                    static equilibrium; which one-sided laws act there
+equilibrium                            static equilibrium; which one-sided laws act there
 path, corrector                        its path as drives and winches move: steps and events; predictor and corrector
 modes, poses                           small motions about a pose
 momentum                               mass, centre, linear and angular momentum
@@ -11,7 +11,7 @@ Joint reactions, mobility and inverse dynamics are named here, too; they stand i
 
 from heavylift.kernel.model.reactions.joint_reactions import Reaction, Reactions, reactions
 from heavylift.kernel.model.reactions.mobility import Mobility, mobility
-from heavylift.kernel.multibody.inverse_dynamics import inverse_dynamics
+from heavylift.kernel.multibody.dynamics import inverse_dynamics
 from heavylift.kernel.on_demand import face
 
 from .equilibrium import Equilibrium, equilibrium
@@ -19,19 +19,8 @@ from .modes import Modes, NaturalMode, modes
 from .momentum import Momentum, momentum
 
 __all__ = [
-    "Equilibrium",
-    "Mobility",
-    "Modes",
-    "Momentum",
-    "NaturalMode",
-    "Reaction",
-    "Reactions",
-    "equilibrium",
-    "inverse_dynamics",
-    "mobility",
-    "modes",
-    "momentum",
-    "reactions",
+    "Equilibrium", "Mobility", "Modes", "Momentum", "NaturalMode", "Reaction", "Reactions", "equilibrium",
+    "inverse_dynamics", "mobility", "modes", "momentum", "reactions",
 ]  # fmt: skip
 
 face(__name__)

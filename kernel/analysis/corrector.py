@@ -5,8 +5,6 @@ since the one before; the corrector goes on with that stiffness, then with one o
 chapters 2 and 6).
 """
 
-from __future__ import annotations
-
 from math import inf
 
 import numpy as np

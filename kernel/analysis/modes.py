@@ -4,8 +4,6 @@ With x = (small displacement, velocity) in the tangent space, x' = [[0, 1], [da/
 s = -zeta w +- i w sqrt(1 - zeta^2).  Taut, closed and sticking laws stay as they are.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING
@@ -55,7 +53,7 @@ class Modes:
         return max([x for x in rates if x > GROWS], default=0.0)
 
 
-def modes(simulation: Simulation) -> Modes:
+def modes(simulation: "Simulation") -> Modes:
     """Modes of a simulation about the pose where it is, which should be at rest (see `equilibrium`); all drives are
     stopped and all speeds count as zero."""
     poses = Poses.stopped(simulation)

@@ -4,8 +4,6 @@ Sums of I V over the bodies of each tree (Featherstone 2008, section 2.9), moved
 origin.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,7 +32,7 @@ class Momentum:
         return spin
 
 
-def momentum(simulation: Simulation) -> Momentum:
+def momentum(simulation: "Simulation") -> Momentum:
     """Momentum of all bodies together at the present instant of a simulation."""
     program, x = simulation.program, simulation.instant()
     mass, moment, linear, angular = 0.0, np.zeros(3), np.zeros(3), np.zeros(3)

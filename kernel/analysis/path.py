@@ -10,8 +10,6 @@ Where no equilibrium is near any more (a fold, a load let go), the scene falls t
     settle()          the rest after commands
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, nan
 from types import SimpleNamespace
@@ -27,9 +25,8 @@ from heavylift.kernel.simulation.native.native_state import NEVER
 from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
 
-from .active import RUBS, give_way, net, switch
 from .corrector import BEND, Corrector
-from .equilibrium import Equilibrium, equilibrium_at, relaxed
+from .equilibrium import RUBS, Equilibrium, equilibrium_at, give_way, net, relaxed, switch
 from .modes import Modes, modes_at
 
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path

@@ -4,8 +4,6 @@ Poses are compared in the tangent space, one number per free degree of freedom, 
 Where loops close, `basis` spans what they leave, and every pose is put back onto them.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +20,7 @@ STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses of differences; smaller wh
 class Poses:
     """Evaluates one simulation at poses near its own, while its drives, winches and masters stand (see `stopped`)."""
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: "Simulation") -> None:
         self.simulation = simulation
         p = simulation.program
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}
@@ -54,7 +52,7 @@ class Poses:
                 self._columns[link.v_modes.start + n, 1:] = 0, i, i + 1
 
     @staticmethod
-    def stopped(simulation: Simulation) -> Poses:
+    def stopped(simulation: "Simulation") -> "Poses":
         """Of a simulation whose drives, winches and masters are stopped where they are, for good."""
         simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)

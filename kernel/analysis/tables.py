@@ -1,14 +1,11 @@
 """What statics and modes found, as text for people and as plain data for programs; SI units in the data."""
 
-from __future__ import annotations
-
 from collections import Counter
 from math import inf, pi
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.model.reactions.indeterminacy import COMPONENTS
-from heavylift.kernel.model.reactions.joint_reactions import Reactions
+from heavylift.kernel.model.reactions.joint_reactions import COMPONENTS, Reactions
 
 from .equilibrium import Equilibrium
 from .modes import Modes, NaturalMode

@@ -1,12 +1,11 @@
 """From plain Python functions to machine code: tracing, LLVM IR, compilation.
 
-symbol, function, layout      symbols that record arithmetic; functions traced once; named parts of blocks of numbers
-emit                          recorded functions as an LLVM IR module
+symbol, function              symbols that record arithmetic; functions traced once; named parts of blocks of numbers
+emit                          recorded functions as an LLVM IR module; machine code of this process, cached
 llvm_function                 one function as straight-line code
-simd_batches, simd_operands   equal calls side by side as vectors; where their numbers come from
+simd_batches                  equal calls side by side as vectors; where their numbers come from
 vector_loops                  arithmetic on whole states as loops
 native_loops, native_linear_algebra   loops written by hand; LU factors of dense systems
-machine_code                  IR to machine code of this process, with a cache of object files
 """
 
 from heavylift.kernel.on_demand import face

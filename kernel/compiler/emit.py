@@ -2,11 +2,24 @@
 
 Every function takes pointers to blocks of doubles.  Arithmetic is strict IEEE (no reassociation except inside dot
 products of fixed lanes, no contraction unless asked for), so that the bits are the same at every optimisation level.
+
+LLVM IR -> machine code in this process, with a cache of object files.
+
+The key of the cache is made from the sources of the kernel, the structure of the scene, llvmlite and the processor,
+so that a second start needs neither tracing nor compiling.
 """
 
-from __future__ import annotations
-
+import ctypes
+import hashlib
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+
+import llvmlite
+import llvmlite.binding as llvm
+import numpy as np
+from heavylift.kernel.cache import read_cached, sources, write_cached
 
 from .function import Function, Primitive
 from .llvm_function import StraightLineCode, blocks_of, named_code
@@ -28,7 +41,7 @@ class EmittedParts:
     """Functions, sequences and loops that make up one native function."""
 
     name: str
-    parts: tuple[Function | EmittedParts, ...]
+    parts: "tuple[Function | EmittedParts, ...]"
 
     @property
     def blocks(self) -> list[str]:
@@ -105,3 +118,81 @@ body:
 exit:
   ret void
 }}"""
+
+
+_FLOAT = np.dtype(np.float64)
+_ANY = ctypes.c_char * 0
+
+
+class Library:
+    """Machine code of `ir()`, which is called only if `structure` is not in the cache; `opt`: LLVM's level 0 to 3;
+    `cpu`: LLVM's name of a processor whose instructions are used instead of all that this one has."""
+
+    def __init__(
+        self,
+        structure: str,
+        ir: Callable[[], str],
+        opt: int = 1,
+        cache: bool = True,
+        cpu: str | None = None,
+    ) -> None:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        features = "" if cpu else llvm.get_host_cpu_features().flatten()
+        cpu = cpu or llvm.get_host_cpu_name()
+        target = llvm.Target.from_default_triple()
+        self._machine = target.create_target_machine(opt=opt, cpu=cpu, features=features)
+        parts = [structure, cpu, features, llvmlite.__version__, str(opt), sys.platform]
+        key = hashlib.sha256(sources() + "|".join(parts).encode()).hexdigest()
+        name = f"{key}.o"
+        code = read_cached(name) if cache else b""
+        self.cached = bool(code)
+        if not code:
+            code = self._compile(ir(), opt)
+            if cache:
+                write_cached(name, code)
+        self.size = len(code)
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        self._calls: dict[tuple[str, int], Callable[..., None]] = {}
+
+    def _compile(self, ir: str, opt: int) -> bytes:
+        module = llvm.parse_assembly(ir)
+        if opt:
+            options = llvm.create_pipeline_tuning_options(speed_level=opt)
+            options.slp_vectorization = False
+            passes = llvm.create_pass_builder(self._machine, options)
+            if opt == 1:  # straight-line code without branches has little use for the other passes, which take longer
+                few = llvm.create_new_module_pass_manager()
+                few.add_instruction_combine_pass()
+                few.run(module, passes)
+            else:
+                passes.getModulePassManager().run(module, passes)
+        return bytes(self._machine.emit_object(module))
+
+    def number(self, name: str) -> float:
+        """A constant of the code."""
+        address = self._engine.get_global_value_address(name)
+        return ctypes.c_double.from_address(address).value
+
+    def address(self, name: str) -> int:
+        """Where a native function begins."""
+        found: int = self._engine.get_function_address(name)
+        assert found, f"no native function '{name}'"
+        return found
+
+    def call(self, name: str, *blocks: np.ndarray) -> None:
+        """Run a native function on contiguous float64 blocks; the caller vouches for their sizes."""
+        self.bound(name, *blocks)()
+
+    def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
+        """The same, ready to be run again and again; the caller keeps the blocks."""
+        for b in blocks:
+            assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
+        call = self._calls.get((name, len(blocks)))
+        if call is None:
+            call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(blocks))(self.address(name))
+            self._calls[name, len(blocks)] = call
+        # from_buffer refuses what is not contiguous
+        return partial(call, *[ctypes.addressof(_ANY.from_buffer(b)) for b in blocks])  # type: ignore[arg-type]

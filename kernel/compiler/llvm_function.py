@@ -1,13 +1,10 @@
 """One recorded function as straight-line LLVM IR, for one call or for several side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 
 from .function import Function, placed
-from .simd_batches import WIDEST, SimdBatch, arranged
-from .simd_operands import constant, gathered, reference, spread, spread_value, vector_type
+from .simd_batches import WIDEST, SimdBatch, arranged, constant, gathered, reference, spread, spread_value, vector_type
 from .symbol import Sym, is_sym
 from .vector_loops import Wide, is_long
 

@@ -5,8 +5,6 @@ of its column, so that the same numbers give the same bits.  Matrices lie column
 complex systems in two planes.  Factors live in a block of doubles beside the state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ Values are names of IR registers (strings).  Counters live on the stack; the com
 registers.  Arithmetic is strict IEEE and runs over WIDEST doubles at once wherever memory is contiguous.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 

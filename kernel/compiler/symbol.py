@@ -7,8 +7,6 @@ atan2 and power from `elementary`, `d = 1/x` once instead of many divisions.  Vi
 to write instead.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -47,7 +45,7 @@ class ExpressionGraph:
         self.equations: list[tuple[str, Any]] = []
         self.scope = ""  # the law whose text is being recorded
 
-    def __enter__(self) -> ExpressionGraph:
+    def __enter__(self) -> "ExpressionGraph":
         RECORDING.graphs.append(self)
         return self
 
@@ -95,7 +93,7 @@ class Sym:
     def __abs__(self) -> Any:
         return node("abs", self)
 
-    def __matmul__(self, o: Sym) -> Sym:
+    def __matmul__(self, o: "Sym") -> "Sym":
         return node("dot", self, o)
 
     def __gt__(self, o: Any) -> Any:

@@ -5,14 +5,11 @@ made again where they are needed.  Every number meets the operations that unroll
 in dot products: the bits are those of unrolled code.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 from .function import Function, operands, placed
-from .simd_batches import WIDEST, SimdBatch
-from .simd_operands import constant, vector_type
+from .simd_batches import WIDEST, SimdBatch, constant, vector_type
 from .symbol import Sym, is_sym
 
 UNROLLED = 256  # numbers of the longest value whose arithmetic is written out

@@ -1,13 +1,9 @@
 """Constraint rows: joints that close loops, rigid ropes, contacts.
 
 loop_closures     what each joint type forbids, as rows
-rigid_ropes       rows that pull only
-tree_factors      one kind of tree, opened up so that rows can use its factors
-row_structure     which rows a scene has, and which of them couple
-held_rows         the rows of loops and rigid ropes at one instant
+row_structure     which rows a scene has, which couple; those of loops and rigid ropes at one instant
 rows              all rows at one instant: Delassus matrix G H^-1 G^T, multipliers, corrections
-block_matrix      the Delassus matrix of loops and ropes, factorised in blocks
-unsymmetric_matrix   the same, entry by entry, where contacts push otherwise than they sense
+block_matrix      the Delassus matrix of loops and ropes, factorised in blocks; factors of trees that rows use
 complementarity   which one-sided rows are active: pivoting; multipliers of redundant rows
 contact           rigid contact with friction
 """

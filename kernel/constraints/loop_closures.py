@@ -6,8 +6,6 @@ Each row has its residual g, its wrench w (g' = w . (V_B - V_A)) and what g'' ho
 A new joint type is one entry of `CLOSURES`; its wrenches must do no work along the joint's own velocities.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi

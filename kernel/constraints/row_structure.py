@@ -2,23 +2,76 @@
 
 First those of the joints that close loops, in the order of the list, then one per rigid rope, then those of contacts.
 Rows couple where the paths of what they hold, from the ground, share a degree of freedom.
+
+The rows of loops and rigid ropes where bodies are at an instant.
+
+A row is a wrench on each body that it holds together: the twists V fulfil sum(w . V) = 0, the accelerations
+sum(w . A) + bias = 0, and multiplier * w acts on the bodies.
+
+Rigid ropes: a length that cannot be exceeded, as a row that pulls while the rope is taut and is absent while slack.
+
+Residual: slack = L0 - sum(share |a - b|), never negative; multiplier: the tension, never negative.  Which ropes are
+taut is a discrete state; what becomes of it at an event stands in `rope_impacts`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, Protocol
 
-from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.description.mechanics import RigidRope
+from heavylift.kernel.algebra.spatial import cross, join
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, select, sqrt
+from heavylift.kernel.description.mechanics import Joint, RigidRope
+from heavylift.kernel.forces.force_law import BODY, attachment
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
 
-from .block_matrix import Blockwise
+from .block_matrix import Blockwise, Unsymmetric
 from .loop_closures import CLOSURES, closure_function, residual_unit
-from .rigid_ropes import rigid_rope
-from .unsymmetric_matrix import Unsymmetric
+
+SLACK = 1e-9  # [m] used up by less, a rope still counts as slack, so that round-off does not pull it taut
+TOUCHING = 2e-9  # [m] slack below which a rope may become taut
+LINE = 7  # numbers of a line: a(3), b(3), share
+
+
+class RigidAt:
+    """Places of a rigid rope's numbers, before those of its lines: a(3), b(3), share."""
+
+    HOOKED, TAUT, LINES = range(3)
+    A, B = slice(2, 5), slice(5, 8)
+
+
+def rigid_numbers(rope: RigidRope) -> list[float]:
+    """hooked, taut and the lines of a rope."""
+    return [float(rope.hooked), 0.0, *(x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share))]
+
+
+def rigid_rope(n: int) -> Function:
+    """The row of a rope of n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb (6,)."""
+
+    def body(L: Array, p: Array, **ends: Array) -> Outputs:
+        gap, rate, bias = L[0], L[1], L[2]
+        out: dict[str, Array] = {}
+        for i in range(n):
+            q = p[RigidAt.LINES + LINE * i : RigidAt.LINES + LINE * (i + 1)]
+            A, B = ends[f"a{i}"], ends[f"b{i}"]
+            (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, q[:3]), attachment(B, q[3:6])
+            d, dv = p_b - p_a, v_b - v_a
+            l = sqrt(d @ d)
+            u = d * (1.0 / l)
+            dl = u @ dv
+            du = (dv - dl * u) * (1.0 / l)
+            gap, rate = gap - q[6] * l, rate - q[6] * dl
+            for e, x, v, V, sign in (("a", x_a, v_a, A[15:], 1.0), ("b", x_b, v_b, B[15:], -1.0)):
+                s = sign * q[6]
+                out[f"w{e}{i}"] = s * join(cross(x, u), u)
+                bias = bias + s * (join(cross(v, u) + cross(x, du), du) @ V)
+        return {"gap": [gap], "rate": [rate], "bias": [bias], **out}
+
+    blocks = {f"{e}{i}": BODY for i in range(n) for e in "ab"}
+    return Function(f"rigid{n}", body, {"L": 3, "p": RigidAt.LINES + LINE * n, **blocks})
+
 
 BLOCK = 6  # rows of a block at most
 
@@ -104,3 +157,61 @@ class Constraints:
             )
             groups = [g for g in groups if g not in touched] + [merged]
         return groups
+
+
+Numbers = Callable[[str, str], Array]  # kind, name -> its part of P
+Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with two rates
+
+
+class CompiledScene(Protocol):
+    """What rows depend on of a compiled scene."""
+
+    @property
+    def graph(self) -> Graph: ...
+    @property
+    def constraints(self) -> Constraints: ...
+    @property
+    def instances(self) -> Sequence[tuple[Tree, Any]]: ...
+
+
+@dataclass(frozen=True)
+class ConstraintRow:
+    """One row at an instant; `wrenches`: body number and (6,) wrench about the point of that body's tree."""
+
+    wrenches: list[tuple[int, Array]]
+    gap: Scalar
+    rate: Scalar
+    bias: Scalar
+    on: Scalar = 1.0  # 0: absent, as of a slack rope
+    push: list[tuple[int, Array]] | None = None  # what it does where it senses otherwise: sliding friction
+    soft: Scalar = 1.0  # factor of its regularisation: of redundant rows, a soft one carries less
+    prior: Scalar = 0.0  # force next to which that of a redundant row is
+
+
+def held_rows(
+    scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
+) -> list[ConstraintRow]:
+    """The rows of loops, then of rigid ropes, where bodies are at `ends`; arguments as of `Rows`."""
+    rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
+    ropes = scene.constraints.ropes
+    return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]
+
+
+def _loop(scene: CompiledScene, j: Joint, ends: Mapping[int, Array], p: Array) -> list[ConstraintRow]:
+    a, b = (scene.graph.number(x) for x in (j.parent, j.child))
+    x = scene.constraints.closures[j.kind](p=p, A=ends[a], B=ends[b])
+    return [
+        ConstraintRow([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
+        for i in range(len(CLOSURES[j.kind]))
+    ]
+
+
+def _rope(
+    scene: CompiledScene, r: RigidRope, ends: Mapping[int, Array], p: Array, L: tuple[Scalar, Scalar, Scalar]
+) -> ConstraintRow:
+    bodies = [(scene.graph.number(line.a.body), scene.graph.number(line.b.body)) for line in r.lines]
+    at = {f"{e}{n}": ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
+    x = scene.constraints.pulls[len(r.lines)](L=list(L), p=p, **at)
+    wrenches = [(i, getattr(x, f"w{e}{n}")) for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)]
+    on = select(p[RigidAt.HOOKED] > 0.0, p[RigidAt.TAUT], 0.0)
+    return ConstraintRow(wrenches, x.gap[0], x.rate[0], x.bias[0], on)

@@ -4,8 +4,6 @@ Drift is removed where a step is accepted, by one Newton step of the same rows o
 (Bayo, Ledesma 1996): it does no work on the motion that is left, and costs one evaluation per step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
@@ -14,14 +12,11 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
 from heavylift.kernel.forces.force_law import attachment
-from heavylift.kernel.forces.rope_mass import at_the_hook
+from heavylift.kernel.forces.ropes import at_the_hook
 
-from .block_matrix import Blockwise
-from .held_rows import CompiledScene, ConstraintRow, Lengths, Numbers, held_rows
+from .block_matrix import Blockwise, OpenTree, Unsymmetric
 from .loop_closures import CLOSURES
-from .rigid_ropes import SLACK, RigidAt
-from .tree_factors import OpenTree
-from .unsymmetric_matrix import Unsymmetric
+from .row_structure import SLACK, CompiledScene, ConstraintRow, Lengths, Numbers, RigidAt, held_rows
 
 ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom

@@ -8,7 +8,7 @@ signals                       scalars that can be sampled for models that listen
 points, units                 places that all of these are described with; what their numbers are
 profile                       trapezoid profiles that drives, winches and masters follow
 field_types                   what every field must hold
-name_order, names             the order of names, what they refer to
+name_order                    the order of names
 findings                      what is found of a lift, checks of it, notes of a run, as every room reads them
 user_code                     modules of the user, as they stand in their files
 """

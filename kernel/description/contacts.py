@@ -4,8 +4,6 @@ Tagged msgspec structs, so that shapes of different kinds cross processes as the
 the ground.
 """
 
-from __future__ import annotations
-
 from msgspec import Struct
 
 from .points import IDENTITY, Matrix, Vector

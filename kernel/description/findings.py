@@ -3,8 +3,6 @@
 A note belongs to the instant that it tells of, as a sample does, and comes out the same however a run is cut up.
 """
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple, TypeAlias
 
 import msgspec

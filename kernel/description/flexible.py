@@ -6,8 +6,6 @@ stiffen and soften beams (no other bodies).  Without NumPy, as all descriptions.
 coordinates are displacements in m (rad for torsion) where a mode is largest.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -4,8 +4,6 @@ Tagged msgspec structs, so that a tuple of different kinds crosses processes as 
 (body, position in its frame), "world" is the ground.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Literal
 
@@ -15,19 +13,8 @@ from . import units as u
 from .points import IDENTITY, Matrix, Point, RopeSpan
 
 __all__ = [
-    "Bushing",
-    "Characteristic",
-    "Force",
-    "InputSignal",
-    "Load",
-    "Matrix6",
-    "Reeving",
-    "Sheave",
-    "Spring",
-    "Torsion",
-    "UserLaw",
-    "Wave",
-    "Wind",
+    "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "Reeving", "Sheave", "Spring", "Torsion",
+    "UserLaw", "Wave", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]

@@ -6,8 +6,6 @@ quaternion behind a free displacement.  `motion` reads the table for places, vel
 is a new entry.  `JOINTS.md` shows it with what may act on each joint.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import get_args
 

@@ -3,8 +3,6 @@
 SI units; a point is (body, position in its frame).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 
@@ -117,9 +115,8 @@ class Rope(Straight):
     """An elastic, tension-only rope of one tension over one or more straight lines.
 
     length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
-    `mass`, of all its lines by their shares: its ends bear it (see `rope_mass`); T is then the tension in the middle,
-    and
-    the one that samples show is that at the lower ends b.
+    `mass`, of all its lines by their shares: its ends bear it (see `forces.ropes`); T is then the tension in the
+    middle, and the one that samples show is that at the lower ends b.
     `winch`: L0 follows a Profile or Follow sent at run time.  `hooked` is its state at the start.
     """
 

@@ -3,8 +3,6 @@
 Elements are put into it once, where a description is assembled, so that nothing depends on who wrote what first.
 """
 
-from __future__ import annotations
-
 import re
 from functools import lru_cache
 

@@ -3,8 +3,6 @@
 SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from .units import Ratio

@@ -6,8 +6,6 @@ t = d/v + v/a if d >= v^2/a else 2 sqrt(d/a).  Plain Python, so that the DEVS mo
 kernel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign, inf, isfinite, sqrt
 

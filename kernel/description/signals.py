@@ -1,7 +1,5 @@
 """What can be sampled of a scene, and what thresholds guard: one table of quantities."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -3,8 +3,6 @@
 Scenes write them with a unit of that kind (`nodes.scene.text.units` has the tables).
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 

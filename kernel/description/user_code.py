@@ -6,8 +6,6 @@ earlier version goes on in the objects that were made of it.  What was imported 
 hook of another tool, counts as changed if its file is newer than this module.
 """
 
-from __future__ import annotations
-
 import ast
 import errno
 import importlib

@@ -1,21 +1,18 @@
 """The equations of motion of a scene in print, as text or as a LaTeX document: `heavylift equations SCENE`.
 
-notation, document       formulas in both notations; sections laid out
-bodies                   eqs (1)-(4) of every body; the recursion of Fig. 6
-joints, laws             columns of S, joint forces; every law with its formula and numbers
+document                 formulas in both notations; sections laid out
+bodies                   eqs (1)-(4) of every body; the recursion of Fig. 6; columns of S, joint forces
+laws                     every law with its formula and numbers
 formulation, coordinates what is solved; the traced text itself, every quantity named
 """
-
-from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import WORLD, System
 from heavylift.kernel.multibody.graph import Graph, build_graph
 
-from .bodies import balances, recursion
+from .bodies import balances, joints, recursion
 from .coordinates import coordinates
 from .document import DocumentSection, as_latex, as_text
 from .formulation import formulation_section
-from .joints import joints
 from .laws import laws
 
 __all__ = ["equations"]

@@ -3,8 +3,6 @@
 It is printed from the very text that becomes machine code, so print and motion cannot differ.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -19,8 +17,7 @@ from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import coordinate_names
 from heavylift.kernel.multibody.trees import Tree, with_numbers
 
-from .document import DocumentSection, Equation
-from .notation import Formula, escaped
+from .document import DocumentSection, Equation, Formula, escaped
 
 _INFIX = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2), "gt": (">", 0), "ge": (">=", 0)}
 _SHORT = {"mass": "m", "com": "c", "inertia": "I", "p_PJ": "p", "R_PJ": "Rj", "axes": "e", "pitch": "h"}

@@ -1,11 +1,8 @@
 """The system of equations that a formulation makes of the bodies and joints, in a few lines."""
 
-from __future__ import annotations
-
 from heavylift.kernel.multibody.graph import Graph
 
-from .document import DocumentSection, Equation
-from .notation import Formula
+from .document import DocumentSection, Equation, Formula
 
 # left and right, each as text and as LaTeX, and a remark
 _Row = tuple[str, str, str, str, str]

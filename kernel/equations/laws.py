@@ -3,8 +3,6 @@
 A kind without a formula here is told in the words of its own description, so that no law is ever left out.
 """
 
-from __future__ import annotations
-
 from dataclasses import fields
 from inspect import getdoc
 from typing import Any
@@ -25,8 +23,7 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.kernel.multibody.graph import Graph
 
-from .document import DocumentSection, Equation
-from .notation import Formula, cross, joined, law, plain, sym
+from .document import DocumentSection, Equation, Formula, cross, joined, law, plain, sym
 
 Row = tuple[Point, str, str]  # where a law acts, its name with the number of its end, sign of its force there
 
@@ -116,6 +113,12 @@ def _shown(x: Any) -> str:
     return ", ".join(f"{n} {_shown(getattr(x, n))}" for n in names) or "-"
 
 
+_ALONG = (
+    "f",
+    "share T (b - a)/|b - a|",
+    r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
+    "on the body of a, -f on that of b",
+)
 # left, right as text and as LaTeX, when it holds; for one law of the kind
 _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
     Rope: (
@@ -131,21 +134,11 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
             r"EA\,\frac{l - L_0}{L_0} + c\,(\dot{l} - \dot{L}_0)",
             "while hooked and taut, else 0",
         ),
-        (
-            "f",
-            "share T (b - a)/|b - a|",
-            r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
-            "on the body of a, -f on that of b",
-        ),
+        _ALONG,
     ),
     RigidRope: (
         ("l", "L0", "L_0", "while taut: T is what keeps it; slack while l < L0"),
-        (
-            "f",
-            "share T (b - a)/|b - a|",
-            r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
-            "on the body of a, -f on that of b",
-        ),
+        _ALONG,
     ),
     Support: (
         ("N", "k (height - z) - d z'", r"k\,(\mathrm{height} - z) - d\,\dot{z}", "while closed, else 0"),

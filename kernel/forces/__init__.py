@@ -1,12 +1,10 @@
 """Forces: one entry of the force table each.
 
 table, force_law        the force table; what the kernel asks of a kind of force
-ropes, supports         elastic ropes over straight lines; points on pads
-joint_laws, friction    springs, stops and brakes of joints; contact that only pushes, sticks and slips
-springs, loads          springs, dampers and bushings; loads that are given, and wind
-characteristic          actuator laws given as data
+ropes                   elastic ropes over straight lines; what the ends of a rope bear of its mass
+joint_laws, friction    springs, stops, brakes of joints; contact that only pushes, sticks and slips; points on pads
+springs, loads          springs, dampers and bushings; loads that are given, and wind; actuator laws given as data
 reeving                 ropes over sheaves and edges, with friction
-rope_mass               what the ends of a rope bear of its mass
 user_laws, mathematics  laws of the user's own, and what they may compute with
 """
 

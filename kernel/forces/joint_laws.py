@@ -1,7 +1,5 @@
 """Laws along one coordinate of a joint: springs, end stops, dry brakes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +40,7 @@ class StopLaw(ForceLaw[Stop]):
 
     kind = "stop"
 
-    def within(self, f: Stop, setting: Setting) -> StopLaw:
+    def within(self, f: Stop, setting: Setting) -> "StopLaw":
         return StopLaw(setting.clamped)
 
     def numbers(self, f: Stop, poses: Poses) -> list[float]:
@@ -86,7 +84,7 @@ class BrakeLaw(ForceLaw[Brake]):
     kind = "brake"
     initial = False
 
-    def within(self, f: Brake, setting: Setting) -> BrakeLaw:
+    def within(self, f: Brake, setting: Setting) -> "BrakeLaw":
         place, _ = setting.graph.coordinate(f.name, *f.along)
         return BrakeLaw(setting.graph.q0[place], setting.at_rest)
 

@@ -2,21 +2,78 @@
 
 Taut: T = max(0, EA e/L0 + c (l' - L0')).  Guards: slack -> taut when e rises through 0; taut -> slack when the tension
 falls through 0.  Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound onto the drum.
+
+What the ends of a rope bear of its own mass, as if it were straight and evenly stretched.
+
+Half of its weight pulls each end down, and a third of its mass moves with each; the sixth that couples the motion of
+both ends is left out (Rayleigh 1877, The Theory of Sound, section 156).  So a mass on a rope, up and down, and a
+straight pendulum that it makes, keep their frequencies.  The masses join the bodies before anything is traced; what
+they do not weigh, a sixth of the rope at each end, is a force.  At the lower end the tension is smaller by half of the
+weight than in the middle.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
 from heavylift.kernel.description.forces import InputSignal
-from heavylift.kernel.description.mechanics import Rope
+from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
+from heavylift.kernel.multibody.joint_locking import gathered
 
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment
 from .friction import one_sided
-from .rope_mass import at_the_hook, not_weighed, pulls_down
+
+MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
+
+
+def with_rope_masses(system: System) -> System:
+    """The system with the masses that its ropes move on their bodies."""
+    borne: dict[str, list[tuple[float, Point]]] = {}
+    for rope in system.straight_ropes:
+        for mass, end in _ends(rope):
+            borne.setdefault(end.body, []).append((mass, end))
+    if not borne:
+        return system
+    return replace(system, bodies=tuple(_with(b, borne.get(b.name, [])) for b in system.bodies))
+
+
+def not_weighed(weight: Scalar) -> Scalar:
+    """What the bodies at each end of a rope do not weigh of its own weight [N]."""
+    return (WEIGHS - MOVES) * weight
+
+
+def pulls_down(weight: Scalar, x: Array) -> Array:
+    """(6,) wrench of that at an end, at x from the tree's point."""
+    f = -not_weighed(weight)
+    return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
+
+
+def at_the_hook(tension: Scalar, weight: Scalar) -> Any:
+    """Tension at the lower end of a rope, from that in its middle [N]."""
+    return maximum(tension - WEIGHS * weight, 0.0)
+
+
+def _ends(rope: Rope | RigidRope) -> Iterator[tuple[float, Point]]:
+    """What moves with each end that is not the ground's."""
+    for line in rope.lines if rope.mass else ():
+        for end in (line.a, line.b):
+            if end.body != WORLD:
+                yield MOVES * line.share * rope.mass, end
+
+
+def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
+    """A body with masses at points of it."""
+    if not borne:
+        return body
+    parts = [(body.mass, np.array(body.com)), *((m, np.array(p.p)) for m, p in borne)]
+    mass, com, inertia = gathered(np.array(body.inertia), parts)
+    px, py, pz = com.tolist()
+    a, b, c = ((u, v, w) for u, v, w in inertia.tolist())
+    return replace(body, mass=mass, com=(px, py, pz), inertia=(a, b, c))
+
 
 ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3), b(3), share
 
@@ -30,7 +87,7 @@ class RopeAt:
 
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
-    """With a mass of its own, the tension that samples show is that at the ends b, see `rope_mass`.
+    """With a mass of its own, the tension that samples show is that at the ends b, see above.
 
     `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
     """
@@ -42,7 +99,7 @@ class RopeLaw(ForceLaw[Rope]):
 
     kind = "rope"
 
-    def within(self, f: Rope, setting: Setting) -> RopeLaw:
+    def within(self, f: Rope, setting: Setting) -> "RopeLaw":
         return RopeLaw(setting.clamped, f.name in setting.calm, f.winch, setting.gravity)
 
     def signal(self, f: Rope) -> InputSignal:

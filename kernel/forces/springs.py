@@ -105,14 +105,7 @@ class TorsionLaw(ForceLaw[Torsion]):
                     "that there is no twist; let a joint hold the axis, or give the two bodies no torsion")  # fmt: skip
 
     def answer(
-        self,
-        f: Torsion,
-        p: Array,
-        ends: list[Array],
-        signal: Scalars,
-        joint: Scalars,
-        t: Scalar,
-        counted: Scalars = (0.0,),
+        self, f: Torsion, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar, counted: Scalars = ()
     ) -> LawOutput:
         axis, (k, d, rest) = p[:3], p[3:6]
         R_a = _rotation(ends[0])
@@ -206,14 +199,7 @@ class BushingLaw(ForceLaw[Bushing]):
         ]
 
     def answer(
-        self,
-        f: Bushing,
-        p: Array,
-        ends: list[Array],
-        signal: Scalars,
-        joint: Scalars,
-        t: Scalar,
-        counted: Scalars = (0.0,),
+        self, f: Bushing, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar, counted: Scalars = ()
     ) -> LawOutput:
         A, B = ends
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3], "a"), attachment(B, p[3:6], "b")

@@ -4,8 +4,6 @@
 own numbers, ends, signal and joint.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -17,14 +15,13 @@ from heavylift.kernel.description.forces import Force, InputSignal
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support
 from heavylift.kernel.description.units import wrong_sign
 
-from .characteristic import CharacteristicLaw
 from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
+from .friction import SupportLaw
 from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw
-from .loads import LoadLaw, WindLaw
+from .loads import CharacteristicLaw, LoadLaw, WindLaw
 from .reeving import ReevingLaw
 from .ropes import RopeLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
-from .supports import SupportLaw
 from .user_laws import UserLawEntry
 
 LISTS = ("guards", "shown", "turned", "turning")

@@ -6,8 +6,6 @@ moment (6,) in world axes for each end.  What it does to bodies counts as its wo
 compiled; the digest of what it computes is part of the structure, so an edited law never runs as an old object file.
 """
 
-from __future__ import annotations
-
 import hashlib
 import traceback
 from collections.abc import Callable

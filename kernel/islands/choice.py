@@ -1,7 +1,5 @@
 """Whether a scene is solved as one or as islands."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any
 

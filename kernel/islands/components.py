@@ -6,8 +6,6 @@ function of time, so each island with actuators has its own; a measured one ties
 told to follow it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator
 from dataclasses import fields, replace
 from typing import Any

@@ -3,8 +3,6 @@
 Steps depend neither on samples nor on who looks, so the second run is the first one again, to the last bit.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Sequence
 from hashlib import sha256

@@ -1,16 +1,14 @@
 """One island of a scene: a simulation that shows itself within its step, and that knows what it could be cut into."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.ropes import RopeAt
-from heavylift.kernel.methods.tolerance_scale import still_below
+from heavylift.kernel.methods.control import still_below
 from heavylift.kernel.simulation.call_protocol import STOPPED
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 from heavylift.kernel.simulation.native.sample_row import labels

@@ -8,8 +8,6 @@ A rope that is hooked between two islands makes them one; when it is taken off, 
 cut again once that pays (see `island.Rent`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 

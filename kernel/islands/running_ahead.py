@@ -2,22 +2,66 @@
 
 What is known of all is the time up to which none of them has an event that was not taken (Jefferson, Virtual time, ACM
 TOPLAS 7, 1985); samples, log and notes become those of all once nothing that may still be told can change them.
+
+Islands advance in threads: their machine code runs without the interpreter's lock.
+
+No island knows of the others, so neither the number of threads nor their timing changes a bit of what they compute.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Collection
+import os
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.model.switching import StateChange
-from heavylift.kernel.simulation.command_target import CommandTarget
+from heavylift.kernel.simulation.commands import CommandTarget
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 
 from .island import Island
 from .sample_merge import Joining, logged, noted
-from .side_by_side import SideBySide
+
+PAUSE_s = 0.025  # as often as one island calls `pause`
+
+Task = Callable[[Callable[[], None]], None]  # is given its own `pause`
+
+
+class GivenUp(BaseException):
+    """Raised in threads whose results nobody waits for any more."""
+
+
+class SideBySide:
+    """Threads, one a processor, that are started when there is work for two."""
+
+    def __init__(self, threads: int = 0) -> None:
+        self._threads = threads or len(os.sched_getaffinity(0))
+        self._pool: ThreadPoolExecutor | None = None
+
+    def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
+        """Return when all are done; the first exception in the order of tasks is raised, `pause` called here alone."""
+        if len(tasks) < 2 or self._threads < 2:
+            for task in tasks:
+                task(pause)
+            return
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self._threads, "island")
+        over = False
+
+        def proceed() -> None:
+            if over:
+                raise GivenUp
+
+        futures = [self._pool.submit(task, proceed) for task in tasks]
+        try:
+            while wait(futures, PAUSE_s).not_done:
+                pause()
+        finally:
+            over = True
+            wait(futures)
+        for future in futures:
+            future.result()
+
 
 SPAN = 64  # periods of samples that islands run ahead of each other at most
 

@@ -6,15 +6,13 @@ event or a command has changed is shown in a row of its own: of the lift alone t
 lifts stand in a scene, else of all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import RigidRope, Rope, System, merge
 from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE

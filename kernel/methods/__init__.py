@@ -1,14 +1,11 @@
 """Integration methods: tableaus as data, and tiny classes that turn one into the stages and the dense output of a step.
 
-tableaus, dop853         coefficients with order and source
-step_state               what the text of a step works on
-method, choice           what every method tells: stages, interpolant, stability; their names
+dop853                   the tableaus: coefficients with order and source
+method, choice           what every method tells: stages, interpolant, stability; none, for statics; their names
 explicit                 Runge-Kutta pairs; symplectic Euler
 radau                    Radau IIA of order 5, for stiff laws and long steps along the equilibrium path
 velocity_space           its Newton systems, over the velocities alone
-control, stability       error-controlled and fixed steps; what fixed steps are refused
-tolerance_scale            what the tolerance is relative to where nothing moves fast
-null_method                  no steps at all, for statics
+control, stability       error-controlled and fixed steps, scale of tolerances; what fixed steps are refused
 
 Acceptance of steps, location of guards, commits and samples are the same for all and stand in
 `kernel.simulation.native.steps`.

@@ -1,7 +1,5 @@
 """The methods by the names that users give, and whether their steps are fixed or controlled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import isfinite
 from typing import get_args
@@ -12,8 +10,7 @@ from heavylift.kernel.model.program import Program
 
 from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4, SemiImplicitEuler
-from .method import Method
-from .null_method import AtRest
+from .method import AtRest, Method
 from .radau import Radau5
 
 METHODS: dict[str, Callable[[Program], Method]] = {

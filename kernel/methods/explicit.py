@@ -3,19 +3,16 @@
 Hairer, Norsett, Wanner, Solving ODEs I: II.1 (stages), II.5 (error estimates), II.6 (dense output).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import Value
-from heavylift.kernel.methods.step_state import Rate, StepState
+from heavylift.kernel.methods.method import Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates
 
-from .dop853 import DENSE, DORMAND_PRINCE_8, EXTRA_A, EXTRA_C, THIRD_ORDER_ERROR
+from .dop853 import DENSE, DORMAND_PRINCE_5, DORMAND_PRINCE_8, EXTRA_A, EXTRA_C, KUTTA_4, THIRD_ORDER_ERROR, Tableau
 from .method import Attempt, Exponents, Method, combine, fallen_in
-from .tableaus import DORMAND_PRINCE_5, KUTTA_4, Tableau
 
 
 class RungeKutta(Method):

@@ -3,22 +3,73 @@
 The texts run on floats and are traced, like all texts of the kernel.  A method sees the equations only through
 `rate(t, among, y)`, so that it serves every scene; `among` is a time inside the step, which says which piece of a
 profile is meant where two of them meet.
-"""
 
-from __future__ import annotations
+What the text of a step works on: the state block X by name, and what one evaluation of the equations gives.
+
+No steps at all: the equations as they are, for statics, with the least code around them.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Protocol
 
 import numpy as np
 from heavylift.kernel.compiler.emit import EmittedParts
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.function import Function, Places
 from heavylift.kernel.compiler.symbol import Value, any_of, minimum, select
-from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
+
+SCALARS = (
+    # control: loop flags, then why it stopped, attempts left in this call
+    "run", "due", "locate", "status", "budget",
+    # time: now, proposed step, step boundary that no step crosses, horizon behind which steps stay tentative
+    "t", "h", "t_stop", "until",
+    # tolerance and its scale, step control, earliest time at which a scene may count as still, and what rounding does
+    "tol", "scale", "h_min", "h_max", "error", "forced", "t_rest", "grain", "faint",
+    "accepted", "rejected", "tentative", "still",
+    # last step: start, length, bracket of a root, whether only a stage has seen it, status and loop without it
+    "t0", "h0", "lo", "hi", "doubt", "calm", "more",
+    # samples: next, period, local time of sample 0 of this stretch, number within the stretch, row, rows allowed
+    "t_out", "dt_out", "t_base", "count", "row", "rows",
+)  # fmt: skip
+
+
+class StepState(SimpleNamespace):
+    """The block X, unpacked: `SCALARS`, and what peaks and a method (see `Method`) have of their own; M and P."""
+
+    y: Value  # (ny,) state and derivative now, then at the start of the step
+    f: Value
+    d0: Value
+    f0: Value
+    T: Value  # (n_ropes,) tensions, the largest since the last sample, and when
+    peak: Value
+    peak_time: Value
+    G: Value  # (n_guards,)
+    gap: Value  # (n_rows,) of the constraint rows
+    slip: Value
+    pivot: Value
+
+
+class Evaluated(Protocol):
+    """Derivative (ny,), tensions (n_ropes,) and guards (n_guards,) of one evaluation.
+
+    Where step control needs them: `drift` of the rows, longest steps `reach` and `window` between shapes.
+    """
+
+    dy: Value
+    T: Value
+    G: Value
+    drift: Value
+    reach: Value
+    window: Value
+
+
+class Rate(Protocol):
+    """The equations: t, a time inside the step, which says which piece of a profile is meant where two meet, and y."""
+
+    def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
+
 
 LONGEST = 0.1  # [s] a step that nothing else bounds
 LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
@@ -147,3 +198,30 @@ def length(s: StepState) -> tuple[Value, Value]:
     """Length of the step from t, and whether it ends at the boundary."""
     last = s.t + s.h >= s.t_stop - LEFT
     return select(last, s.t_stop - s.t, s.h), last
+
+
+class Stepless(Method):
+    """A method whose steps native code does not take, if it takes any; the kernel knows its interpolant only."""
+
+    native = False
+    order = evaluations = 0
+    exponents = Exponents(0.0, 0.0, 0.0)
+
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
+        raise AssertionError("it has no native steps")
+
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
+        raise AssertionError("it has no native steps")
+
+    def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
+        raise AssertionError("it has no fixed steps")
+
+
+class AtRest(Stepless):
+    """A method of which nothing but evaluations is asked; one-sided laws are smooth beyond their guards."""
+
+    name = "at-rest"
+    vectors = ()
+
+    def interpolate(self, s: StepState, x: Value) -> Value:
+        return s.d0

@@ -7,8 +7,6 @@ estimate of order 3 filtered by the real system.  The Jacobian is kept while the
 velocities longer.  Heat and work are pure quadratures and stay outside the matrices.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,16 +14,15 @@ from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.emit import EmittedParts, While
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.function import Function, Places
 from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, solver
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
-from heavylift.kernel.methods.step_state import Rate, StepState
+from heavylift.kernel.methods.method import Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates, speeds
 
+from .control import allowed
 from .method import Attempt, Build, Exponents, combine, fallen_in, inside, length
-from .tolerance_scale import allowed
 from .velocity_space import VelocitySpace
 
 R6, R3 = sqrt(6.0), power(3.0, 1.0 / 3.0)

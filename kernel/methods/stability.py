@@ -6,8 +6,6 @@ events the balance kinetic + potential + stored - work + heat must hold, at all 
 That implicit methods take energy out of modes too fast for the step is their purpose; then they say so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

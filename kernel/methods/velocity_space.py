@@ -5,19 +5,16 @@ eighth of the operations of a matrix over both.  J_q are derivatives of the acce
 unit velocities, J_v those by velocities; both are one-sided differences (`tangent_stiffness.one_sided`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.emit import While
-from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
-from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.function import OPAQUE, Function, Places, Primitive
 from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, product, solver, times
 from heavylift.kernel.compiler.native_loops import LoopEmitter
 from heavylift.kernel.compiler.symbol import Value
-from heavylift.kernel.methods.step_state import Rate, StepState
+from heavylift.kernel.methods.method import Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import one_sided
 from heavylift.kernel.multibody.motion import rates

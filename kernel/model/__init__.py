@@ -5,11 +5,9 @@ parameters           where each number of a scene lives in the block P
 program              layout of state, parameters, guards and accounts; the functions that trees share
 traced_functions     what equal parts share; code_structure: what scenes share that have the same code
 instant              a scene at one instant, as the stages of an evaluation fill it
-evaluation           the list of stages, with what each reads and writes
+evaluation           laws, constraint rows, accelerations; the list of stages, with what each reads and writes
 poses                first stages: drives and winches, where the bodies are
-applied_forces       then: the laws that act on them
 quantities           formulas of what thresholds guard and samples hold
-accelerations        at last: constraint rows, accelerations, thresholds
 switching            discrete states of laws, and what changes when a guard has fallen
 references           what actuators follow: profiles, masters, time histories of signals
 tangent_stiffness    derivatives of the accelerations along all coordinates

@@ -3,8 +3,6 @@
 Each violation is one KernelError that names the item, the field and what it should be.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import fields
 from itertools import chain
@@ -18,11 +16,10 @@ from heavylift.kernel.algebra.dense import dot, eigenvalues, norm
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description.contacts import Contact
-from heavylift.kernel.description.field_types import choice, field_names, item_word, plain
+from heavylift.kernel.description.field_types import check_names, choice, field_names, item_word, plain
 from heavylift.kernel.description.flexible import check_flexible
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
-from heavylift.kernel.description.names import check_names
 from heavylift.kernel.description.units import wrong_sign
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import FORCES, check_force

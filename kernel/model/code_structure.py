@@ -5,8 +5,6 @@ equal machines share code whatever they are called.  What is left out here and y
 code, so a new feature adds its line.
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.description.mechanics import Measured, Threshold
 
 from .program import Program

@@ -2,19 +2,203 @@
 
 The one text that the float oracle runs and the tracer turns into machine code.  Each stage is a function of the
 evaluation that reads what stages before it have written.
+
+The last stages of an evaluation: constraint rows, accelerations, what is watched, the derivative of the state.
+
+The middle stages of an evaluation: what pushes bodies and joints, and when laws change their state.
+
+Every law gives its force, the guards of its state, what it turns into heat, what it stores and, where it is driven, its
+work; so the energy accounts of a scene stay closed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import Array, Scalar
+from heavylift.kernel.algebra.spatial import join
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, scope
+from heavylift.kernel.constraints.row_structure import RigidAt
+from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.forces.force_law import attachment
+from heavylift.kernel.forces.ropes import not_weighed, pulls_down
+from heavylift.kernel.forces.table import SharedForce
 
-from . import accelerations, applied_forces, poses
+from . import poses
 from .instant import Evaluation
 from .program import Program
+from .quantities import lines, names, points, scalar
+
+
+def hold_rows(x: Evaluation) -> None:
+    """Multipliers that keep loops, taut rigid ropes and closed contacts together."""
+    if len(x.program.constraints):
+        x.rows = x.constraint_rows()
+        x.rows.accelerate()
+        x.loads = x.rows.loads
+
+
+def accelerate(x: Evaluation) -> None:
+    """The motion of every tree; a prescribed drive carries what the other laws of its joint do not."""
+    for i, (_, shared) in enumerate(x.program.instances):
+        tied = i in x.program.constraints.linked
+        out = x.rows.motion(i) if x.rows and tied else shared.accelerate(**x.arguments(i))
+        x.dq += list(out.dq)
+        x.dv += list(out.dv)
+        for d, force in zip(x.prescribed(i), out.reaction, strict=False):
+            if d:
+                x.work["drive", d.name] = force * x.references[d.name][1]
+
+
+def pull_rigid_ropes(x: Evaluation) -> None:
+    """Guards and work of rigid ropes; their heat is made at once (see `constraints.row_structure`)."""
+    if x.rows:
+        tensions = x.rows.tensions
+        for name, guard in x.rows.guards().items():
+            x.watched["rigid", name] = [guard]
+            x.work["rigid", name] = -tensions[name] * x.lengths_of[name][1]
+
+
+def press_contacts(x: Evaluation) -> None:
+    """Guards, heat and forces of contacts; what all rows do to the bodies."""
+    contacts, rows = x.program.contacts, x.rows
+    slots, pushes = (rows.slots, rows.multipliers[len(rows.rows) - len(contacts.held) :]) if rows else ([], [])
+    guards, heat, x.pressing = contacts.loads(slots, pushes)
+    for label, guard in zip(contacts.guards, contacts.watched(x.numbers, x.ends) + guards, strict=True):
+        x.watched.setdefault(label, []).append(guard)
+    labels = [("contact", s.contact.name) for s in contacts.sites]
+    x.heat |= dict(zip(labels, heat, strict=True))
+    x.stored |= dict.fromkeys(labels, 0.0)
+    for body, wrench in rows.wrenches() if rows else ():
+        x.push(body, wrench)
+
+
+def watch_thresholds(x: Evaluation) -> None:
+    """a x + b; Python sets a and b when a threshold is armed."""
+    system = x.program.system
+    for h in system.thresholds:
+        p, at = x.numbers("threshold", h.name), points(h, system)
+        bodies = [x.ends[x.program.graph.number(point.body)] for point in at]
+        places = [attachment(body, p[2 + 3 * i : 5 + 3 * i])[1] for i, body in enumerate(bodies)]
+        values = [_value(x, h, name) for name in names(h)]
+        value = scalar(h, places, p[2 + 3 * len(at) :], values, lines(h, system))
+        x.watched["threshold", h.name] = [p[0] * value + p[1]]
+
+
+def _value(x: Evaluation, h: Threshold, name: str) -> Any:
+    """What a scene knows by a name: a tension, a length, a coordinate, an angle, a speed of wind."""
+    if h.quantity == "angle":
+        return x.turned["body", name, h.axis]
+    if h.quantity in ("joint", "speed"):
+        i, k = x.program.graph.coordinate(h.name, name, h.coordinate)
+        return x.q[i] if h.quantity == "joint" else x.v[k]
+    if h.quantity in ("length", "wind"):
+        return x.signals[name][0] if name in x.signals else x.lengths_of[name][0]
+    known = {name: shown[0] for (kind, name), shown in x.shown.items() if kind in ("rope", "force") and shown}
+    known |= x.rows.end_tensions if x.rows else {}
+    return known[name]
+
+
+def collect(x: Evaluation) -> None:
+    """Guards and accounts in the order of the program."""
+    p = x.program
+    waiting = {label: iter(values) for label, values in x.watched.items()}
+    x.guards = [next(waiting[label]) for label in p.guards]
+    heat, work = [x.heat.get(label, 0.0) for label in p.heats], [x.work[label] for label in p.works]
+    x.dy = join(x.dq, x.dv, heat, work, [x.turning[label] for label in p.angles])
+
+
+def read_signals(x: Evaluation) -> None:
+    """Value and rate of each law's signal: commanded, from its history's active piece, or constant."""
+    for law in x.program.laws:
+        if s := law.signal:
+            if s.driven:
+                x.signals[law.name] = list(x.reference(law.name)[:2])
+            elif ("reference", law.name) in x.program.parameters.at:  # set where a rope is hooked
+                x.signals[law.name] = [x.numbers("reference", law.name)[1], 0.0]
+            else:
+                start, value, slope = x.numbers("signal", law.name)
+                x.signals[law.name] = [value + slope * (x.t - start), slope] if s.times else [value, 0.0]
+            if s.wave:
+                wave, rate, _ = x.wave(law.name)
+                x.signals[law.name] = [x.signals[law.name][0] + wave, x.signals[law.name][1] + rate]
+
+
+def weigh_rigid_ropes(x: Evaluation) -> None:
+    """What rigid ropes weigh and their ends do not."""
+    for r in x.program.system.rigid_ropes:
+        height: Scalar = 0.0
+        if r.mass:
+            weight, p = x.numbers("weight", r.name)[0], x.numbers("rigid", r.name)
+            for n, line in enumerate(r.lines):
+                q = p[RigidAt.LINES + 7 * n :]
+                for end, p_BX in ((line.a, q[:3]), (line.b, q[3:6])):
+                    body = x.program.graph.number(end.body)
+                    arm, place, _ = attachment(x.ends[body], p_BX)
+                    x.push(body, pulls_down(q[6] * weight, arm))
+                    height = height + not_weighed(q[6] * weight) * place[2]
+        x.stored["rigid", r.name] = height
+
+
+def apply_laws(x: Evaluation) -> None:
+    """Every entry of the force table, called with its own numbers."""
+    for law in x.program.laws:
+        _apply(x, law)
+
+
+def _apply(x: Evaluation, law: SharedForce) -> None:
+    label, name = (law.law.kind, law.name), law.name
+    blocks: dict[str, Scalars] = {"p": x.numbers(*label), **{f"e{i}": x.ends[b] for i, b in enumerate(law.ends)}}
+    if law.signal:
+        blocks["s"] = x.signals[name]
+    if law.along:
+        i, k = law.along
+        blocks["x"] = [x.q[i], x.v[k]]
+    if law.law.timed:
+        blocks["t"] = [x.numbers("clock", "")[0] + x.t]
+    angles = [("force", name, i) for i in range(law.angles)]
+    if angles:
+        first = x.program.angles.index(angles[0])
+        blocks["c"] = x.counted[first : first + len(angles)]
+    with scope(name):
+        out = law.function(**blocks)
+    x.turned |= dict(zip(angles, out.turned, strict=True))
+    x.turning |= dict(zip(angles, out.turning, strict=True))
+    for i, body in enumerate(law.ends):
+        x.push(body, named(f"F({name},{i + 1})", getattr(out, f"w{i}")))
+    if law.along:
+        x.tau[k] = x.tau[k] + named(f"tau({name})", out.effort[0])
+    x.shown[label] = list(out.shown)
+    x.heat[label], x.work[label], x.stored[label] = out.heat[0], out.work[0], out.stored[0]
+    x.watched |= {(guard, name): [value] for guard, value in zip(law.guards, out.guards, strict=True)}
+
+
+def drive(x: Evaluation) -> None:
+    """Servos and speed drives towards their references; a prescribed joint needs no force."""
+    for d in x.program.system.drives:
+        if d.kind != "prescribed":
+            (i, k), (kp, kv), (ref, dref, _) = x.program.driven(d), x.numbers("drive", d.name), x.references[d.name]
+            force = kv * (dref - x.v[k])
+            if d.kind == "servo":
+                force = kp * (ref - x.q[i]) + force
+            force = named(f"tau({d.name})", force)
+            x.tau[k] = x.tau[k] + force
+            x.work["drive", d.name] = force * x.v[k]
+
+
+def bend(x: Evaluation) -> None:
+    """Elasticity and damping of flexible bodies, mode by mode."""
+    for link in x.program.graph.links:
+        if link.modes and link.n_modes:
+            name = link.body.name
+            stiffness, damping = np.reshape(x.numbers("modes", name), (2, link.n_modes))
+            q, v = np.array(x.q[link.q_modes]), np.array(x.v[link.v_modes])
+            x.tau[link.v_modes] = list(-stiffness * q - damping * v)
+            x.watched["bending", name] = [link.modes.smallness.guard(x.numbers("bending", name), q)]
+            x.heat["bending", name] = damping @ (v * v)
+            x.stored["bending", name] = 0.5 * (stiffness @ (q * q))
+
 
 __all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
@@ -36,18 +220,18 @@ POSES = (
     EvaluationStage(poses.follow, "masters", "references"),
 )
 FORCES = (
-    EvaluationStage(applied_forces.read_signals, "masters", "signals"),
-    EvaluationStage(applied_forces.weigh_rigid_ropes, "ends", "wrenches stored"),
-    EvaluationStage(applied_forces.apply_laws, "q v counted ends signals",
+    EvaluationStage(read_signals, "masters", "signals"),
+    EvaluationStage(weigh_rigid_ropes, "ends", "wrenches stored"),
+    EvaluationStage(apply_laws, "q v counted ends signals",
           "wrenches tau shown heat work stored watched turned turning"),
-    EvaluationStage(applied_forces.drive, "q v references", "tau work"),
-    EvaluationStage(applied_forces.bend, "q v", "tau heat stored watched"),
-    EvaluationStage(accelerations.hold_rows, "q v ends masters references wrenches tau", "rows loads lengths_of"),
-    EvaluationStage(accelerations.accelerate, "q v references tau rows", "dq dv work"),
-    EvaluationStage(accelerations.pull_rigid_ropes, "rows lengths_of", "watched work"),
-    EvaluationStage(accelerations.press_contacts, "ends rows", "wrenches heat stored pressing watched"),
-    EvaluationStage(accelerations.watch_thresholds, "q v ends turned shown signals rows lengths_of", "watched"),
-    EvaluationStage(accelerations.collect, "dq dv heat work turning watched", "dy guards"),
+    EvaluationStage(drive, "q v references", "tau work"),
+    EvaluationStage(bend, "q v", "tau heat stored watched"),
+    EvaluationStage(hold_rows, "q v ends masters references wrenches tau", "rows loads lengths_of"),
+    EvaluationStage(accelerate, "q v references tau rows", "dq dv work"),
+    EvaluationStage(pull_rigid_ropes, "rows lengths_of", "watched work"),
+    EvaluationStage(press_contacts, "ends rows", "wrenches heat stored pressing watched"),
+    EvaluationStage(watch_thresholds, "q v ends turned shown signals rows lengths_of", "watched"),
+    EvaluationStage(collect, "dq dv heat work turning watched", "dy guards"),
 )  # fmt: skip
 
 

@@ -3,8 +3,6 @@
 Every field is written by the stages that name it (see `evaluation`); a label is the kind and the name of a law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -180,7 +178,7 @@ class Evaluation:
 
     @property
     def axial(self) -> list[Scalar]:
-        """What flexible bodies carry along themselves (see `multibody.inverse_dynamics.axial_loads`)."""
+        """What flexible bodies carry along themselves (see `multibody.dynamics.axial_loads`)."""
         out: list[Scalar] = []
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.axial:

@@ -1,12 +1,9 @@
 """Kinetic energy of a scene by bodies and by joint velocities, at one pose, for any velocities there."""
 
-from __future__ import annotations
-
 import numpy as np
-from heavylift.kernel.multibody.formulations.embedding import velocity_transformation
-from heavylift.kernel.multibody.free_bodies import body_inertia
+from heavylift.kernel.multibody.formulations.augmented import velocity_transformation
 from heavylift.kernel.multibody.graph import coordinate_names
-from heavylift.kernel.multibody.kinematics import elastic, kinematics
+from heavylift.kernel.multibody.kinematics import body_inertia, elastic, kinematics
 from heavylift.kernel.multibody.trees import with_numbers
 
 from .program import Program

@@ -4,14 +4,12 @@ Masses, geometry, laws, references and discrete states are run-time numbers: bet
 writes them, so hooking, switching and commands never compile anything.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from heavylift.kernel.constraints.contact.contact_points import contact_numbers
 from heavylift.kernel.constraints.loop_closures import closure_numbers
-from heavylift.kernel.constraints.rigid_ropes import rigid_numbers
+from heavylift.kernel.constraints.row_structure import rigid_numbers
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.table import SharedForce
 from heavylift.kernel.multibody.graph import Graph
@@ -31,7 +29,7 @@ class Parameters:
     initial: np.ndarray  # (n,)
 
     @staticmethod
-    def of(system: System, graph: Graph, trees: list[Tree], laws: tuple[SharedForce, ...]) -> Parameters:
+    def of(system: System, graph: Graph, trees: list[Tree], laws: tuple[SharedForce, ...]) -> "Parameters":
         """Lay out a system; references rest at their initial values, thresholds are disarmed."""
         at: dict[tuple[str, str], slice] = {}
         values: list[float] = []

@@ -4,8 +4,6 @@ Prescribed joints follow commanded masters only, so that places are known before
 winches may follow measured ones as well.  A reference is a profile plus f(s) = k1 s + kc cos s + ks sin s of masters.
 """
 
-from __future__ import annotations
-
 from operator import add
 from types import SimpleNamespace
 

@@ -5,8 +5,6 @@ Equal trees and equal laws are one traced function each, called for every instan
 small however large the yard.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cached_property
 from types import SimpleNamespace
@@ -24,13 +22,12 @@ from heavylift.kernel.description.mechanics import WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, SampledQuantity, Setting
 from heavylift.kernel.forces.reeving import check_parallel
-from heavylift.kernel.forces.rope_mass import with_rope_masses
+from heavylift.kernel.forces.ropes import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
-from heavylift.kernel.multibody.fixed_masses import merged
 from heavylift.kernel.multibody.graph import Graph, Link, build_graph
-from heavylift.kernel.multibody.joint_locking import check_locks
+from heavylift.kernel.multibody.joint_locking import check_locks, merged
 from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, cut
 
@@ -51,7 +48,7 @@ class _Cut(NamedTuple):
     """What the programs of a description share, of which and how it was made."""
 
     of: System
-    how: tuple[type[Program], str, frozenset[str] | None]
+    how: "tuple[type[Program], str, frozenset[str] | None]"
     system: System
     graph: Graph
     locked: frozenset[str]
@@ -85,7 +82,7 @@ class Program:
         system = check_description(system)
         modes = None
         if any(b.flexible for b in system.bodies):
-            from heavylift.kernel.multibody.flexible.stations import (
+            from heavylift.kernel.multibody.flexible.tracks import (
                 with_stations,  # needs linear algebra, which rigid scenes do not
             )
 
@@ -111,7 +108,7 @@ class Program:
         self.calm = calm
 
     def _cut(
-        self, system: System, modes: Mapping[str, FlexibleModes] | None, locked: frozenset[str] | None
+        self, system: System, modes: "Mapping[str, FlexibleModes] | None", locked: frozenset[str] | None
     ) -> list[Tree]:
         """Graph, trees with their functions, rows and poses at the start, which all programs of a description share;
         the trees as they are traced."""

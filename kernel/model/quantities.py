@@ -4,8 +4,6 @@ A formula is over places of points, numbers, and values that a scene knows by na
 coordinates, angles, speeds of wind.  What they mean says `description.signals`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -6,8 +6,6 @@ active now, so a long record costs what a short does; their breakpoints are step
 there, commits it and asks for the next piece, so that the integrators keep their order.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -161,7 +159,7 @@ class References:
         after = sum(_follow(k, now[m]) for m, k in a.follows.items())
         a.x0 += before - after
 
-    def take(self, other: References) -> None:
+    def take(self, other: "References") -> None:
         """Go on with the moves of another one's actuators of the same names."""
         for name in self.actuators.keys() & other.actuators.keys():
             a = other.actuators[name]

@@ -4,15 +4,13 @@ Coordinates and velocities are never touched.  Elastic energy that a law still h
 slackens under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation books it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 from types import SimpleNamespace
 
 import numpy as np
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.joint_laws import BrakeAt

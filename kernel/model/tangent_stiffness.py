@@ -5,16 +5,13 @@ that the bits depend on no linear algebra of the machine.  Discrete states are f
 is marked, since a clamp of a law may have entered it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
-from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
-from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.function import OPAQUE, Outputs, Places, Primitive
 from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, solver
 from heavylift.kernel.compiler.native_loops import VECTOR, LoopEmitter, padded
 from heavylift.kernel.compiler.simd_batches import WIDEST

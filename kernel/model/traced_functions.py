@@ -3,15 +3,13 @@
 Each instance calls them with its own numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select
-from heavylift.kernel.constraints.tree_factors import OpenTree, open_tree
+from heavylift.kernel.constraints.block_matrix import OpenTree, open_tree
 from heavylift.kernel.multibody.dynamics import energies
 from heavylift.kernel.multibody.formulations import formulated
 from heavylift.kernel.multibody.formulations.repeated_subtrees import limbs_of
@@ -99,7 +97,7 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
         return {"poses": poses, "energy": list(energies(t, K, g[0]))}
 
     def axial(q: Array, v: Array, dv: Array, P: Array, g: Array, **w: Array) -> Outputs:
-        from heavylift.kernel.multibody.inverse_dynamics import axial_loads  # whose package needs what this one makes
+        from heavylift.kernel.multibody.dynamics import axial_loads
 
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
         return {"loads": axial_loads(with_numbers(tree, P), q, v, dv, W, g[0])}

@@ -6,8 +6,6 @@ half a turn, and it has a history that goes where the state goes: into dense out
 At the start the turns are those of the joints in between whose axes are parallel to the angle's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from math import floor, pi
 from typing import TYPE_CHECKING
@@ -39,7 +37,7 @@ def starting(wrapped: float, turned: float) -> float:
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
 
-def between(graph: Graph, poses: Poses, a: str, b: str) -> Iterator[tuple[np.ndarray | None, float]]:
+def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.ndarray | None, float]]:
     """World axis and angle of every joint that turns b against a; None where a joint, or bending, has no fixed axis."""
 
     def path(body: str) -> list[int]:
@@ -68,7 +66,7 @@ def between(graph: Graph, poses: Poses, a: str, b: str) -> Iterator[tuple[np.nda
                 yield sign * axis, float(k.q0[turns[0].coordinate])
 
 
-def hinge(graph: Graph, poses: Poses, a: str, b: str) -> np.ndarray | None:
+def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
     """The world axis of all that turns b against a, if there is only one."""
     axes = [axis for axis, _ in between(graph, poses, a, b)]
     first = axes[0] if axes else None
@@ -77,7 +75,7 @@ def hinge(graph: Graph, poses: Poses, a: str, b: str) -> np.ndarray | None:
     return first
 
 
-def turned_at_start(graph: Graph, poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
+def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
     """By how much joints have turned b against a about a world axis [rad]."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

@@ -1,26 +1,73 @@
-"""Recursive equations of motion of one tree: the paper's Fig. 6 (c)-(e), solved with CRBA and LTDL.
+"""Recursive equations of motion of one tree: the paper's Fig. 6 (c)-(e), solved with CRBA and LTDL, and their inverse.
 
 World axes about the root body's origin, so that with the path matrix T the recursions are sums along paths: composite
 inertias and wrenches as the twists of `kinematics`, H_kl = S_l^T I^c S_k for l on the path of k (Featherstone 2008,
-chapters 5 and 6).  Sign of (d) as corrected: f_c,i = f_B,i - f_e,i + sum over children f_c,j.  The text runs on floats
-(oracle) and on symbols (machine code).
+chapters 5 and 6).  Sign of (d) as corrected: f_c,i = f_B,i - f_e,i + sum over children f_c,j.  H = L^T D L without
+fill-in along the paths (sections 6.5 and 8.6): what is zero is never written down.  Inverse dynamics (section 5.3):
+(a), (b) are `kinematics` plus the accelerations along the paths, (c), (d) are `composites`, (e) projects on the joints.
+The text runs on floats (oracle) and on symbols (machine code).
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import join, skew
+from heavylift.kernel.algebra.spatial import cross, join, skew
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym, named
 from heavylift.kernel.errors import KernelError
 
-from .free_bodies import added_inertia, newton_euler
-from .kinematics import Kinematics, elastic, kinematics, seen_from
-from .ltdl import LtdlFactors, ltdl
+from .kinematics import Kinematics, added_inertia, elastic, kinematics, newton_euler, seen_from
 from .trees import Tree
+
+
+@dataclass(frozen=True)
+class LtdlFactors:
+    """H = L^T D L over the free degrees of freedom of a tree, without fill-in along the paths.
+
+    L[k, i] for i on the path of k (its unit diagonal is not stored), D_inverse[k] = 1/D_k.
+    """
+
+    dofs: list[int]
+    paths: list[list[int]]
+    L: dict[tuple[int, int], Scalar]
+    D_inverse: dict[int, Scalar]
+
+    def half(self, b: list[Scalar]) -> list[Scalar]:
+        """L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
+        y = dict(zip(self.dofs, b, strict=True))
+        for k in reversed(self.dofs):
+            for i in self.paths[k]:
+                y[i] = y[i] - self.L[k, i] * y[k]
+        return [y[k] for k in self.dofs]
+
+    def back(self, y: list[Scalar]) -> list[Scalar]:
+        """L^-1 D^-1 y: the second half of a solution."""
+        x: dict[int, Scalar] = {}
+        for k, y_k in zip(self.dofs, y, strict=True):
+            t = y_k * self.D_inverse[k]
+            for i in self.paths[k]:
+                t = t - self.L[k, i] * x[i]
+            x[k] = t
+        return [x[k] for k in self.dofs]
+
+    def solve(self, b: list[Scalar]) -> list[Scalar]:
+        """H^-1 b over the free degrees of freedom."""
+        return self.back(self.half(b))
+
+
+def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> LtdlFactors:
+    """Factorise H in place (Featherstone 2008, sections 6.5 and 8.6)."""
+    dofs, paths = tree.free_dofs, tree.free_paths
+    D_inverse: dict[int, Scalar] = {}
+    for k in reversed(dofs):
+        D_inverse[k] = 1.0 / H[k, k]
+        for n, i in enumerate(paths[k]):
+            a = H[k, i] * D_inverse[k]
+            for j in paths[k][n:]:
+                H[i, j] = H[i, j] - a * H[k, j]
+            H[k, i] = a
+    return LtdlFactors(dofs, paths, H, D_inverse)
 
 
 @dataclass(frozen=True)
@@ -95,7 +142,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
 def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
     """(n_v,) S^T F: the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
 
-    A mode feels its own body (equation (8) of `flexible.inertia`) and what that carries.
+    A mode feels its own body (equation (8) of `flexible.attachment`) and what that carries.
     """
     for i, b in enumerate(tree.bodies):
         for S in K.S[i][: b.v.stop - b.v.start]:
@@ -160,3 +207,45 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
             kinetic = kinetic + own.kinetic
             potential = potential + g * (tree.bodies[i].elastic.J0[3, 3] * K.o[2] + own.moment[2])
     return kinetic, potential
+
+
+def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
+    """Places, twists and the true accelerations of all bodies (gravity as upward acceleration of the ground)."""
+    K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
+    X: list[Array] = []  # what the accelerations of the joints add
+    for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
+        columns, a = [*S], [*dv[b.v.start : b.v_modes.stop]]
+        if i in K.carried:  # by the modes of its parent
+            columns, a = columns + K.carried[i], [*a, *dv[tree.bodies[b.parent].v_modes]]
+        if i in K.modes:
+            K.modes[i] = (*K.modes[i][:2], dv[b.v_modes])
+        own = sum((s * x for s, x in zip(columns, a, strict=True)), np.zeros(6))
+        X.append(own if b.parent < 0 else X[b.parent] + own)
+    K.A = [A + x for A, x in zip(K.A, X, strict=True)]
+    return K
+
+
+def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
+    """Of every flexible body, in its own axes: the force (3,) of each body that it carries on it [N], the acceleration
+    (3,) of its frame less gravity [m/s2], and its angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
+    K = accelerated(tree, q, v, dv, g)
+    _, F = composites(tree, K, W)
+    out: list[Array] = []
+    for i, b in enumerate(tree.bodies):
+        if b.n_modes:
+            r, w, A, R = K.r[i], K.V[i][:3], K.A[i], K.R[i]
+            a = A[3:] + cross(A[:3], r) + cross(w, K.V[i][3:] + cross(w, r))
+            out += [-(R.T @ F[j][3:]) for j, child in enumerate(tree.bodies) if child.parent == i]
+            out += [R.T @ a, R.T @ w]
+    return join(*out)
+
+
+def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Array, list[Array]]:
+    """Forces tau (n_v,) of the joints that give the accelerations dv, and what each joint transmits to its body.
+
+    W: (6,) wrench on each body, the result likewise (6,) per body, [moment; force] in world axes about the tree's
+    point [N m, N].  Prescribed joints count like all others: tau is what their drives must bring.
+    """
+    K = accelerated(tree, q, v, dv, g)
+    _, F = composites(tree, K, W)
+    return np.array(list(joint_forces(tree, K, F))), F

@@ -6,8 +6,6 @@ constraint forces act on body i with a minus sign are the *set* of first ones to
 with T_ki = 1 (the paper's steps d-h); as a matrix, row i of T^-T.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -55,7 +53,7 @@ class Link(Freedoms):
     parent: int
     q: slice
     v: slice
-    modes: FlexibleModes | None = None
+    modes: "FlexibleModes | None" = None
 
     @property
     def q0(self) -> tuple[float, ...]:
@@ -99,7 +97,7 @@ class Graph:
         raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
-        """A point of a law that may stand on a station (see `flexible.stations`): from there instead of from the body.
+        """A point of a law that may stand on a station (see `flexible.tracks`): from there instead of from the body.
 
         Raises KernelError where it belongs to another station: stations are part of the compiled scene.
         """
@@ -139,7 +137,7 @@ class Graph:
         return [range(a, b) for a, b in pairwise(roots)]
 
 
-def build_graph(system: System, modes: Mapping[str, FlexibleModes] | None = None) -> Graph:
+def build_graph(system: System, modes: "Mapping[str, FlexibleModes] | None" = None) -> Graph:
     """Number bodies depth first from the ground, in the order in which they were listed; `modes` of flexible ones.
 
     Raises KernelError naming the body or joint for duplicate, missing or unreachable bodies.

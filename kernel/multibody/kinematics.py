@@ -3,18 +3,20 @@
 World axes about the root body's origin, so that sums along paths need no transformations: V = T^T S qd with the path
 matrix T (Featherstone 2008, chapter 5).  A flexible body carries its children at deformed
 stations.  The text runs on floats (oracle) and on symbols (machine code).
-"""
 
-from __future__ import annotations
+Every body alone: Newton's and Euler's equations before any joint is thought of (the paper's Fig. 6 (c)).
+
+A body in water moves some of it along: its added mass, a symmetric 6x6 matrix in body axes, stands beside its own
+inertia (Kirchhoff's equations; Newman, Marine Hydrodynamics, 1977, section 4.13), but gravity does not pull on it.
+"""
 
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import exact, join, motion_cross
+from heavylift.kernel.algebra.spatial import exact, force_cross, join, mirror, motion_cross, skew, spatial_inertia
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
-from heavylift.kernel.multibody.flexible.attachment import carry, carry_along
-from heavylift.kernel.multibody.flexible.inertia import FlexibleInertia, flexible_inertia
+from heavylift.kernel.multibody.flexible.attachment import FlexibleInertia, carry, carry_along, flexible_inertia
 
 from .motion import columns, placement, rates
 from .trees import Tree
@@ -110,3 +112,30 @@ def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
 def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
     """The deformable part of flexible body i at these places and motions."""
     return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
+
+
+def added_inertia(A: Array, r: Array, R: Array) -> Any:
+    """(6, 6) added mass in world axes about the tree's point, r from it to the body's origin."""
+    T = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
+    return mirror(T.T @ A @ T)
+
+
+def body_inertia(tree: Tree, K: Kinematics, i: int) -> Any:
+    """(6, 6) inertia of a rigid body about the tree's point, in world axes, its added mass included."""
+    b = tree.bodies[i]
+    J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
+    return J if b.added is None else J + added_inertia(b.added.A, K.r[i], K.R[i])
+
+
+def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
+    """Per body M (6, 6) and p (6,): M x + p is the wrench that its joints must bring together, where x (6,) is its
+    acceleration beyond the bias K.A, in world axes about the tree's point; W: (6,) applied wrenches."""
+    M, p = [], []
+    for i, b in enumerate(tree.bodies):
+        J = body_inertia(tree, K, i)
+        f = J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]
+        if b.added is not None:
+            f = f - K.g * added_inertia(b.added.A, K.r[i], K.R[i])[:, 5]  # K.A has gravity, which does not act on water
+        M.append(J)
+        p.append(named(f"f({b.name})", f))
+    return M, p

@@ -6,8 +6,6 @@ and its acceleration at zero coordinate accelerations, beyond that of its parent
 of (S_j u_j) x (S_i u_i) (Featherstone 2008, section 4.4, with S as a product of one-axis joints).
 """
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 import numpy as np

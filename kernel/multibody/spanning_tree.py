@@ -9,8 +9,6 @@ A joint left over closes a loop.  Where only a joint's child is within reach,
 the joint is turned round: one along a single axis is the same joint, coordinate by coordinate, with the axis reversed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 

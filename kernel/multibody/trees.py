@@ -4,8 +4,6 @@ Numbers of a body that are 0, 1 or -1 are structure (they fold away in the trace
 the run, so that one object file serves all variations of a scene and all equal trees of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -196,7 +194,7 @@ def _added(body: Body) -> AddedMass | None:
 def _elastic(link: Link) -> Any:
     if link.modes is None:
         return None
-    from heavylift.kernel.multibody.flexible.reduction import reduced  # not where all is rigid: it needs linear algebra
+    from heavylift.kernel.multibody.flexible.tracks import reduced
 
     return reduced(link.modes)
 

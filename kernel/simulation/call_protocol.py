@@ -9,8 +9,6 @@ interrupt without any).  Else a later state would be taken for that of the comma
 later event only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from numbers import Integral
 

@@ -4,8 +4,6 @@ A guard that falls stops the run; the step is done again up to the next whole na
 fallen.  Until they are taken all of that can be taken back.
 """
 
-from __future__ import annotations
-
 from math import ceil
 from types import SimpleNamespace
 
@@ -17,9 +15,8 @@ from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.switching import StateChange, Switches
 from heavylift.kernel.simulation.impacts.unilateral import KINDS
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NativeState
-from heavylift.kernel.simulation.safeguards.chatter import RESOLVED, Rattling, critical, moved_mass
+from heavylift.kernel.simulation.safeguards.chatter import RESOLVED, Rattling, StepBudget, critical, moved_mass
 from heavylift.kernel.simulation.safeguards.deflection_check import bent, pass_limit
-from heavylift.kernel.simulation.safeguards.progress_limit import StepBudget
 
 from .held_rows import HeldRows
 from .integrator import Integrator

@@ -1,9 +1,7 @@
 """The constraint rows of a run: loops closed at the start, kept in steps, and met by impulses at events."""
 
-from __future__ import annotations
-
 import numpy as np
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import References

@@ -4,15 +4,13 @@ Local time is float seconds since the last event or command (the epoch); a new *
 precision does not fade in long runs.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import References
 from heavylift.kernel.simulation.native.native_state import NEVER, ROWS, NativeState
+from heavylift.kernel.simulation.safeguards.chatter import StepBudget
 from heavylift.kernel.simulation.safeguards.failures import too_slow, too_small, undefined, unsolved
-from heavylift.kernel.simulation.safeguards.fastest_mode import told_fastest
-from heavylift.kernel.simulation.safeguards.progress_limit import StepBudget
+from heavylift.kernel.simulation.safeguards.step_check import told_fastest
 
 from .held_rows import HeldRows
 from .recorder import SampleRecorder

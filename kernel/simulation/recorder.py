@@ -4,16 +4,13 @@ Samples lie on a grid of integer nanoseconds and are numbered; events leave a ro
 are one row, turned into as many as there are when somebody asks.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.native.native_state import ROWS, NativeState
 from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression, compressed, relieve
-from heavylift.kernel.simulation.safeguards.energy_check import EnergyCheck
 from heavylift.kernel.simulation.safeguards.failures import check_lengths, check_sliders, off_beams, wound_up
-from heavylift.kernel.simulation.safeguards.step_check import StepCheck
+from heavylift.kernel.simulation.safeguards.step_check import EnergyCheck, StepCheck
 
 
 class SampleRecorder:

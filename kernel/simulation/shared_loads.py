@@ -1,14 +1,12 @@
 """A note where a run records loads that rigid bodies do not determine: loops or rigid ropes that hold one thing twice.
 
 The pivots of the rows' elimination tell at almost no cost whether rows repeat each other; only then is it asked which
-joints and ropes share a load (see `reactions.indeterminacy`).  Repeated rows without load, such as those across the
+joints and ropes share a load (see `reactions.joint_reactions`).  Repeated rows without load, such as those across the
 plane of a planar linkage, are not worth a word.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.simulation.assembly.assembly import INDEPENDENT
 from heavylift.kernel.simulation.native.native_state import NativeState

@@ -13,28 +13,24 @@ and a command inside it discards it.
 Its parts: `native` (state and machine code), `recorder` (samples), `integrator` (steps), `events`, and the commands.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.tolerance_scale import rounded, scale_of
+from heavylift.kernel.methods.control import rounded, scale_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateChange, Switches
 from heavylift.kernel.multibody.continuous_angles import starting
 from heavylift.kernel.simulation.native.native_functions import Stepping
-from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NEVER, NativeState
-from heavylift.kernel.simulation.native.options import Options
+from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NEVER, NativeState, Options
 from heavylift.kernel.simulation.native.steps import EVENT, FAILED, RUNNING, STILL
-from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
+from heavylift.kernel.simulation.safeguards.failures import check_resistance
 
 from .call_protocol import FIRED, GOING, PAUSED, SETTLED, STOPPED, CallProtocol, check_present, check_time, passed_by
-from .command_target import CommandTarget
-from .commands import CommandSwitches
+from .commands import CommandSwitches, CommandTarget
 from .events import Events
 from .held_rows import HeldRows
 from .integrator import Integrator

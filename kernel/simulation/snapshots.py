@@ -4,8 +4,6 @@ Step size and its history, the tentative step, armed guards and modes are in X, 
 their starts, accounts and the number of the next sample.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from copy import copy
 from functools import reduce

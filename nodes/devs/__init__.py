@@ -9,11 +9,11 @@ Steppable            what a node runs: next_time, outputs(), advance(tag, bag); 
 Tag                  time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
 seconds, ms, us      nanoseconds of a time in these units, for waits and lookaheads: hold_in(seconds(1.5))
 
-tags, ports, messages, models   what these are made of; events: what crosses the border of a node
+events                          tags, and what crosses the border of a node
+ports, messages, models         what these are made of
 hybrid                          atomics that follow a differential equation between their transitions
 statistics                      tallies, means over time, streams of random numbers
 references                      code that a scene or a command line names
-travelling                      a message as each receiver gets it
 execution                       the abstract simulator
 """
 
@@ -22,48 +22,32 @@ from heavylift.kernel.on_demand import face
 from heavylift.nodes.devs.execution.simulator import Simulator
 from heavylift.nodes.devs.execution.transitions import Trace, Transition
 
-from .events import AtomicResult, Event, Keepable, Order, Slack, Steppable
+from .events import (
+    FOREVER,
+    NEVER,
+    AtomicResult,
+    Event,
+    Keepable,
+    Order,
+    Slack,
+    Steppable,
+    Tag,
+    after,
+    ms,
+    ns,
+    seconds,
+    succ,
+    us,
+)
 from .messages import Message, decode, encode, message_type
 from .models import Atomic, Coupled, Model
 from .ports import Bag, In, InPort, Out, OutPort, Port
 from .statistics import Tally, TimeWeighted, stream
-from .tags import FOREVER, NEVER, Tag, after, ms, ns, seconds, succ, us
 
 __all__ = [
-    "FOREVER",
-    "NEVER",
-    "Atomic",
-    "AtomicResult",
-    "Bag",
-    "Coupled",
-    "Event",
-    "In",
-    "InPort",
-    "Keepable",
-    "Message",
-    "Model",
-    "Order",
-    "Out",
-    "OutPort",
-    "Port",
-    "Simulator",
-    "Slack",
-    "Steppable",
-    "Tag",
-    "Tally",
-    "TimeWeighted",
-    "Trace",
-    "Transition",
-    "after",
-    "decode",
-    "encode",
-    "message_type",
-    "ms",
-    "ns",
-    "seconds",
-    "stream",
-    "succ",
-    "us",
+    "FOREVER", "NEVER", "Atomic", "AtomicResult", "Bag", "Coupled", "Event", "In", "InPort", "Keepable", "Message",
+    "Model", "Order", "Out", "OutPort", "Port", "Simulator", "Slack", "Steppable", "Tag", "Tally", "TimeWeighted",
+    "Trace", "Transition", "after", "decode", "encode", "message_type", "ms", "ns", "seconds", "stream", "succ", "us",
 ]  # fmt: skip
 
 face(__name__)

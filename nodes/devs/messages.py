@@ -4,7 +4,7 @@ A message is a frozen struct whose fields are immutable all the way down (checke
 defined), so that receivers inside one node may share it, and no receiver can change what another one sees.
 At the border of a node it becomes bytes and every receiver decodes its own copy. Canonical bytes =
 MessagePack map in field order. The class name identifies the type in a recording; two classes of one name
-are refused. What is sent is what its bytes say (`travelling`), so that no receiver sees where a tree was cut.
+are refused. What is sent is what its bytes say (`ports`), so that no receiver sees where a tree was cut.
 """
 
 import os

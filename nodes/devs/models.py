@@ -18,9 +18,9 @@ from typing import Any, TypeVar
 
 from heavylift.kernel.errors import ModelError
 
+from .events import NEVER, Instant, Tag, beyond
 from .messages import Message
 from .ports import Bag, In, InPort, M, Out, OutPort, Port, checked_type
-from .tags import NEVER, Instant, Tag, beyond
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 Child = TypeVar("Child", bound="Model")

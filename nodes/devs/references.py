@@ -3,8 +3,6 @@
 Whether that code may run is judged before, by `heavylift.kernel.trust`.
 """
 
-from __future__ import annotations
-
 import ast
 from types import ModuleType
 

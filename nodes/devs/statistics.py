@@ -12,7 +12,7 @@ from random import Random
 
 from heavylift.kernel.errors import ModelError
 
-from .tags import Tag
+from .events import Tag
 
 
 class Tally:

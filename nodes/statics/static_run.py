@@ -14,7 +14,7 @@ import numpy as np
 from heavylift.kernel.analysis.path import EquilibriumPath, PathPoint
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
-from heavylift.kernel.methods.null_method import AtRest
+from heavylift.kernel.methods.method import AtRest
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateChange as Switched
 from heavylift.kernel.simulation.native.samples import shown

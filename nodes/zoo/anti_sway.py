@@ -9,8 +9,6 @@ so P = 2 zeta sqrt(g L) damps it by zeta, and what is added to the way is P time
 from rest to rest: the trolley arrives where the trapezoid does.
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.description.profile import trapezoid
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Out, seconds

@@ -3,8 +3,6 @@
 Bounce n is at T (1 + 2 (e + e^2 + ... + e^(n-1))) with T = sqrt(2 height / g), so they pile up at T (1 + e) / (1 - e).
 """
 
-from __future__ import annotations
-
 from heavylift.nodes.devs import Coupled, Message, Out
 from heavylift.nodes.devs.hybrid import Hybrid, State
 

@@ -3,8 +3,6 @@
 frame(period, span) gives jobs and counts for `span`; couple its `job` to a processor and that back to `solved`
 """
 
-from __future__ import annotations
-
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag, seconds, stream
 
 

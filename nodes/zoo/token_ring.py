@@ -1,7 +1,5 @@
 """Stations in a ring pass tokens on: a cycle of atomics in which each holds a token for some time."""
 
-from __future__ import annotations
-
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
 
 

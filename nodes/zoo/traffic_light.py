@@ -4,8 +4,6 @@ One atomic whose phase decides how long it waits and what comes next; the elapse
 light over ends the phase.
 """
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, seconds

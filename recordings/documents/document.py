@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from heavylift.kernel.errors import RecordingError, path_text
 from heavylift.recordings.drawings import drawings, write_dxf
-from heavylift.recordings.format.settings import settings
+from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_verdict

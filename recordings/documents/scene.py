@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from heavylift.recordings.format import machines
-from heavylift.recordings.format.settings import settings
+from heavylift.recordings.format.machines import settings
 from heavylift.recordings.read.reader import Recording
 
 COMPUTED = ("samples_hz", "seed")

@@ -1,16 +1,14 @@
 """Dimensioned drawings of a lift's key instants, for a report and as DXF.
 
-sheets    a drawing: views and title block on a sheet of A4
+sheets    a drawing: views and title block on a sheet of A4, as SVG and as DXF
 views     plan, elevation and rigging sketch with their dimensions
 instants  which instants, and where everything is in each
 ink       lines, texts and dimensions on paper
-svg, dxf  the drawing in these forms
 """
 
 from heavylift.kernel.on_demand import face
 
-from .dxf import write as write_dxf
-from .sheets import drawings
+from .sheets import drawings, write_dxf
 
 __all__ = ["drawings", "write_dxf"]
 

@@ -1,7 +1,5 @@
 """What a view is drawn of: lines, fills, texts and dimensions, on paper [mm], y upwards; each view has its scale."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple

@@ -4,8 +4,6 @@ Key are the ends of stages in which something has moved, evenly thinned, the lar
 clearance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple

@@ -4,8 +4,6 @@ The elevation is in the plane of the jib, or along the girder of a crane that do
 above, with the same axis to the right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import count, pairwise
 from math import atan2, cos, degrees, pi, sin

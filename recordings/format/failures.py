@@ -1,7 +1,5 @@
 """What goes wrong where a file is read: errors of its bytes, and libraries that fail by themselves."""
 
-from __future__ import annotations
-
 import errno
 import struct
 import sys

@@ -6,8 +6,6 @@ chunks with message indexes, a summary with statistics and indexes, checksums of
 summary.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Text for people: tables, time spans, which names were perhaps meant."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import Any, TypeVar

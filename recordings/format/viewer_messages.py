@@ -4,8 +4,6 @@ Frames stand in the file with each sample and in full; ropes are a picture, roun
 where they have moved, since their ends follow from the frames.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 
@@ -19,7 +17,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from .template import Template, stamp
+from .schema import Template, stamp
 
 __all__ = ["Box", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
 

@@ -2,8 +2,6 @@
 its records one after the other, without any index, where some are damaged.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 import zlib

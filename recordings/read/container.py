@@ -6,8 +6,6 @@ traceback or without memory.  Before a sentence says that a file is damaged, `da
 it does for `recover`: what one calls damaged the other does not call whole.
 """
 
-from __future__ import annotations
-
 import struct
 import weakref
 import zlib

@@ -5,8 +5,6 @@ value as JSON, and the schema tells which text was bytes; of a number that was n
 such an event has no digest that can be computed again.
 """
 
-from __future__ import annotations
-
 from base64 import b64decode
 from collections.abc import Mapping
 from typing import Any
@@ -15,8 +13,7 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format.digest import Digest
 from heavylift.recordings.format.samples import SAMPLER, Field, SampleChannel, SampleLayout
-from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.template import Template
+from heavylift.recordings.format.schema import RecordedEvent, Template, field_places, samples_template
 from heavylift.recordings.format.viewer_messages import Log, frames_template
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray
@@ -92,7 +89,7 @@ class Contents:
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
             self._digest.note(number, t_ns, sentence)
 
-    def _add(self, lift: _Lift) -> None:
+    def _add(self, lift: "_Lift") -> None:
         """The rows that wait."""
         times, numbers, rows = lift.joined()
         if rows is None:

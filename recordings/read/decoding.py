@@ -1,15 +1,12 @@
 """Messages of several channels made numbers in one pass through the file, some thousand at a time; rows of one of
 several lifts alone, which show what events have changed in it between the samples of all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import msgspec
 import numpy as np
 from heavylift.recordings.format.samples import POSE, Field
-from heavylift.recordings.format.schema import field_places, samples_template
-from heavylift.recordings.format.template import Template
+from heavylift.recordings.format.schema import Template, field_places, samples_template
 from heavylift.recordings.format.viewer_messages import frames_template
 from numpy.typing import NDArray
 

@@ -3,8 +3,6 @@
 The signals, which have times of their own in common, stand in the topic `/measured` as those of the run in `/samples`.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

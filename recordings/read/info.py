@@ -1,7 +1,5 @@
 """The text of `heavylift info FILE`: what was run, how it ended, how fast, what stands in the file."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -9,8 +7,8 @@ from typing import Any
 import msgspec
 from heavylift.kernel.errors import path_text
 from heavylift.recordings.format import machines
+from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import POSE
-from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
 
 from .reader import Recording

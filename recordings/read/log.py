@@ -4,8 +4,6 @@ Separator is comma, semicolon or tab; beside the latter two a comma may be the d
 file, its head being row 1.  A head may carry its unit: `force [kN]`.  Times are numbers or dates by ISO 8601.
 """
 
-from __future__ import annotations
-
 import csv
 import os
 import re

@@ -5,8 +5,6 @@ after `measured_` or `error_` where a log stands beside the run.  What hangs on 
 its tension is what people ask for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -19,8 +17,7 @@ from heavylift.recordings.format.text import meant
 from heavylift.recordings.sheets.page import table_html
 from heavylift.recordings.sheets.sheet import words
 
-from .notebook import heading
-from .signal import Signal, joined, only
+from .signal import Signal, heading, joined, only
 
 HANGING = "loaders"  # fact: machines that hang on a hook of another one, by its rope
 
@@ -56,7 +53,7 @@ class RecordedPart:
             self._words.setdefault(word, []).append(signal)
 
     @staticmethod
-    def of(rec: SignalSource, name: str) -> RecordedPart:
+    def of(rec: SignalSource, name: str) -> "RecordedPart":
         """The part of this name; "legs/1" is legs-1."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(HANGING, {}).items() if hung in names}

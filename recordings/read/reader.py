@@ -9,8 +9,6 @@ a real machine, of `/measured` at times of its own; only what is asked for is re
 come with the rows of that lift alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from functools import cached_property
@@ -34,9 +32,8 @@ from .chunks import LIMIT, RawMessage
 from .container import Container
 from .contents import Contents, sampler_note
 from .decoding import Form, Rows, decoded, with_own_rows
-from .notebook import drawing, recording_html
 from .part import RecordedPart, chosen
-from .signal import Signal, only
+from .signal import Signal, drawing, only, recording_html
 
 SHOWN = 60  # characters of a version that a file names
 Floats = NDArray[np.float64]

@@ -7,8 +7,6 @@ damaged the next record is looked for.  Metadata, attachments, channels and mess
 the digest, computed again, is that of the old result, nothing was lost: the old result stays.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ its result is not what its events and rows give.
 The verdict is made by who knows the scene (`coordinator.verdict`) and kept as the fact `verdict` of the result.
 """
 
-from __future__ import annotations
-
 from math import nan
 from pathlib import Path
 

@@ -1,10 +1,10 @@
 """A recording drawn: figures, pages, layouts.
 
 plot, storyboard, paper      the figure of a run; the lift itself at some instants; what figures share
-curves, curves_drawn         any signals as curves over time
+curves                       any signals as curves over time
 compare, differences               two recordings side by side; where they part, beside the values of signals
 view, content                a recording as one page; what it shows, and of another one beside it
-live, server                 the page of a run that goes on, and its server; foxglove: for viewers of others
+server                       the page of a run that goes on, and its server; foxglove: for viewers of others
 lichtblick                   a layout for Lichtblick and Foxglove
 """
 

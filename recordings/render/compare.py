@@ -6,8 +6,6 @@ instants of the first recording, between the samples of the second one by straig
 A difference is told as its largest absolute value and its RMS over time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,8 +19,7 @@ from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import complaints, contents
 from numpy.typing import NDArray
 
-from .curves import checked, drawn, larger
-from .curves_drawn import Curve, Figure, Panel
+from .curves import Curve, Figure, Panel, checked, drawn, larger
 from .differences import ROWED, attachments, channels, circumstances, event, facts, notes, rows
 
 MOST = 12  # panels of an overlay

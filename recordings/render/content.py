@@ -4,8 +4,6 @@ Numbers travel as base64 of little-endian floats.  Samples are thinned to a budg
 pixel anyhow, the two stay between which the ropes' load goes furthest.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import re
@@ -17,8 +15,8 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
+from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout, unit_of
-from heavylift.recordings.format.settings import settings
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

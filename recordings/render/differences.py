@@ -3,8 +3,6 @@
 Rows are compared byte for byte, one by one; a missing one is told by its time.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import suppress

@@ -5,8 +5,6 @@ viewers: any site that a browser shows may knock at such a port.  What is sent i
 which viewers here need four messages.  A viewer that is slow misses what is older; it never makes the run wait.
 """
 
-from __future__ import annotations
-
 import base64
 import hmac
 import json
@@ -15,8 +13,8 @@ import re
 import secrets
 import struct
 import threading
-from contextlib import suppress
-from typing import Any, NamedTuple, Self
+from contextlib import AbstractContextManager, suppress
+from typing import Any, NamedTuple
 
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError, extra
@@ -38,7 +36,7 @@ class _Viewer(NamedTuple):
     numbers: dict[int, int]  # of subscriptions, by channel
 
 
-class FoxgloveServer:
+class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
     """A `Listener` that serves viewers on this machine; a context manager around the whole run."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
@@ -121,9 +119,6 @@ class FoxgloveServer:
             elif told["op"] == "unsubscribe":
                 for channel in [c for c, number in viewer.numbers.items() if number in told["subscriptionIds"]]:
                     del viewer.numbers[channel]
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self._server.shutdown()

@@ -5,8 +5,6 @@ It is attached to each recording; in the program: import the layout from the fil
 the same in all of them stands in `page/lichtblick.json`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import atan2, degrees, hypot
 from pathlib import Path

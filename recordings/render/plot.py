@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import MEASURED
-from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.read.port_series import silent
+from heavylift.recordings.read.export import silent
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import opened
 from heavylift.recordings.write.outputs import output_path

@@ -4,8 +4,6 @@ The instants are spread evenly over the way that the bodies have gone (shift and
 Drawn from what the recording holds for any viewer: boxes of /scene, frames of /poses, the lines of /rig between them.
 """
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,14 +60,14 @@ class _Drawing:
         self._ropes, self._stages = _ropes(rec, self.times, self._poses), rec.stages()
         self._scene = rec.run.get("scene", "")
 
-    def draw(self, ax: Axes, i: int) -> None:
+    def draw(self, ax: "Axes", i: int) -> None:
         t = self.times[i]
         _frame(ax, t, self._poses, self._boxes, self._ropes[i])
         stage = next((name for at, name in reversed(self._stages) if at <= t), self._scene)
         ax.set_title(f"{stage}, {clock(t)}", fontsize=9, loc="left")
 
 
-def _figure(drawing: _Drawing, frames: int) -> Figure:
+def _figure(drawing: _Drawing, frames: int) -> "Figure":
     from matplotlib.figure import Figure as Canvas
 
     columns = min(frames, 3)
@@ -145,7 +143,7 @@ def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: 
     return out
 
 
-def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:
+def _frame(ax: "Axes", t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:
     """One instant: faces from far to near, then ropes, seen along x."""
     from matplotlib.collections import LineCollection, PolyCollection
 

@@ -4,8 +4,6 @@
 `page/` is built from its sources by `npm run build`.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

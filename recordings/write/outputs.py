@@ -8,8 +8,6 @@ What a run that was cut off has left, `run.mcap.part` and the orders beside it, 
 can be resumed or recovered: OutputError.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 from collections.abc import Iterator, Sequence

@@ -7,8 +7,6 @@ file meanwhile is noticed: a name that leads elsewhere, a size that is not what 
 written to it, other bytes.
 """
 
-from __future__ import annotations
-
 import ctypes
 import errno
 import fcntl
@@ -19,7 +17,7 @@ import zlib
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from heavylift.kernel.errors import OutputError, RecordingError
 
@@ -30,7 +28,7 @@ OPENED = "/proc/self/fd"  # where Linux has names for open files
 BLOCK = 1 << 20  # [bytes] read at once
 
 
-class PartFile:
+class PartFile(AbstractContextManager["PartFile"]):
     """`stream` writes to a file that has a name from `show()` or `finish()` on; `path` is what it will be or is.
 
     If `force`, an earlier output of heavylift of this name is replaced; else the next free name is taken.  Used as a
@@ -164,9 +162,6 @@ class PartFile:
             f"{self._at or self.path}: was {how} while it was written; leave the file alone until it is whole, and "
             "start again"
         )
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, kind: object, *_: object) -> None:
         try:

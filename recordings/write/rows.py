@@ -1,7 +1,5 @@
 """Sample rows on their way into the file: a message of numbers and one of all poses per row, ropes where they moved."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
@@ -11,8 +9,7 @@ from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format import viewer_messages as viewers
-from heavylift.recordings.format.columns import Columns
-from heavylift.recordings.format.samples import POSE_UNIT, REEVING, SampleLayout, reeved
+from heavylift.recordings.format.samples import POSE_UNIT, REEVING, Columns, SampleLayout, reeved
 from heavylift.recordings.format.schema import samples_descriptor, samples_template
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ among these facts is the number of the rules by which topics, schemas and facts 
 not flushed, at most a second: a thread of its own sees to that, whatever the run is busy with.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

@@ -7,8 +7,6 @@ both wait until nothing earlier can come, that is below `settle(t)` or below bot
 last sample.
 """
 
-from __future__ import annotations
-
 import heapq
 import math
 import time
@@ -233,7 +231,7 @@ class Recorder:
         self._closed = True
         self._sink.abandon(keep=False)
 
-    def __enter__(self) -> Recorder:
+    def __enter__(self) -> "Recorder":
         return self
 
     def __exit__(self, _: object, error: object, *__: object) -> None:

@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from heavylift.coordinator.run import run
-from heavylift.kernel.compiler import machine_code as native
+from heavylift.kernel.compiler import emit as native
 from heavylift.nodes.scene import LoadedScene, bundled, load
 
 STORED = Path(__file__).parents[1] / "data" / "digests.json"

@@ -59,7 +59,6 @@ KERNEL = {
     "kernel/analysis/tables.py": PRINTS,
     "kernel/multibody/continuous_angles.py": "whether axes are parallel, by a wide margin",
     "kernel/equations/coordinates.py": PRINTS,
-    "kernel/simulation/safeguards/fastest_mode.py": TELLS_STEPS,
     "kernel/methods/stability.py": TELLS_STEPS,
     "kernel/simulation/safeguards/step_check.py": TELLS_STEPS,
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
@@ -68,8 +67,8 @@ KERNEL = {
     "kernel/islands/dense_output.py": "values between samples; nothing follows from them",
 }
 SYMBOLS = "equations on symbols, or on objects whose products are summed in order"
-BODIES, ALGEBRA = "kernel/multibody/flexible", ("arrays.py", "eigenvalues.py", "polynomials.py")
-FLEXIBLE = {"attachment.py": SYMBOLS, "inertia.py": SYMBOLS, "small_deflections.py": SYMBOLS}
+BODIES, ALGEBRA = "kernel/multibody/flexible", ("arrays.py", "eigenvalues.py")
+FLEXIBLE = {"attachment.py": SYMBOLS, "small_deflections.py": SYMBOLS}
 # limits judge, outside
 FOLDERS = ("nodes/devs", "nodes/plan", "nodes/models", "nodes/statics", "nodes/fidelity", "nodes/scene")
 

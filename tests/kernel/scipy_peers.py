@@ -3,7 +3,7 @@
 One adapter for all: SciPy takes the steps in Python, its dense output is copied as values at 13 nodes (exact for its
 polynomials, whose degree is at most 12), and all else (guards, samples, commits) is the native code of
 `native_functions`.
-Where shapes could pass through each other unseen its steps are bounded as the kernel's own are (`contact.reach`).
+Where shapes could pass through each other unseen its steps are bounded as the kernel's own are (`contact.candidates`).
 Steps are ten to a hundred times slower than the kernel's own.
 """
 

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.recordings import Digest, Recorder, Recording
-from heavylift.recordings.format import spool
+from heavylift.recordings.format import digest as spool
 from numpy.typing import NDArray
 
 EVENTS: list[tuple[Any, ...]] = [

@@ -4,8 +4,6 @@
 up is not offered.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 

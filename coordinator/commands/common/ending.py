@@ -1,7 +1,5 @@
 """How a command ends: with an exit code, and with one sentence where something is wrong."""
 
-from __future__ import annotations
-
 import errno
 import os
 import resource

@@ -1,7 +1,5 @@
 """Arguments and options that several commands have, and what is made of their texts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -31,7 +29,7 @@ def process_count(text: str | int) -> int:
 
 
 def paying_processes(
-    asked: int, models: int, run: Callable[[int, RunObserver], object], elsewhere: Collection[str] | None = None
+    asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
     """The number `asked` for; where that is AUTO, as many as pay where `run(count, watch)` is tried, which is told."""
     if asked != AUTO:
@@ -107,14 +105,14 @@ def written_to(help: str) -> Any:
     return typer.Option("-o", "--output", help=help)
 
 
-def scene_of(scene: str, sets: list[str] | None) -> LoadedScene:
+def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
     """A scene with the settings of `--set`; what reads scenes is imported for it."""
     from heavylift.nodes.scene import load
 
     return load(scene, sets or [])
 
 
-def quantity(option: str, text: str, dimension: Dimension) -> float:
+def quantity(option: str, text: str, dimension: "Dimension") -> float:
     """The value of an option with a unit, in SI units; SceneError if it is none."""
     try:
         return dimension.read(text)

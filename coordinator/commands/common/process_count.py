@@ -5,8 +5,6 @@ are known only here and now.  The first trial tells how far one process comes in
 the same stretch, and is cut where it takes longer than the best.  A run is the same to the last bit in all of them.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 

@@ -1,9 +1,8 @@
 """Rigid contact with friction: where bodies touch, and the rows of what touches.
 
-candidates       what could touch, as a fixed list of witnesses per pair of shapes
+candidates       what could touch, as a fixed list of witnesses per pair of shapes; how far no shape passes another
 frames, pairs    contact point, normal and tangents with their rates; the table of pairs of shapes
 contact_points   rows, guards and heat of what touches, inside an evaluation
-reach            longest step in which no shape passes through another
 """
 
 from heavylift.kernel.on_demand import face

@@ -6,8 +6,6 @@ All of this is numbers of the run that stay frozen in a step.  Guards: a candida
 zero), the normal force vanishes, friction reaches its limit or sliding its end, the place leaves its face.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -16,7 +14,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
-from heavylift.kernel.constraints.held_rows import ConstraintRow, Numbers
+from heavylift.kernel.constraints.row_structure import ConstraintRow, Numbers
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.force_law import BODY
@@ -24,8 +22,8 @@ from heavylift.kernel.forces.friction import SLIP_BLEND
 from heavylift.kernel.multibody.graph import Graph
 
 from . import frames
+from .candidates import passes, reach
 from .pairs import HELD, ContactPair, pair_of, shape_numbers
-from .reach import passes, reach
 
 SLOT = HELD + 12
 DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off

@@ -7,8 +7,6 @@ both bodies, their derivatives hold besides the accelerations of the bodies only
 (v_A(x) - v_B(x)): each kind needs no more than x, dx/dt, F and dF/dt.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -5,8 +5,6 @@ rows cost, so there are only as many slots as can push at once.  What a slot hol
 the touch; a new pair of shapes is one entry.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

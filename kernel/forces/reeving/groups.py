@@ -2,20 +2,29 @@
 
 Parts joined by slipping sheaves form a group: their strains keep the ratios of its sheaves, their unstretched lengths
 one sum; the strain of the first part follows from it by Newton's method.
-"""
 
-from __future__ import annotations
+Edges of several bodies: one rope bends over them where nothing can turn them out of parallel.
+
+Between the bodies there are joints that slide, or turn about the direction of the edges, which they then keep.
+"""
 
 from collections.abc import Sequence
 from math import e as E
 from typing import Any
 
+import numpy as np
+from heavylift.kernel.algebra.dense import cross, norm
 from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.compiler.symbol import Array, Scalar, minimum, named, select
-from heavylift.kernel.description.forces import Sheave
+from heavylift.kernel.description.forces import Reeving, Sheave
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import WORLD
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.force_law import Poses
+from heavylift.kernel.multibody.graph import Graph, Link
+from heavylift.kernel.multibody.motion import axes_of
 
-from .edges import Unrolled
-from .sheaves import Way
+from .sheaves import Unrolled, Way
 
 BITE = 1e-9  # by how much more a sheave holds than it drags, so that one that begins to stick does not slip at once
 NEWTON = 5  # iterations; the error shrinks as its square, from (strain)^2 on
@@ -120,3 +129,45 @@ def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple
         ratio = ratio * power(E, q[10] * angle)
         rate = ratio * q[10] * turning
     return ratio, rate
+
+
+ALONG = 1e-9  # sine between the direction of edges and an axis that turns a body of theirs
+
+
+def check_parallel(f: Reeving, graph: Graph, poses: Poses) -> None:
+    """Raises KernelError where edges of a rope are on bodies of which one can turn them out of parallel."""
+    bodies = list(dict.fromkeys(s.at.body for s in f.edges))
+    if len(bodies) < 2:
+        return
+    n = poses(bodies[0])[0] @ np.array(f.edges[0].axis)
+    paths = [_path(graph, body) for body in bodies]
+    shared = set.intersection(*map(set, paths))
+    for body, path in zip(bodies, paths, strict=True):
+        own = [i for i in path if i not in shared]
+        bends = [graph.links[i] for i in (*own, *([max(shared)] if shared else [])) if graph.links[i].modes]
+        loose = [link for link in map(graph.links.__getitem__, own) if _turns(link, poses, n)]
+        if bends or loose:
+            what = f"what bends of '{bends[0].body.name}'" if bends else f"the joint '{loose[0].joint.name}'"
+            told = f"its edges are on several bodies, and {what} can turn the one on '{body}' out of parallel"
+            raise KernelError(f"reeving '{f.name}': {told}; name edges of one body")
+
+
+def _path(graph: Graph, body: str) -> list[int]:
+    """The links from a body to the ground."""
+    i = -1 if body == WORLD else graph.number(body)
+    found = []
+    while i >= 0:
+        found.append(i)
+        i = graph.links[i].parent
+    return found
+
+
+def _turns(link: Link, poses: Poses, n: Array) -> bool:
+    """Whether a joint turns its child about anything but n."""
+    joint = link.joint
+    kind = JOINTS[joint.kind]
+    if kind.quaternion is not None:
+        return True
+    frame = poses(joint.parent)[0] @ np.array(joint.R_PJ)
+    axes = [(frame @ axes_of(joint)[m.axis]).tolist() for m in kind.motions if m.turns]
+    return any(norm(cross(n.tolist(), a)) > ALONG for a in axes)

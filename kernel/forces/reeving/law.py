@@ -25,10 +25,9 @@ from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.forces.force_law import ForceLaw, LawBreakdown, LawOutput, Poses, SampledQuantity, wrench
 from msgspec import structs
 
-from .edges import Unrolled
 from .groups import FREE, Groups, slip_ratio
 from .nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
-from .sheaves import Way
+from .sheaves import Unrolled, Way
 
 UNIT = 1e-6  # how far an axis may be off by rounding
 

@@ -14,8 +14,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.forces import Reeving, Sheave
 from heavylift.kernel.forces.force_law import Poses, attachment
 
-from .edges import Unrolled
-from .sheaves import RopeSegment, SheavePoint, Way
+from .sheaves import RopeSegment, SheavePoint, Unrolled, Way
 
 NODE = 14  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency, ends of an edge
 MOST_WRAP = 1.5 * pi  # a larger one means that the axis points the wrong way

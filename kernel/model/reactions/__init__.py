@@ -2,6 +2,5 @@
 
 jacobian          the constraint Jacobian, scaled so that ranks can be told
 mobility          degrees of freedom by its rank
-joint_reactions   force and moment of every joint
-indeterminacy     what statics does not determine, and the choice that is made
+joint_reactions   force and moment of every joint; what statics does not determine, and the choice that is made
 """

@@ -2,25 +2,141 @@
 
 The accelerations are those of the forward dynamics, whatever solved it; the balance of the outer bodies then gives the
 joint forces, the paper's Fig. 6 (c), (d): f_c,i = f_B,i - f_e,i + sum of f_c,j over the children j.  Components that
-rigid bodies do not determine are named, and are those of least norm (see `indeterminacy`).
-"""
+rigid bodies do not determine are named, and are those of least norm.
 
-from __future__ import annotations
+What of the forces between rigid bodies statics does not determine, and the choice that is shown of it.
+
+Multipliers in the null space of the transposed constraint Jacobian load joints, ropes and contacts against each other
+without moving anything: two hinges of one door, a body welded twice, rigid ropes side by side.  Only stiffness and
+clearances, which rigid bodies do not have, would tell them (Wojtyra, Fraczek 2012).  Components that no such pattern
+touches are determined.  Of the others the values of least norm are shown: the smallest sum of squared forces and of
+squared moments divided by a lever, over all joints, ropes and contacts of a group.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
+from heavylift.kernel.algebra.dense import dot, norm, solve
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Scalar
+from heavylift.kernel.constraints.row_structure import ConstraintRow
+from heavylift.kernel.description.mechanics import Joint
+from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.multibody.dynamics import composites
-from heavylift.kernel.multibody.inverse_dynamics import accelerated
+from heavylift.kernel.multibody.dynamics import accelerated, composites
 
-from .indeterminacy import COMPONENTS, Indeterminacy, Key, indeterminacies
-from .jacobian import pose_of
+from .jacobian import NOISE, Pose, RowGroup, pose_of
+
+COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
+TOUCHED = 1e-5  # part of the largest of a pattern from which a component belongs to it
+Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; the name; the component
+
+
+@dataclass(frozen=True)
+class Indeterminacy:
+    """What of one group of coupled constraints is not determined.
+
+    `patterns`: by component, the forces [N] and moments [N m] of each way to load the group against itself.
+    """
+
+    patterns: dict[Key, list[float]]
+    lever: float  # [m] a moment counts as a force on it
+
+    def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
+        """The components that are not determined in the choice of least norm; `given`: any one of the solutions."""
+        keys = list(self.patterns)
+        scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
+        ways = [
+            [p * s for p, s in zip(way, scales, strict=True)]
+            for way in zip(*(self.patterns[k] for k in keys), strict=True)
+        ]
+        x = [given[k] * s for k, s in zip(keys, scales, strict=True)]
+        z = solve([[dot(a, b) for b in ways] for a in ways], [-dot(a, x) for a in ways])
+        parts = zip(keys, scales, x, zip(*ways, strict=True), strict=True)
+        return {k: (a + dot(z, column)) / s for k, s, a, column in parts}
+
+
+def indeterminacies(pose: Pose) -> list[Indeterminacy]:
+    """Of a pose with its contacts, one for each group of coupled rows that has any."""
+    found = []
+    for group in pose.groups:
+        ways = [_carried(pose, group, multipliers) for multipliers in group.redundancies]
+        if not ways:
+            continue
+        keys = sorted({k for way in ways for k in way})
+        patterns = {k: [way.get(k, 0.0) for way in ways] for k in keys}
+        largest = [max(abs(x) for x in way.values()) for way in ways]
+        touched = {
+            k: p
+            for k, p in patterns.items()
+            if any(abs(x) > TOUCHED * most for x, most in zip(p, largest, strict=True))
+        }
+        if touched:
+            found.append(Indeterminacy(touched, group.lever))
+    return found
+
+
+def _carried(pose: Pose, group: RowGroup, multipliers: Mapping[int, float]) -> dict[Key, float]:
+    """What joints, ropes and contacts carry under scaled multipliers alone [N, N m]."""
+    least, by = NOISE * max(map(abs, multipliers.values())), dict(zip(group.rows, group.rows_by, strict=True))
+    values = {r: m / by[r] for r, m in sorted(multipliers.items()) if abs(m) > least}
+    wrenches: dict[int, np.ndarray] = {}
+    for r, x in values.items():
+        for body, w in pose.pushes(r):
+            if body >= 0:
+                wrenches[body] = wrenches.get(body, np.zeros(6, dtype=object)) + x * np.array(w, dtype=object)
+    found: dict[Key, float] = {}
+    for i in sorted({pose.program.constraints.instance[b][0] for b in wrenches}):
+        _in_tree(pose, i, wrenches, found)
+    _between(pose, values, found)
+    return found
+
+
+def _in_tree(pose: Pose, i: int, wrenches: Mapping[int, np.ndarray], found: dict[Key, float]) -> None:
+    """Joints of a tree carry what acts on the bodies beyond them."""
+    tree, K, links = pose.tree(i), pose.kinematics(i), pose.program.graph.links
+    F = [-wrenches.get(tree.first + n, np.zeros(6, dtype=object)) for n in range(len(tree.bodies))]
+    for n in reversed(range(len(tree.bodies))):
+        b = tree.bodies[n]
+        if b.parent >= 0:
+            F[b.parent] = F[b.parent] + F[n]
+        if any(F[n]):
+            R_WJ = (K.R[b.parent] if b.parent >= 0 else np.eye(3)) @ b.R_PJ
+            _put(found, links[tree.first + n].joint.name, R_WJ, K.r[n] + K.R[n] @ b.p_CJ, F[n])
+
+
+def _between(pose: Pose, values: Mapping[int, float], found: dict[Key, float]) -> None:
+    """Joints that close loops, ropes, contacts."""
+    c = pose.program.constraints
+    loops: dict[str, tuple[Joint, np.ndarray]] = {}
+    for r, x in values.items():
+        row: ConstraintRow = pose.rows[r]
+        if r < len(c.of):
+            j = c.of[r][0]
+            before = loops[j.name][1] if j.name in loops else np.zeros(6, dtype=object)
+            loops[j.name] = j, before + x * np.array(row.wrenches[1][1], dtype=object)
+        elif r < len(c.of) + len(c.ropes):
+            key = ("rope", c.ropes[r - len(c.of)].name, 0)
+            found[key] = found.get(key, 0.0) + x
+        elif pose.normal(r):
+            key = ("contact", c.contacts.names[r - len(c.of) - len(c.ropes)], 0)
+            found[key] = found.get(key, 0.0) + x
+    for name, (j, w) in loops.items():
+        a, b = (pose.ends[pose.program.graph.number(x)] for x in (j.parent, j.child))
+        R_WJ = np.reshape(a[:9], (3, 3)) @ np.array(j.R_PJ, dtype=object)
+        _put(found, name, R_WJ, attachment(b, np.array(j.p_CJ, dtype=object))[0], w)
+
+
+def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F: np.ndarray) -> None:
+    """The six components of wrench F at a joint p from the tree's point."""
+    arm = cross(p, F[3:])
+    size = norm([float(x) for x in (*F, *arm)])
+    for k, f in enumerate((F[3:], F[:3] - arm)):
+        for n, x in enumerate(R_WJ.T @ f):
+            found["joint", name, 3 * k + n] = float(x) if abs(x) > NOISE * size else 0.0
 
 
 class Running(Protocol):

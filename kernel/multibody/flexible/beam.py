@@ -4,8 +4,6 @@ Two-node elements, six degrees of freedom per node (ux uy uz rx ry rz), cubic He
 torsional displacements, consistent mass without rotatory inertia of bending.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.description.flexible import Beam
 

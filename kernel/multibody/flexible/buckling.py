@@ -7,8 +7,6 @@ What holds the body in this is its floating frame alone.  A body given by matric
 nodes, each section of which moves as the mean of its nodes; its own equations do not know of compression.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

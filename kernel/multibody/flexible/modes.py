@@ -8,8 +8,6 @@ what slides, Chebyshev polynomials follow them smoothly.  All of it is computed 
 because a simulation continues with it: rounding cannot hide what LAPACK leaves open in the low modes of a fine model.
 """
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property

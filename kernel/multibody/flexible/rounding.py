@@ -1,7 +1,5 @@
 """Rounding of modes and constants, and rigid motions of nodes."""
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.spatial import skew
@@ -26,7 +24,7 @@ def rounded_each(x: np.ndarray) -> np.ndarray:
 
 
 def rigid_motions(nodes: np.ndarray) -> np.ndarray:
-    """(6n, 6) B_0 of equation (2) in `reduction`: velocities of the nodes (n, 3) in a rigid motion."""
+    """(6n, 6) B_0 of equation (2) in `tracks`: velocities of the nodes (n, 3) in a rigid motion."""
     B = np.zeros((len(nodes), 6, 6))
     for j, X in enumerate(nodes):
         B[j, :3, :3] = -skew(X)

@@ -8,8 +8,6 @@ deflection of a cantilever is 0.3 % too large, at REFUSED 7 % (Bisshopp, Drucker
 beams), and a frame on its end is turned by too little by as much.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import degrees, sqrt
 from typing import Any, Protocol

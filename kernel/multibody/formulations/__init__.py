@@ -2,15 +2,13 @@
 
 recursive     composite inertias along the paths, H = L^T D L without fill-in: what the kernel uses (`dynamics`)
 articulated   recursive as well, with articulated inertias and without H: O(n) however deep the tree
-embedding     velocity transformation: constraint forces are projected away, R^T M R dense
-augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]
+augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]; embedding: velocity
+              transformation, by which constraint forces are projected away, R^T M R dense
 
 All agree to rounding; their costs differ (`tests/bench/formulations.py`).
 
 repeated_subtrees: equal branches share their code
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable
 
@@ -18,9 +16,7 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody.dynamics import dynamics
 
-from .articulated import articulated
-from .augmented import augmented
-from .embedding import embedding
+from .augmented import articulated, augmented, embedding
 
 __all__ = ["FORMULATIONS", "formulated"]
 

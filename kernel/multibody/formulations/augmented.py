@@ -5,18 +5,27 @@ beyond the bias of its joints, J holds 6 - n rows for a joint of n free degrees 
 about the child's origin.  Solved by the Schur complement J M^-1 J^T in the order from the tips to the ground, which
 has no fill-in (Baraff 1996).  A slender or massless body has no M^-1: a small multiple of what it carries is added,
 and refinement against the true equations takes its effect out again.
+
+Embedding formulation: the constraint forces vanish by projection on the velocities that the joints allow.
+
+The path matrix T and the joint columns S give the velocity transformation of the whole system, V = R qd with
+R = T^T S: row i holds the columns of all joints on the path of body i.  Then R^T M R qdd = tau - R^T p, dense
+(Haug 1992, Shabana 2005: generalised coordinate partitioning with joint coordinates).
+
+Recursive formulation with articulated-body inertias: one pass inwards, one outwards, O(n) for trees of any depth.
+
+Featherstone 2008, section 7.3, in world axes about one point, where no transformation stands between two bodies.
+A joint of several degrees of freedom is eliminated column by column, so only scalars are ever inverted.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from heavylift.kernel.algebra.ldlt import LDLT, frame
-from heavylift.kernel.algebra.spatial import join, skew
+from heavylift.kernel.algebra.small_blocks import LDLT, frame
+from heavylift.kernel.algebra.spatial import join, mirror, skew
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
-from heavylift.kernel.multibody.free_bodies import newton_euler
-from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
+from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, newton_euler
 from heavylift.kernel.multibody.trees import Tree
 
 REGULAR = 1e-10  # added inertia, relative to mass and moment of what a body carries
@@ -163,3 +172,100 @@ def _solve(
         answer = [np.array(a.solve(e)) for a, e in zip(A, _on_bodies(parents, more), strict=True)]
         x = [a + b for a, b in zip(gap, answer, strict=True)]
     return x, F
+
+
+def embedding(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Array, Array, Array]:
+    """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
+    K = kinematics(tree, q, v, g, a_ref)
+    M, p = newton_euler(tree, K, W)
+    R = velocity_transformation(tree, K)
+    n = tree.v.stop - tree.v.start
+    free, given = tree.free_dofs, tree.prescribed_dofs
+    full = sum((r.T @ m @ r for r, m in zip(R, M, strict=True)), np.zeros((n, n)))
+    lower = {(k, l): named(f"H({k},{l})", full[k, l]) for k in range(n) for l in range(k + 1)}
+    reduced = {(k, l): lower[max(k, l), min(k, l)] for k in range(n) for l in range(n)}
+    force = sum((r.T @ f for r, f in zip(R, p, strict=True)), np.zeros(n))
+    rhs = [tau[k] - force[k] for k in range(n)]
+    a = LDLT([[reduced[k, l] for l in free] for k in free]).solve([rhs[k] for k in free])
+    dv = dict(zip(free, a, strict=True)) | dict(zip(given, a_ref, strict=True))
+    reaction = [sum((reduced[k, l] * dv[l] for l in free), -rhs[k]) for k in given]
+    return join(*K.dq), np.array([dv[k] for k in range(n)]), np.array(reaction)
+
+
+def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
+    """R: per body (6, n_v), the columns of joints and modes on its path; all others are zero."""
+    R: list[Array] = []
+    k = 0
+    for i, (b, columns) in enumerate(zip(tree.bodies, K.S, strict=True)):
+        own = [np.zeros(6)] * (tree.v.stop - tree.v.start) if b.parent < 0 else list(R[b.parent].T)
+        own[k : k + len(columns)] = columns
+        if i in K.carried:
+            own[tree.bodies[b.parent].v_modes] = K.carried[i]
+        k += len(columns)
+        R.append(np.array(own).T if own else np.zeros((6, 0)))
+    return R
+
+
+Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 1/D, acceleration that x = 0 leaves
+
+
+def articulated(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Array, Array, Array]:
+    """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
+    K = kinematics(tree, q, v, g, a_ref)
+    I, p = newton_euler(tree, K, W)
+    given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))
+    U, _ = inwards(tree, K, tau, I, p)
+    dv, X = outwards(tree, K, U, np.zeros(6), given)
+    reaction = [
+        K.S[i][k - b.v.start] @ (I[i] @ X[i] + p[i]) - tau[k]
+        for i, b in enumerate(tree.bodies)
+        for k in range(b.v.start, b.v.stop)
+        if k in given
+    ]
+    return join(*K.dq), np.array([dv[k] for k in range(len(dv))]), np.array(reaction)
+
+
+def inwards(
+    tree: Tree, K: Kinematics, tau: Array, I: list[Array], p: list[Array]
+) -> tuple[Eliminated, tuple[Array, Array]]:
+    """Eliminate the free degrees of freedom from the tips to the roots: (7.44) to (7.48).
+
+    I (6, 6) and p (6,) of the bodies become the articulated ones; also what the last root hands to what it stands on.
+    """
+    given = set(tree.prescribed_dofs)
+    U: Eliminated = {}
+    inertia, force = np.zeros((6, 6)), np.zeros(6)
+    for i in reversed(range(len(tree.bodies))):
+        inertia, force = I[i], p[i]
+        for k, s in reversed(list(enumerate(K.S[i], tree.bodies[i].v.start))):
+            if k not in given:
+                u = named(f"U({k})", inertia @ s)
+                d = 1.0 / named(f"D({k})", s @ u)
+                rest = (tau[k] - s @ force) * d
+                U[k] = u, d, rest
+                inertia = mirror(inertia - np.array([[a * b for b in u] for a in u * d]))
+                force = force + u * rest
+        if (parent := tree.bodies[i].parent) >= 0:
+            I[parent], p[parent] = I[parent] + inertia, p[parent] + force
+    return U, (inertia, force)
+
+
+def outwards(
+    tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
+) -> tuple[dict[int, Scalar], list[Array]]:
+    """Accelerations of the degrees of freedom, and those of the bodies beyond the bias; base (6,): of the ground."""
+    X: list[Array] = []
+    dv = dict(given)
+    for i, b in enumerate(tree.bodies):
+        x: Any = X[b.parent] if b.parent >= 0 else base
+        for k, s in enumerate(K.S[i], b.v.start):
+            if k not in given:
+                u, d, rest = U[k]
+                dv[k] = rest - (u @ x) * d
+                x = x + s * dv[k]
+        X.append(x)
+    return dv, X

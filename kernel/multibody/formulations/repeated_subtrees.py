@@ -6,8 +6,6 @@ trees have small code.  It hands its articulated inertia and force to the trunk 
 bodies then are solved as ever; the limbs follow the accelerations of what they hang on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,10 +14,8 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function, Outputs, flatten
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
-from heavylift.kernel.multibody.dynamics import Equations, composites, joint_forces, joint_space_inertia
-from heavylift.kernel.multibody.free_bodies import newton_euler
-from heavylift.kernel.multibody.kinematics import Base, Kinematics, kinematics
-from heavylift.kernel.multibody.ltdl import ltdl
+from heavylift.kernel.multibody.dynamics import Equations, composites, joint_forces, joint_space_inertia, ltdl
+from heavylift.kernel.multibody.kinematics import Base, Kinematics, kinematics, newton_euler
 from heavylift.kernel.multibody.trees import (
     Tree,
     TreeBody,
@@ -29,7 +25,7 @@ from heavylift.kernel.multibody.trees import (
     with_numbers,
 )
 
-from .articulated import inwards, outwards
+from .augmented import inwards, outwards
 
 FEWEST = 3  # equal limbs that are worth functions of their own
 _UPPER = [(i, j) for i in range(6) for j in range(i, 6)]

@@ -7,8 +7,6 @@ bodies move first); a step that widens the gaps is halved.  In a run loops are l
 too far apart, or at the end of a linkage's range.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

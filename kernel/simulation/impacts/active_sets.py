@@ -7,26 +7,21 @@ would raise the energy, as Newton's law can with friction (Kane 1984), the impac
 force fulfils the laws (Painleve 1895) the run is refused by name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
-from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED
+from heavylift.kernel.constraints.complementarity import MU, MU_SHARED, solve
 from heavylift.kernel.constraints.contact.contact_points import RESTING
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.switching import StateChange
 
 from .condensed import Condensed, part
-from .coulomb import ContactProblem, FrictionSolution, settle
-from .slip import mobile
-from .touching import check_start, touch
-from .unilateral import Unilateral, first_guard, ropes_of, slots_of
+from .coulomb import ContactProblem, FrictionSolution, mobile, settle
+from .unilateral import Unilateral, check_start, first_guard, ropes_of, slots_of, touch
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
@@ -61,7 +56,7 @@ class ImpactResult:
 class ContactSets:
     """Decides in P which contacts push, stick and slide, and which rigid ropes beside them are taut."""
 
-    def __init__(self, program: Program, P: np.ndarray) -> None:
+    def __init__(self, program: "Program", P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
         self._loops = list(range(len(program.constraints.of)))
         self._touches = first_guard(program, "touch")

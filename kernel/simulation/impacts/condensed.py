@@ -4,10 +4,8 @@ A loop's rows push and pull as needed, so that they follow from the contacts' im
 the rows' matrix, in plain arrays and a fixed order.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from heavylift.kernel.constraints.complementarity.block_pivoting import eliminate
+from heavylift.kernel.constraints.complementarity import eliminate
 
 SOFT = 1e-10  # regularisation of joints that close loops, relative
 

@@ -7,15 +7,12 @@ throws another off that its force brings back at once, both would snap in turns 
 events may be late feeds them: the other's motion is ended, too.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import fsum
 
 import numpy as np
-from heavylift.kernel.constraints.complementarity.block_pivoting import product
-from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
-from heavylift.kernel.constraints.rigid_ropes import TOUCHING, RigidAt
+from heavylift.kernel.constraints.complementarity import product, solve
+from heavylift.kernel.constraints.row_structure import TOUCHING, RigidAt
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program

@@ -5,11 +5,8 @@ the last step.  Only where that is below zero, and by more than the tolerance, g
 the lowest place of a polynomial through them is where the location of an event begins.
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select
-from heavylift.kernel.methods.method import Method
-from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
+from heavylift.kernel.methods.method import Evaluated, Method, Rate, StepState
 
 from .peaks import NEAR, NODES, SEEN, SLIGHT, TOP
 

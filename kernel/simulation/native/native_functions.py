@@ -2,19 +2,21 @@
 
 Blocks: X (state of the steps), P (numbers of the scene and discrete states), M (matrices of a method), table (samples).
 `advance` commits, samples, steps and locates until something has happened; the parts can be called one by one.
-"""
 
-from __future__ import annotations
+The native functions interpreted on floats: the same text, NumPy instead of machine code, a thousand times slower.
+
+It exists to check the tracer and the compiler: both must agree to 1e-12.
+"""
 
 from collections.abc import Callable
 
+import numpy as np
 from heavylift.kernel.compiler.emit import EmittedParts, Sequence, While, module
-from heavylift.kernel.compiler.function import OPAQUE, Function, flatten
-from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.compiler.emit import blocks as names
+from heavylift.kernel.compiler.function import OPAQUE, Function, Layout, Primitive, flatten
 from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.methods.control import Control, ErrorControl
-from heavylift.kernel.methods.method import Method, inside
-from heavylift.kernel.methods.step_state import SCALARS, Rate, StepState
+from heavylift.kernel.methods.method import SCALARS, Method, Rate, StepState, inside
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import Tangent
@@ -198,3 +200,33 @@ class Stepping:
 
         inputs = {"X": layout.size, "P": len(self.program.parameters.initial) if plain else OPAQUE}
         return Function(name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in RARE)
+
+
+class Oracle:
+    """Stands in for `machine_code.Library`."""
+
+    def __init__(self, method: Stepping) -> None:
+        self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}
+
+    def call(self, name: str, *blocks: np.ndarray) -> None:
+        """Run a function on its blocks, in the order of its native arguments."""
+        f = self._functions[name]
+        self._run(f, dict(zip(names(f), blocks, strict=True)))
+
+    def _run(self, f: Function | EmittedParts, memory: dict[str, np.ndarray]) -> None:
+        if isinstance(f, While):
+            while memory[f.block][f.flag] > 0.0:
+                for part in f.parts:
+                    self._run(part, memory)
+        elif isinstance(f, EmittedParts):
+            for part in f.parts:
+                self._run(part, memory)
+        elif isinstance(f, Primitive):
+            f.body(**{k: memory[k] for k in f.inputs})
+        else:
+            out = f.body(**{k: memory[k] if k == "M" else memory[k].copy() for k in f.inputs})
+            for name, values in out.items():
+                row, given = values if isinstance(values, tuple) else (0.0, values)
+                numbers = [float(x) for x in flatten(given)]
+                start = int(row) * len(numbers)
+                memory[name].reshape(-1)[start : start + len(numbers)] = numbers

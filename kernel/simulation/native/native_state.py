@@ -2,35 +2,54 @@
 
 Each set of locked joints and calmed ropes is a variant with code of its own, compiled when it is first used; places in
 X and P are the same in all.
-"""
 
-from __future__ import annotations
+With what a scene is simulated.
+"""
 
 from collections.abc import Callable
 from copy import copy
+from dataclasses import dataclass
 from functools import partial
 from math import ceil
 from types import SimpleNamespace
 
 import numpy as np
-from heavylift.kernel.compiler.layout import Places
-from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.compiler.emit import Library
+from heavylift.kernel.compiler.function import Places
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
-from heavylift.kernel.methods.method import LONGEST, Method, StepCode
-from heavylift.kernel.methods.null_method import AtRest
+from heavylift.kernel.methods.control import FINEST
+from heavylift.kernel.methods.method import LONGEST, AtRest, Method, StepCode
 from heavylift.kernel.methods.stability import jacobian
-from heavylift.kernel.methods.tolerance_scale import FINEST
 from heavylift.kernel.model.checks import check_options
 from heavylift.kernel.model.code_structure import structure
 from heavylift.kernel.model.evaluation import Evaluation, evaluate
 from heavylift.kernel.model.program import Program
 
-from .native_functions import Stepping
-from .options import Options
-from .oracle import Oracle
+from .native_functions import Oracle, Stepping
+
+
+@dataclass(frozen=True)
+class Options:
+    """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `h_max`: longest step [s], None: the
+    method's; `native=False` runs the same text on floats (slow oracle); `opt`: LLVM's level; `cache`: of machine code;
+    `method`: one of `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
+    `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits
+    that depend on the processor."""
+
+    tolerance: float = 1e-7
+    sample_ns: int = 500_000_000
+    h_max: float | None = None
+    native: bool = True
+    opt: int = 1
+    cache: bool = True
+    method: str = "dopri5"
+    step: float | None = None
+    formulation: str = "recursive"
+    fused: bool = False
+
 
 FOREVER_NS = 2**63 - 1
 ROWS = 512  # rows of the table that native code fills, besides those that one step may add

@@ -6,14 +6,11 @@ top was passed.  Only if that may be the highest of the run, and by more than th
 the dense output, which is as exact as the ends are: a polynomial through `NODES` of them has the top.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select
-from heavylift.kernel.methods.method import Method, combine
-from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
+from heavylift.kernel.methods.method import Evaluated, Method, Rate, StepState, combine
 
 POINTS = ("Ta", "Tb", "top")  # (n_ropes,) at the starts of the last two steps; highest so far
 FLAGS = ("ta", "steep", "hilly", "searched")  # start of the step before the last one; what that calls for; searches

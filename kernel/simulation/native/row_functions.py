@@ -7,13 +7,11 @@ surveying, kicking   the rows' matrix for the pivoting solver; impulses along th
 halted       joints that are locked in motion: the state after the impulse (see `joint_locking`), with its heat and work
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import Value
-from heavylift.kernel.methods.step_state import StepState
+from heavylift.kernel.methods.method import StepState
 from heavylift.kernel.model.evaluation import Evaluation, evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates

@@ -3,16 +3,13 @@
 The native code writes rows in this order; `samples` shows them as channels, and islands are merged column by column.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from heavylift.kernel.compiler.function import flatten
-from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.compiler.function import Layout, flatten
 from heavylift.kernel.compiler.symbol import Value
-from heavylift.kernel.methods.step_state import StepState
+from heavylift.kernel.methods.method import StepState
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
 

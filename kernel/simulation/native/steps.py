@@ -6,17 +6,13 @@ next call commits it, so that an input inside it can discard it.  A guard that f
 the dense output to a quarter of a nanosecond; what then happens is not decided here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select, sqrt
-from heavylift.kernel.methods.control import Control
-from heavylift.kernel.methods.method import Method, fallen_in, inside, length
-from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
-from heavylift.kernel.methods.tolerance_scale import scale_of, still_below
+from heavylift.kernel.methods.control import Control, scale_of, still_below
+from heavylift.kernel.methods.method import Evaluated, Method, Rate, StepState, fallen_in, inside, length
 
 from . import dips
 from .peaks import NEAR, begin, remember, watch

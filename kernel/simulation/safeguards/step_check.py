@@ -1,25 +1,86 @@
-"""A fixed step that is unstable or blind to a mode: looked for at events, and when a rope has become much shorter.
+"""A fixed step that is unstable or blind to a mode, the fastest motion of a scene, and the energy balance of a run.
 
-A step that bends most of what moves out of shape is refused, for what it would show is not the scene's motion.  The
-scene is linearised; each oscillation has the amplitude that the present state gives it about the place where it would
-rest.  What of the energy is in oscillations that the step does not follow, weighed with how wrong each is after
-RADIANS, or after it has died away if that is sooner, but at least after a step, must not exceed WRONG.  Below that, a
-note says what is missed.
+A step that bends most of what moves out of shape is refused, for what it would show is not the scene's motion.  At
+events, and when a rope has become much shorter, the scene is linearised; each oscillation has the amplitude that the
+present state gives it about the place where it would rest.  What of the energy is in oscillations that the step does
+not follow, weighed with how wrong each is after RADIANS, or after it has died away if that is sooner, but at least
+after a step, must not exceed WRONG.  Below that, a note says what is missed.  Where a step is refused or has collapsed,
+the fastest motion is named with its body and the law that holds it: the one whose stored energy curves most along it,
+or which makes most heat of it, counted per radian.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.method import Method
-from heavylift.kernel.methods.stability import bent, check_step, missed, unresolved
+from heavylift.kernel.methods.stability import Balance, bent, check_step, missed, unresolved
+from heavylift.kernel.model.evaluation import Evaluation, evaluate
 from heavylift.kernel.model.kinetic_energy import KineticShares
 from heavylift.kernel.simulation.native.native_state import NativeState
 
-from .fastest_mode import told_fastest
+ASIDE = 1e-4  # [m, rad] along the shape to either side
+
+
+@dataclass(frozen=True)
+class Fastest:
+    """Frequency |s|/2 pi [Hz], damping ratio, the body with most kinetic energy, the law that holds it, or ""."""
+
+    frequency: float
+    damping: float
+    body: str
+    law: str
+
+    @property
+    def told(self) -> str:
+        """As part of a sentence."""
+        held = f" on '{self.law}'" if self.law else ""
+        kind = "decays" if self.damping >= 1.0 else "swings"
+        return f"'{self.body}'{held} {kind} at {self.frequency:.3g} Hz"
+
+
+def told_fastest(native: NativeState, J: np.ndarray | None = None) -> str:
+    """The fastest mode of the scene as it stands, as part of a sentence, or ""."""
+    mode = fastest(native, native.jacobian() if J is None else J)
+    return mode.told if mode else ""
+
+
+def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
+    """Of J (n, n), the derivative of the rates of coordinates and velocities; None if nothing holds anything."""
+    p, y = native.program, native.state.copy()
+    if not (np.isfinite(J).all() and np.isfinite(y).all()):
+        return None
+    s, vectors = np.linalg.eig(J)
+    k = int(np.argmax(np.abs(s)))
+    size = float(np.abs(s[k]))
+    shape = vectors[:, k] * np.exp(-1j * np.angle(vectors[:, k][np.argmax(np.abs(vectors[: p.nq, k]))]))
+    if size == 0.0 or not np.abs(shape[p.nq :]).any():
+        return None
+    bodies, _ = KineticShares(p, native.P, y[: p.nq]).shares(shape[p.nq :])
+    aside = np.real(shape[: p.nq])
+    aside *= ASIDE / max(float(np.abs(aside).max()), 1e-300)
+    speed = np.real(shape[p.nq :] / s[k])
+    speed *= ASIDE * size / max(float(np.abs(speed).max()), 1e-300)
+
+    def at(move: float, rush: float) -> Evaluation:
+        there = y.copy()
+        there[: p.nq] += move * aside
+        there[p.nq : p.nq + p.nv] = rush * speed
+        return evaluate(p, native["t"], there, native.P, native.among())
+
+    with np.errstate(all="ignore"):  # what is not finite stays out of the ranking below
+        here, ahead, back, fast, slow = at(0.0, 0.0), at(1.0, 0.0), at(-1.0, 0.0), at(0.0, 1.0), at(0.0, -1.0)
+        share: dict[str, float] = {}
+        for i, label in enumerate(p.stores):
+            curved = ahead.stored[label] - 2.0 * here.stored[label] + back.stored[label]
+            heated = (fast.dy[p.nq + p.nv + i] + slow.dy[p.nq + p.nv + i]) / size
+            share[label[1]] = share.get(label[1], 0.0) + float(np.nan_to_num(abs(curved) + abs(heated)))
+    law = max(share, key=lambda n: (share[n], n)) if share else ""
+    return Fastest(size / (2.0 * pi), float(-s[k].real / size), bodies[0][0], law if share.get(law, 0.0) > 0.0 else "")
+
 
 RADIANS = 30.0  # five swings
 WRONG = 0.25
@@ -116,3 +177,77 @@ def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> f
         return min(1.0, missed(method, s, step) * lasts)
 
     return sum(e * error(s) for s, e in modes if bent(method, s, step))
+
+
+class EnergyCheck:
+    """Compares the energies of a row with those at the last event; `step`: a fixed one [s], or None."""
+
+    def __init__(self, native: NativeState, tolerance: float, step: float | None) -> None:
+        self._native = native
+        name = native.method.method.name
+        self._what = f"method '{name}'" if step is None else f"step {step:g} s"
+        self.balance = Balance(tolerance if step is None else 0.0, native.method.method.implicit)
+        p, self._at = native.program, native.method.row_layout.at
+        columns = np.arange(native.method.columns)
+        self._kinetic = int(columns[self._at["kinetic"]])
+        self._parts = np.concatenate([np.ravel(columns[self._at[k]]) for k in ("potential", "stored", "accounts")])
+        works = [what == "work" for what, _ in p.accounts]
+        self._signs = np.where([False] * (1 + len(p.stores)) + works, -1.0, 1.0)
+        self._mass = sum(b.mass for b in p.system.bodies)
+        self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
+
+    def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of (n, columns) of the native table: kinetic; potential, stored, heats, works with the opposite sign [J]."""
+        return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
+
+    def begin(self, row: np.ndarray) -> None:
+        """After an event or a command."""
+        self.balance.begin(float(row[self._kinetic]), row.take(self._parts) * self._signs)
+
+    def see(self, rows: np.ndarray) -> None:
+        """On the way, (n, columns)."""
+        self.balance.see(*self.energies(rows))
+
+    def check(self, row: np.ndarray, t: float) -> None:
+        """Raises KernelError if energy has come out of nothing, or gone there, since the last event; t: of the run."""
+        before = self.balance.lost
+        self.balance.check(f"{self._what} at {t:.3f} s", *self._reading(row[None]))
+        if self.balance.lost > 0.0 and not before:
+            told = (
+                f"{self._what} at {t:.3f} s: {self.balance.lost:.3g} J, more than half of what was turned over, "
+                "are gone with motions too fast for the steps; choose shorter ones to see those"
+            )
+            self._native.notes.append(Note(round(t * 1e9), told))
+
+    def fine(self, rows: np.ndarray) -> bool:
+        """Whether there is nothing to say of (n, columns); they count as seen then."""
+        if self.balance.strict:
+            self.see(rows)
+            return True
+        return self.balance.fine(*self._reading(rows))
+
+    def _reading(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Energies as in `energies`; what errors of steps may make up, and the most that a rope has held (n,) [J]."""
+        kinetic, parts = self.energies(rows)
+        gravity, mass = abs(self._native.program.system.gravity), self._mass
+        size = kinetic + np.abs(parts).sum(axis=1) + np.sqrt(2.0 * kinetic * mass) + gravity * mass
+        return kinetic, parts, rows[:, self._at["steps"]] * size, self._held(rows, rows[:, self._at["peak"]])
+
+    def end(self, t: float) -> None:
+        """Before an event or a command."""
+        native = self._native
+        row = native.raw()
+        self.balance.end(float(row[self._kinetic]), row.take(self._parts) * self._signs)
+        highest = native.part("top" if "top" in native.at else "peak")
+        if part := self.balance.strayed(float(self._held(row[None], highest[None])[0])):
+            told = (
+                f"{self._what} at {t:.3f} s: {100.0 * part:.0f} % of the energy turned over has "
+                "come or gone with the errors that its tolerance allows; do not trust tensions, or choose a smaller one"
+            )
+            native.notes.append(Note(round(t * 1e9), told))
+
+    def _held(self, rows: np.ndarray, highest: np.ndarray) -> np.ndarray:
+        """(n,) most energy that an elastic rope holds at its highest tension (n, ropes) [J]."""
+        T = highest[:, : len(self._softness)]
+        held: np.ndarray = (T * T * rows[:, self._at["length"]] * self._softness).max(axis=1, initial=0.0)
+        return held

@@ -1,10 +1,9 @@
 """The abstract simulator of Parallel DEVS.
 
-simulator              one heap of distinct tags; internal, external or confluent; schedule: who is due when
-speaking, results      what atomics say at a tag, and of a run that is over
-flatten, bags          coupled models dissolved into atomics with routes; messages into bags
+simulator              one heap of distinct tags; internal, external or confluent
+flatten, bags          coupled models dissolved into atomics with routes; messages into bags; who is due when
 transitions            what is told of each transition
-lookahead              what out ports promise, checked
+lookahead              what out ports promise, checked; what atomics say at a tag
 purity, rules          outputs that change a state; rules that a model can break while it runs
 canonical, snapshot    states as bytes, without code in them; the state of a simulator
 """

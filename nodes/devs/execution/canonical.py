@@ -12,8 +12,6 @@ attributes are sorted by name, sets by the bytes of their items. Generators, clo
 foreign machine code are refused by a TypeError.
 """
 
-from __future__ import annotations
-
 import functools
 import sys
 from collections import Counter, OrderedDict, defaultdict, deque

@@ -3,19 +3,22 @@
 Lookahead L of a port [ns]: after a transition at t, no output that was not already scheduled leaves by it before
 t + L. The conservative bounds of Chandy and Misra live on it, so a broken promise ends a run by name; the longest
 promise that would have held (`Slack`) is what a user tunes it with.
-"""
 
-from __future__ import annotations
+Lambda: what the atomics that are due say at a tag, in path order, each once, and changing nothing by it; and
+what they tell of a run when it is over, each by `result()`.
+"""
 
 from collections.abc import Iterable, Sequence
 from typing import Never
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs.events import Slack
+from heavylift.nodes.devs.events import NEVER, Instant, Slack, Tag, after
 from heavylift.nodes.devs.messages import Message
-from heavylift.nodes.devs.models import Atomic, Model
-from heavylift.nodes.devs.ports import OutPort, Port
-from heavylift.nodes.devs.tags import NEVER, Instant, Tag, after
+from heavylift.nodes.devs.models import Atomic, Model, Present
+from heavylift.nodes.devs.ports import OutPort, Port, travelling
+
+from .purity import Witness
+from .rules import fail
 
 
 def outs(m: Model) -> list[OutPort[Never]]:
@@ -63,7 +66,7 @@ class Border:
             return soonest
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
-    def still_promises(self, at: Tag, before: Border) -> None:
+    def still_promises(self, at: Tag, before: "Border") -> None:
         """Refuse a change of structure by which a lookahead falls."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
@@ -122,3 +125,54 @@ class Observed:
         """In the order of paths and ports."""
         ports = sorted(self._ports, key=lambda port: (port.owner.path, port.name))
         return [Slack(f"{port!r}", port.lookahead, *self._ports[port]) for port in ports]
+
+
+def speak(
+    tag: Instant, imminent: list[int], atomics: Sequence[Atomic], present: Present, witness: Witness, promises: bool
+) -> None:
+    """Leave in `present` what they say; ModelError names who changes its state, or breaks a lookahead, if there is one
+    to keep."""
+    present.now, present.sources, present.values = tag, [], []
+    witness.left -= 1
+    looked_at = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
+    seen = witness.before(imminent) if looked_at else None
+    try:
+        for i in imminent:
+            present.speaker = m = atomics[i]
+            try:
+                m.output()
+            except BaseException as error:
+                fail(m, tag, "output", error)
+            if m._wait is not None:
+                told = "output() must not change the state: call hold_in in a transition"
+                fail(m, tag, "output", ModelError(told))
+    finally:
+        present.speaker = None
+    if seen:
+        witness.after(tag, seen)
+    if promises:
+        keep_promises(tag, present.sources)
+
+
+def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[str, Message]:
+    """By path, without those that tell nothing; `now` is the tag meanwhile."""
+    before, present.now = present.now, tag
+    found: dict[str, Message] = {}
+    for m in atomics:
+        try:
+            result = m.result()
+            if m._wait is not None or present.changes:
+                raise ModelError("result() must not change the model: do that in a transition")
+            if result is not None:
+                found[m.path] = travelling(_checked(result), "its result")
+        except BaseException as error:
+            m._wait, present.changes = None, []
+            fail(m, tag, "result", error)
+    present.now = before
+    return found
+
+
+def _checked(result: object) -> Message:
+    if not isinstance(result, Message):
+        raise ModelError(f"result() returned {type(result).__name__} {result!r:.60}; it must return a Message or None")
+    return result

@@ -16,10 +16,10 @@ from random import Random
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs.events import NEVER, Instant
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model
 from heavylift.nodes.devs.ports import Port
-from heavylift.nodes.devs.tags import NEVER, Instant
 
 from .rules import fail
 

@@ -5,8 +5,8 @@ from typing import NoReturn
 
 from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError, error_text
+from heavylift.nodes.devs.events import Instant, Tag
 from heavylift.nodes.devs.models import Atomic
-from heavylift.nodes.devs.tags import Instant, Tag
 
 LIMIT = 10_000  # microsteps at one time that are taken for a loop, unless a run is told otherwise
 LONGER = ", or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)"

@@ -16,21 +16,17 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs.events import Event, Slack
+from heavylift.nodes.devs.events import BEGIN, FOREVER, NEVER, Event, Instant, Slack, Tag, tag_of
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model, Present
-from heavylift.nodes.devs.ports import Arrived, InPort, Port
-from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, tag_of
-from heavylift.nodes.devs.travelling import travelling
+from heavylift.nodes.devs.ports import Arrived, InPort, Port, travelling
 
-from .bags import deliver, entry, fitting, received, sorted_bag, spoken
+from .bags import Schedule, deliver, entry, fitting, received, sorted_bag, spoken
 from .flatten import Wire, flatten
-from .lookahead import Border, Observed, leaving
+from .lookahead import Border, Observed, leaving, results_of, speak
 from .purity import Witness
 from .rules import LIMIT, MicrostepLimit, fail
-from .schedule import Schedule
 from .snapshot import frozen, thawed
-from .speaking import results_of, speak
 from .transitions import Trace, Transition, TransitionLog
 
 SILENT = 256  # tags, and messages between its models, that a node works ahead of an `advance`

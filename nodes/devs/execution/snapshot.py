@@ -7,10 +7,10 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import UNREADABLE, ModelError
+from heavylift.nodes.devs.events import Instant
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Model
 from heavylift.nodes.devs.ports import InPort
-from heavylift.nodes.devs.tags import Instant
 
 from . import canonical
 

@@ -8,10 +8,10 @@ would cost as much as the transitions do, most of it in the garbage collector.
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
+from heavylift.nodes.devs.events import Instant, Tag
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic
 from heavylift.nodes.devs.ports import OutPort, Owner, Port
-from heavylift.nodes.devs.tags import Instant, Tag
 
 
 class Transition(NamedTuple):

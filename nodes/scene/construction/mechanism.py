@@ -252,7 +252,7 @@ class _Assembly(Checking):
         if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
             return
         from heavylift.kernel.model.program import Program  # slow to import, and rarely needed
-        from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
+        from heavylift.kernel.simulation.safeguards.failures import check_resistance
 
         try:
             program = Program(system)

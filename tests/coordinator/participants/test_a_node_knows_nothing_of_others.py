@@ -95,9 +95,7 @@ def test_globals_that_change_are_named_with_those_who_use_them(act: str, monkeyp
     assert run(f"yard('{act}')", in_process=True).startswith(told)
     if act == "log":
         assert run(f"yard('{act}')").startswith(told), "in processes, too"
-    monkeypatch.setattr(
-        "heavylift.coordinator.participants.shared_globals.Commons.unchanged", lambda commons, now: None
-    )
+    monkeypatch.setattr("heavylift.coordinator.participants.isolation.Commons.unchanged", lambda commons, now: None)
     assert run(f"yard('{act}')", in_process=True).count("Transition") > 20
 
 
@@ -147,7 +145,7 @@ def test_a_build_that_differs_is_refused_before_anything_runs(what: str, monkeyp
         f"random_build('{what}'): {told} differs between the process of node" in said for told in WHERE[what].split("|")
     )
     monkeypatch.setattr("heavylift.coordinator.run.models.declarations", lambda root, nodes: [b"" for _ in nodes])
-    monkeypatch.setattr("heavylift.coordinator.participants.build_check.declarations", lambda root, nodes: iter([b""]))
+    monkeypatch.setattr("heavylift.coordinator.participants.building.declarations", lambda root, nodes: iter([b""]))
     assert run(f"random_build('{what}')", in_process=True).count("Transition") > 20
 
 

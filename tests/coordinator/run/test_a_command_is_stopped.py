@@ -163,7 +163,7 @@ PUT = """
 import os, signal
 from heavylift.coordinator.stopping import Stopping
 from heavylift.coordinator.transport.link import LocalLink
-from heavylift.coordinator.transport.local_hub import LocalHub
+from heavylift.coordinator.transport.exchange import LocalHub
 
 def signalled(cls, name):
     received = getattr(cls, name)

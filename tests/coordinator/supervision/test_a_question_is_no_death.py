@@ -11,7 +11,7 @@ import pytest
 from heavylift.coordinator.protocol import Alive
 from heavylift.coordinator.run import run_models
 from heavylift.coordinator.supervision import Succession, Vigil
-from heavylift.coordinator.supervision import stall_detector as vigil
+from heavylift.coordinator.supervision import os_limits as vigil
 from trouble import MODELS, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")

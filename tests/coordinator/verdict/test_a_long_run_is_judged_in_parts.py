@@ -27,7 +27,8 @@ from heavylift.nodes.limits import SignalColumns, uses_of
 from heavylift.nodes.plan import RatedLimit, Shapes
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, SampleLayout
-from heavylift.recordings.format import SampleChannel, spool
+from heavylift.recordings.format import SampleChannel
+from heavylift.recordings.format import digest as spool
 
 ROPE = "crane.H1"
 LIMITS = (

@@ -22,7 +22,7 @@ from heavylift.kernel.algebra import (
     times,
     total,
 )
-from heavylift.kernel.algebra.polynomials import product
+from heavylift.kernel.algebra.eigenvalues import product
 from heavylift.kernel.description import Beam, Flexible, Nodal
 from heavylift.kernel.multibody.flexible import beam_matrices, modes_of, nodes_of, reduced, rigid_motions
 from heavylift.kernel.multibody.flexible import track as track_of

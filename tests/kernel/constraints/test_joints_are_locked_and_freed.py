@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.compiler import machine_code as native
+from heavylift.kernel.compiler import emit as native
 from heavylift.kernel.description import Body, Drive, Joint, Lock, Point, Rope, RopeSpan, System
 from heavylift.kernel.model import Program
 from heavylift.kernel.simulation import Simulation

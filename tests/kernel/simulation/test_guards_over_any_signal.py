@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, System, Wind, guard_of
-from heavylift.kernel.description.forces import InputSignalOfScene as Driven
+from heavylift.kernel.description.forces import InputSignal as Driven
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.model import scalar
 from heavylift.kernel.simulation.native import reader

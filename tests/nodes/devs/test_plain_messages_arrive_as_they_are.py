@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Message, messages
-from heavylift.nodes.devs.travelling import travelling
+from heavylift.nodes.devs.ports import travelling
 
 
 class Side(Enum):

@@ -7,7 +7,7 @@ from devs_stories import Item, Relay, Sink
 from heavylift.kernel import ModelError
 from heavylift.nodes import drive
 from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Bag, In, Simulator, Tag, models, ms, ns, seconds, us
-from heavylift.nodes.devs.execution import schedule
+from heavylift.nodes.devs.execution import bags as schedule
 
 
 class Sleeper(Atomic):

@@ -12,7 +12,7 @@ from heavylift.kernel.constraints.contact.pairs import check_contact, gap
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector, merge
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.impacts.touching import INSIDE
+from heavylift.kernel.simulation.impacts.unilateral import INSIDE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.base import turned
