@@ -1,11 +1,7 @@
 """How sure the figures of a run are: `2651 +- 4 (numerical) +- 9 (model) +- 80 kN (inputs: ...)`, at a level of 95 %.
 
-After ASME V&V 20-2009, whose u_num and u_input these are; what the level leaves out stands beside them.
-
-numerical   twice the difference to the same run with steps a tenth as tolerant, or half as long; with rigid ropes,
-            whose impacts can fork, the larger one of two such runs
-model       twice the difference of its level to the witness of that, both in steps of the ladder
-inputs      two runs for each uncertain input, added up as squares (`sensitivities`)
+After ASME V&V 20-2009, whose u_num and u_input these are; what the level leaves out stands beside them.  Numerical and
+model are those of `choosing.as_it_is`, inputs two runs for each uncertain input, added up as squares (`sensitivities`).
 """
 
 from __future__ import annotations
@@ -14,25 +10,23 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
-from math import floor, hypot, log10
+from math import floor, hypot, inf, log10
 from pathlib import Path
 
 from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError, RecordingError
-from heavylift.nodes.models import system
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated
 from heavylift.recordings import Recording
 from heavylift.recordings.read.extended import amended
 from heavylift.recordings.render.curves import larger
 
-from .choosing import chosen
+from .choosing import chosen, tighter
 from .figures import AskedFigure
-from .measuring import WITNESSED
-from .model_levels import DECADE, Ladder, ModelLevel
+from .measuring import Errors
+from .model_levels import Ladder, ModelLevel
 from .run_pool import Ran, Start, result, starting
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
@@ -101,24 +95,6 @@ class Certificate:
         }  # fmt: skip
 
 
-def tighter(plan: Plan) -> list[Plan]:
-    """The same with tighter steps, the last one most."""
-    once = ModelLevel(plan).tighter
-    return [once.plan, once.tighter.plan] if system(plan).rigid_ropes else [once.plan]
-
-
-def richer(plan: Plan) -> tuple[Plan, Plan] | None:
-    """The level of a plan and its witness, both in steps of the ladder; None where there is but one level."""
-    ladder = Ladder(plan)
-    level = plan.fidelity
-    other = ladder.witness(level) or ladder.poorer
-    if other is None:
-        return None
-    steps = ladder.rungs(level)
-    rung = steps[min(DECADE, len(steps) - 1)]
-    return rung.plan, rung.on(other).plan
-
-
 @contextmanager
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> Iterator[Certifying]:
     """Runs beside a run that is to be certified, `at_once` in processes of their own (default: all cores but one).
@@ -135,23 +111,25 @@ class Certifying:
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
         self._scene, self._inputs, self._start = scene, inputs, start
-        self._tight, self._levels = tighter(scene.plan), richer(scene.plan) or ()
-        self._begun: tuple[list[Future[Ran]], list[Future[Ran]], list[Moved]] | None = None
+        self._begun: tuple[Future[Ran], list[Moved]] | None = None
 
     @property
     def price(self) -> str:
         """What the certificate costs, in a sentence."""
+        rung, ladder = ModelLevel(self._scene.plan), Ladder(self._scene.plan)
+        other = next(iter(ladder.witnesses(rung.plan.fidelity)), ladder.poorer)
         n = 2 * sum(x.sd > 0.0 for x in self._inputs)
-        runs = [f"{1 + len(self._tight)} for the steps"]
-        runs += [f"2 for the model, one with {ModelLevel(self._levels[1]).level}"] if self._levels else []
+        runs = [f"{1 + len(tighter(rung))} for the steps"]
+        if other:
+            own = 1 + (ladder.in_own_steps(rung) != rung)
+            runs.append(f"{own} for the model, {'one ' * (own > 1)}with {rung.on(other).level}")
         runs += [f"{n} for {len(self._inputs)} uncertain input{'s' * (len(self._inputs) > 1)}"] if n else []
         return f"certifying beside the run, by runs of their own: {', '.join(runs)}; new equations are compiled first"
 
     def begin(self) -> None:
         """Start all runs."""
-        steps = [self._start(plan) for plan in (self._scene.plan, *self._tight)]
-        levels = [self._start(plan) for plan in self._levels]
-        self._begun = steps, levels, [moved(self._scene, one, STEPS, self._start) for one in self._inputs]
+        own = self._start(self._scene.plan, measured=True)
+        self._begun = own, [moved(self._scene, one, STEPS, self._start) for one in self._inputs]
 
     def written(self, path: Path) -> Certificate:
         """The certificate of the recorded run, once all others have ended; the recording then has it, too."""
@@ -169,45 +147,26 @@ class Certifying:
         if self._begun is None:
             self.begin()
         assert self._begun is not None
-        own, *tight = [result(run) for run in self._begun[0]]
-        levels = [result(run) for run in self._begun[1]]
+        own = result(self._begun[0])
         if isinstance(own, str):
             raise ModelError(own)
-        missing: dict[str, str] = {}
-        steps = [_halves("numerical", own, each, missing) for each in tight]
-        numerical = {f.name: max(x[f.name] for x in steps) for f in own[0] if all(f.name in x for x in steps)}
-        model = _halves("model", levels[0], levels[1], missing) if levels else {}
-        if not levels:
-            missing["model"] = "it is modelled as it is written, there is no richer level"
-        elif lost := [f.name for f in own[0] if f.name not in model]:
-            missing.setdefault("model", f"the richer level shows no {', '.join(lost[:3])}")
-        found = effects(self._scene, self._begun[2], own[0], self._start) if self._inputs else None
+        figures, missing = own.figures, {**own.missing}
+        found = effects(self._scene, self._begun[1], figures, self._start) if self._inputs else None
         if found is None:
             missing["inputs"] = "no uncertainty is stated; write one behind a value, such as 'mass: 480 t +- 3 %'"
         bars = [
-            Bar(f.name, f.quantity, f.unit, f.value, numerical.get(f.name), model.get(f.name), _input_bar(found, f))
-            for f in own[0]
+            Bar(f.name, f.quantity, f.unit, f.value, _half(own.steps, f), _half(own.model, f), _input_bar(found, f))
+            for f in figures
         ]
-        spent = sum(run[1] for run in (own, *tight, *levels) if isinstance(run, tuple)) + (
-            found.cpu_s if found else 0.0
-        )
-        exact = found.unstated if found else unstated(self._scene, [])
-        return Certificate(bars, missing, self._inputs, exact, spent, found.notes if found else [])
+        exact, notes = (found.unstated, found.notes) if found else (unstated(self._scene, []), [])
+        return Certificate(bars, missing, self._inputs, exact, own.cpu_s + (found.cpu_s if found else 0.0), notes)
 
 
-def _halves(part: str, run: Ran, other: Ran, missing: dict[str, str]) -> dict[str, float]:
-    """Half-widths by figure of what two runs differ by; why some are missing."""
-    if isinstance(run, str) or isinstance(other, str):
-        missing[part] = f"a run beside it does not come to its end: {run if isinstance(run, str) else other}"
-        return {}
-    seen = {f.name: f.value for f in other[0]}
-    if lost := [f.name for f in run[0] if f.name not in seen]:
-        missing[part] = f"the run beside it shows no {', '.join(lost[:3])}"
-    return {
-        f.name: WITNESSED * abs(f.value - seen[f.name]) + f.misread + ROUNDING * abs(f.scale)
-        for f in run[0]
-        if f.name in seen
-    }
+def _half(errors: Errors, figure: AskedFigure) -> float | None:
+    """The half-width of a figure's bar; None where a run shows no such figure."""
+    if (error := errors.get(figure.name, inf)) == inf:
+        return None
+    return error * figure.scale + figure.misread + ROUNDING * abs(figure.scale)
 
 
 def _input_bar(found: Sensitivities | None, figure: AskedFigure) -> float | None:

@@ -18,17 +18,17 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import MEANT, Answer, Asked, Question, percent
+from heavylift.nodes.models import system
+from heavylift.nodes.plan.fidelity import MEANT, Answer, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT, play
-from .measuring import WITNESSED, Errors, Measuring, added, largest, times
+from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
 from .model_levels import Ladder, ModelLevel, at_level
 
-STUCK = 2  # times that tighter steps change nothing for the better, until it is given up
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
-HIDES = 0.25  # errors of steps, as a part of that of a level, that may be all that is seen of it
+HIDES = 0.25  # part of the errors of steps by which that of a level may be seen wrongly
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
 ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
 ROOM = Path(__file__).parents[2]  # of the product
@@ -77,8 +77,21 @@ def known(scene: LoadedScene) -> Answer | None:
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
     """The scene as an answer has it modelled."""
     plan = at_level(scene.plan, answer.fidelity)
-    plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance)
+    hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
+    plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
     return replace(scene, plan=plan, chosen=True, answer=answer)
+
+
+def measured(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
+    """The scene as it is modelled, with its errors in what it asks."""
+    if not (ask := scene.facts.ask) or scene.plan.models:
+        return scene
+    measuring = Measuring(ask, say=say)
+    try:
+        look = as_it_is(scene.plan, scene.facts.accuracy, measuring)
+    except HeavyliftError:  # with which its run will end, too
+        return scene
+    return replace(scene, answer=_answer(look, Question(ask, scene.facts.accuracy), measuring))
 
 
 def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
@@ -89,18 +102,10 @@ def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
     return replace(found, settings=(*scene.settings, *ModelLevel(found.plan).settings))
 
 
-def error_of(plan: Plan, ask: Sequence[Asked]) -> tuple[float, str]:
-    """The largest relative error of what is asked of a plan as it is, measured, and in which figure."""
-    measuring, rung, ladder = Measuring(ask), ModelLevel(plan), Ladder(plan)
-    errors = added(times(WITNESSED, measuring.apart(rung, rung.tighter)), error_of_level(ladder, rung, measuring))
-    name = max(errors, key=lambda x: (errors[x], x), default="")
-    return errors.get(name, 0.0), name
-
-
 @dataclass(frozen=True)
-class _Look:
+class Look:
     """A rung, what it is wrong by: in all, by its steps, by its level; the pairs of rungs that tell; why it made no
-    run."""
+    run; which part of its errors is missing, and why."""
 
     rung: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -108,11 +113,12 @@ class _Look:
     model: Errors = field(default_factory=dict)
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
     why: str = ""
+    missing: dict[str, str] = field(default_factory=dict)
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     """The answer to a question; raises HeavyliftError only where the clock cuts a run."""
-    last: _Look | None = None
+    last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)
         look = _climbed(ladder, ladder.rungs(level), question.accuracy, measuring, richer)
@@ -125,21 +131,19 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     return _unconverged(last, question, measuring, ladder)
 
 
-def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> _Look:
-    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
-    level is wrong by more, or tighter steps change nothing for the better."""
+def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> Look:
+    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run."""
     tolerances = [rung.plan.tolerance for rung in rungs]
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(rungs) - 1)
-    run, judged, before, stuck = [at], at, inf, 0
+    run, judged = [at], at
     while True:
         try:
             if not all(measuring.read_well(rungs[i], accuracy) for i in run):
                 continue  # with denser samples
-            witness = ladder.witness(rungs[judged].plan.fidelity) or ladder.poorer
-            pair = ((rungs[judged], rungs[judged].on(witness)),) if witness else ()
+            pair = tuple(witnesses(ladder, rungs[judged], measuring)[:1])
             model = error_of_level(ladder, rungs[judged], measuring)
             if richer and largest(model) > accuracy / LOOSEST:  # by more than such steps can be
-                return _Look(rungs[at], model, {}, model, pair)
+                return Look(rungs[at], model, {}, model, pair)
             if len(run) == 1 and run[0] + 1 < len(rungs):
                 run.append(_next(tolerances, run[0], 0.1))
                 continue
@@ -150,9 +154,13 @@ def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measu
             if run == [at] and not measuring.spent and at + 2 < len(rungs):  # steps may be too loose to begin with
                 run, judged = [at + 2], at + 2
                 continue
-            return _Look(rungs[run[-1]], why=str(error).splitlines()[0])
+            return Look(rungs[run[-1]], why=str(error).splitlines()[0])
         if kept := next((look for look in looks if largest(look.error) <= accuracy), None):
-            return kept
+            hidden = times(HIDES, looks[run.index(judged)].steps)
+            if rungs.index(kept.rung) <= judged or largest(added(kept.error, hidden)) <= accuracy:
+                return kept
+            judged = run[run.index(judged) + 1]  # looser steps may hide what its level is wrong by
+            continue
         best = looks[-1]
         steps, wrong = largest(best.steps), largest(best.model)
         if wrong > steps:
@@ -161,9 +169,7 @@ def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measu
                 continue
             if richer or wrong > accuracy:
                 return best
-        stuck = stuck + 1 if steps >= 0.5 * before else 0
-        before = steps
-        if run[-1] + 1 >= len(rungs) or stuck >= STUCK or steps == 0.0:
+        if run[-1] + 1 >= len(rungs) or steps == 0.0:
             return best
         run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
 
@@ -176,14 +182,14 @@ def _next(tolerances: Sequence[float], at: int, part: float) -> int:
 
 def _looks(
     runs: Sequence[ModelLevel], model: Errors, pair: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
-) -> list[_Look]:
+) -> list[Look]:
     """Rungs of one level, loosest steps first, as the tightest of them tells what they are wrong by.
 
     The errors of steps fall as a power of their tolerance, as is observed on three of them (Roache 1994, and ASME V&V
     20-2009, section 2); on two, as its root.  What the tightest is wrong by is what is left of the last difference; of
     a figure that this hardly changed, of the difference before.
     """
-    found, (*others, last) = list[_Look](), runs
+    found, (*others, last) = list[Look](), runs
     if not others:
         others, last = [last], last.tighter
     now, ratio = measuring.apart(others[-1], last), others[-1].plan.tolerance / last.plan.tolerance
@@ -208,29 +214,72 @@ def _look(
     model: Errors,
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...],
     measuring: Measuring,
-) -> _Look:
-    return _Look(rung, added(steps, measuring.misread(rung), model), steps, model, pairs)
+) -> Look:
+    return Look(rung, added(steps, measuring.misread(rung), model), steps, model, pairs)
 
 
-def _of_limits(look: _Look, measuring: Measuring) -> Errors:
+def _of_limits(look: Look, measuring: Measuring) -> Errors:
     """The same of the uses of limits, as far as the runs that were needed tell; nothing decides on them."""
     own = measuring.limits.get(look.rung.key, {})
     known = [tuple(measuring.limits.get(x.key, {}) for x in pair) for pair in look.pairs]
     return {
-        name: WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known) / f.scale
+        name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
         for name, f in own.items()
         if all(name in a and name in b for a, b in known)
     }
 
 
+def witnesses(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
+    """Pairs that tell the error of a rung's level: with the cheapest level that puts back all that it leaves out; where
+    hook ropes slacken with all such levels, for waves that run along them are of any length; of the finest with the one
+    before it."""
+    levels, own = ladder.witnesses(rung.plan.fidelity), ladder.in_own_steps(rung)
+    if len(levels) > 1 and not measuring.slackens(own) and not measuring.slackens(own.on(levels[0])):
+        levels = levels[:1]
+    return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
+
+
 def error_of_level(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> Errors:
-    """What the level of a rung leaves out, by its witness; of the finest level by the one before it."""
-    if witness := ladder.witness(rung.plan.fidelity):
-        return times(WITNESSED, measuring.apart(rung, rung.on(witness)))
-    return measuring.apart(rung, rung.on(ladder.poorer)) if ladder.poorer else {}
+    """The largest difference of a rung to its witnesses, doubled, but for the finest level, which is better than its
+    own."""
+    factor = WITNESSED if ladder.witnesses(rung.plan.fidelity) else 1.0
+    return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, rung, measuring))))
 
 
-def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
+def tighter(rung: ModelLevel) -> list[ModelLevel]:
+    """The same with tighter steps; with rigid ropes, whose impacts can fork, two such."""
+    once = rung.tighter
+    return [once, once.tighter] if system(rung.plan).rigid_ropes else [once]
+
+
+def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
+    """What a plan is wrong by as it is modelled: of its steps twice the difference to tighter ones, of its level that
+    of its witnesses.  Raises HeavyliftError if it makes no run."""
+    ladder, rung = Ladder(plan), ModelLevel(plan)
+    while not measuring.read_well(rung, accuracy):
+        pass
+    missing = dict[str, str]()
+
+    def found(part: str, measure: Callable[[], Errors]) -> Errors:
+        try:
+            errors = measure()
+        except HeavyliftError as error:
+            missing[part] = f"a run beside it does not come to its end: {' '.join(str(error).split())}"
+            return {}
+        if lost := [name for name, e in errors.items() if e == inf]:
+            missing[part] = f"the run beside it shows no {', '.join(lost[:3])}"
+        return errors
+
+    pairs = [(rung, x) for x in tighter(rung)]
+    steps = found("numerical", lambda: times(WITNESSED, most(*(measuring.apart(*pair) for pair in pairs))))
+    if ladder.poorer is None:
+        missing["model"] = "it is modelled as it is written, there is no richer level"
+    model = found("model", lambda: error_of_level(ladder, rung, measuring))
+    pairs += witnesses(ladder, rung, measuring)[:1] if "model" not in missing else []
+    return replace(_look(rung, steps, model, tuple(pairs), measuring), missing=missing)
+
+
+def _answer(look: Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
     limits = _of_limits(look, measuring)
     plan, quantity = look.rung.plan, {f.name: f.quantity for f in measuring.seen.values()}
     by = {q: {name: e for name, e in look.error.items() if quantity.get(name) == q} for q in question.ask}
@@ -239,13 +288,14 @@ def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) 
         notes = (f"the run shows nothing of what is asked: {', '.join(question.ask)}",)
     return Answer(
         fidelity=plan.fidelity, method=plan.method, tolerance=plan.tolerance,
+        samples_hz=measuring.factor * plan.samples_hz,
         figures={name: e for name, e in (look.error | limits).items() if e < inf},
         errors={q: by[q][name] for q, name in worst.items()}, worst={q: name for q, name in worst.items()},
-        left_out=look.rung.left_out, rungs=tuple(measuring.names), notes=notes,
+        left_out=look.rung.left_out, notes=notes,
     )  # fmt: skip
 
 
-def _unconverged(look: _Look, question: Question, measuring: Measuring, ladder: Ladder) -> Answer:
+def _unconverged(look: Look, question: Question, measuring: Measuring, ladder: Ladder) -> Answer:
     if look.why:
         return _unmeasured(ladder.plan, f"nothing is measured for what it asks, since it makes no run: {look.why}")
     name = max(look.error, key=lambda x: (look.error[x], x))

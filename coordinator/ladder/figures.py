@@ -1,7 +1,8 @@
 """What a run shows, as figures: one number each, comparable between runs of a scene (`nodes.plan.fidelity`).
 
 Peaks are those of the dense output, stages begin at events.  What is read from samples (swings, places, forces of
-supports) is read from every second one as well: by as much as that differs, a figure may be misread.
+supports, clearances, uses of limits) is read from every second one as well: by as much as that differs, a figure may be
+misread.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ import numpy as np
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.nodes.plan.actions import LiftedCondition, Move, Wait
 from heavylift.nodes.plan.fidelity import ASKABLE, SHORTEST, Asked
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
+from heavylift.recordings.read.verdict import Judged
 from numpy.typing import NDArray
 
 from .in_memory import Played
@@ -116,11 +119,11 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     found = list[AskedFigure]()
     for quantity in ask:
         if quantity in READ:
-            read, again = _told_apart(READ[quantity](run.plan, shown)), _told_apart(READ[quantity](run.plan, half))
-            coarse = {f.name: f.value for f in again}
-            found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in read]
+            read, again = READ[quantity](run.plan, shown), READ[quantity](run.plan, half)
         else:
-            found += _told_apart(_judged(run, quantity))
+            read, again = _judged(quantity, *run.judged), _judged(quantity, *run.judged_coarsely)
+        coarse = {f.name: f.value for f in _told_apart(again)}
+        found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _told_apart(read)]
     return found
 
 
@@ -259,8 +262,7 @@ def _supports(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
             yield AskedFigure(f"largest force on {name}", "support load", "N", force, max(force, least))
 
 
-def _judged(run: Played, quantity: Asked) -> Iterator[AskedFigure]:
-    verdict, uses = run.judged
+def _judged(quantity: Asked, verdict: Judged, uses: Sequence[Use]) -> Iterator[AskedFigure]:
     if quantity == "clearance" and verdict.clearances:
         least = min(verdict.clearances, key=lambda x: x.distance)
         yield AskedFigure("smallest clearance", quantity, "m", least.distance, max(NEAR, abs(least.distance)))

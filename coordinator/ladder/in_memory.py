@@ -1,8 +1,7 @@
-"""One run of a plan in this process and thread: no file, no bus, no other process; the digest is that of `run`.
+"""A run of a plan in this process from its start to its end, kept in memory; the digest is that of `run`.
 
-One node has commander and machines, another the kernel, and the protocol decides; what they say is kept in memory.
 A run that takes longer than it may is cut; that it was, and whatever else ends it early, is a HeavyliftError with its
-sentence.  Outputs of the models are not watched for side effects: `run` does that.
+sentence.
 """
 
 from __future__ import annotations
@@ -13,31 +12,24 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 from math import inf
-from random import Random
 
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand, command
-from heavylift.coordinator.participants.configuration import PATIENCE_ns, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.mechanics_at import configured
 from heavylift.coordinator.participants.parts import KernelConfig
+from heavylift.coordinator.participants.session import Session
 from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.memory import go_on, run_in_memory
-from heavylift.coordinator.protocol.messages import Bye, Grant, Stop
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.errors import KernelError
 from heavylift.kernel.islands.dense_output import Looks
 from heavylift.kernel.simulation.commands import OwnRows
 from heavylift.kernel.simulation.native.samples import published
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
+from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
-from heavylift.nodes.models import COMMANDER, KERNEL, build, driving, goes_on
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
@@ -53,8 +45,8 @@ CUT = "cut after"
 class Played:
     """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
     total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
-    what the kernel has to say, and when [ns]; its end [ns]; what the action list still waited for; rows at instants
-    between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
+    what the kernel has to say, and when [ns]; whether a hook rope `slackens`; its end [ns]; what the action list still
+    waited for; rows at instants between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
 
     plan: Plan
     mechanics: System
@@ -65,6 +57,7 @@ class Played:
     rigs: list[tuple[int, list[RopeLine]]]
     apart: dict[str, list[tuple[int, NDArray[np.float64]]]]
     notes: list[tuple[int, str]]
+    slackens: bool
     end_ns: int
     unfinished: str
     looked: NDArray[np.float64]
@@ -131,17 +124,22 @@ class Played:
         """The verdict, and the worst of each limit."""
         return self.judging()
 
-    def judging(self, **options: int) -> tuple[Judged, Sequence[Use]]:
-        """The same, with options of `judged_with_uses`."""
+    @cached_property
+    def judged_coarsely(self) -> tuple[Judged, Sequence[Use]]:
+        """The same of every second sample."""
+        return self.judging(2)
+
+    def judging(self, every: int = 1, **options: int) -> tuple[Judged, Sequence[Use]]:
+        """The same of every so many-th sample, with options of `judged_with_uses`."""
         from heavylift.coordinator.verdict.judging import judged_with_uses
 
-        return judged_with_uses(self.plan, self.past, self.conduct, self.errors, mechanics=self.mechanics, **options)
+        past, known = self.past(every), self.mechanics
+        return judged_with_uses(self.plan, past, self.conduct, self.errors, mechanics=known, **options)
 
-    @cached_property
-    def past(self) -> Collector:
-        """What it has shown, as columns."""
+    def past(self, every: int = 1) -> Collector:
+        """What every so many-th sample has shown, as columns."""
         past = Collector(self.layout)
-        past.samples(0, self.times.tolist(), self.rows)
+        past.samples(0, self.times[::every].tolist(), self.rows[::every])
         for t_ns, lines in self.rigs:
             past.ropes(t_ns, lines)
         return past
@@ -150,18 +148,18 @@ class Played:
 class _Kernel(KernelNode):
     """A kernel whose samples stay with it, and whose run is over at an instant of the clock."""
 
-    def __init__(self, config: KernelConfig, instants: Sequence[int]) -> None:
+    def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float) -> None:
         super().__init__(config, lambda batch: None)
         self.looks = Looks(self.simulation, instants)
         self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
         self.told: list[tuple[int, str]] = []
         self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
-        self.allowed = self.deadline = inf
+        self._allowed, self._deadline = allowed, time.perf_counter() + allowed
 
     def _pause(self) -> None:
         super()._pause()
-        if time.perf_counter() > self.deadline:
-            raise KernelError(f"{CUT} {self.allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run")
+        if time.perf_counter() > self._deadline:
+            raise KernelError(f"{CUT} {self._allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run")
 
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         self.kept += [(self.simulation.method, row) for row in rows]
@@ -181,18 +179,6 @@ class _Kernel(KernelNode):
         return np.array([t for _, (t, _) in self.kept], np.int64), np.concatenate(parts)
 
 
-class _Counting(OpenCoordinator):
-    """Counts grants."""
-
-    grants = 0
-
-    def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
-        """As the coordinator's."""
-        granted = super().ready(horizon)
-        self.grants += len(granted)
-        return granted
-
-
 def play(
     plan: Plan,
     limit: float = inf,
@@ -202,66 +188,34 @@ def play(
 ) -> Played:
     """Run a plan to its end within `limit` seconds of wall time, and look at `instants` [ns]; raises HeavyliftError."""
     began, start = time.perf_counter(), time.thread_time()
-    models, events, rigs = build(plan), list[Event](), list[tuple[int, list[RopeLine]]]()
-    config = configured(plan, models)
-    ropes, kernel = RopeLines(config.systems), _Kernel(config, instants)
-    rigs.append((0, ropes.drawn()))
+    events, rigs, ropes = list[Event](), list[tuple[int, list[RopeLine]]](), list[RopeLines]()
+
+    def make(config: KernelConfig) -> _Kernel:
+        ropes.append(RopeLines(config.systems))
+        rigs.append((0, ropes[0].drawn()))
+        return _Kernel(config, instants, limit)
 
     def hear(event: Event) -> None:
         events.append(event)
-        if plan.end is None and goes_on(event):
-            core.extend(Tag(event.t + PATIENCE_ns))
-        if ropes.change(event):
-            rigs.append((event.t, ropes.drawn()))
+        if ropes[0].change(event):
+            rigs.append((event.t, ropes[0].drawn()))
 
-    end = Tag(PATIENCE_ns if plan.end is None else seconds(plan.end))
-    wires, most = wiring(plan), plan.microsteps
-    shared = dict.fromkeys(driving(plan))  # one node: what they say to each other needs no grants
-    alone = [n for n in models if n not in shared]
-    homes = {COMMANDER: [*shared], **{n: [n] for n in (*alone, KERNEL)}}
-    core = _Counting(homes, wires.couplings, end, wires.finish, hear, wires.outside, most, homes)
+    session = Session(plan, make, hear)
+    kernel = session.kernel
     for given in commands:
-        core.inject(command(given))
-    simulators = {
-        n: Simulator([models[m] for m in own], microsteps=most, watched=False, wires=wires.all)
-        for n, own in homes.items()
-        if n != KERNEL
-    }
-    nodes = {n: Node(n, simulator) for n, simulator in simulators.items()}
-    nodes[KERNEL] = Node(KERNEL, kernel, kernel.finish)
+        session.core.inject(command(given))
     prepared, started = time.perf_counter(), time.thread_time()
-    kernel.allowed, kernel.deadline = limit, prepared + limit
-    outcome = run_in_memory(core, nodes.values(), wired=False)
-    while outcome is RunEnd.BOUND and plan.end is None and (due := core.scheduled(driving(plan))) < FOREVER:
-        core.extend(Tag(due.t + PATIENCE_ns))
-        outcome = go_on(core, nodes, Random(0), wired=False)
+    outcome = session.advance()
     reached = max(events[-1].t if events else 0, kernel.kept[-1][1][0] if kernel.kept else 0)
     ended = outcome is RunEnd.QUIET and plan.end is None
-    bye = nodes[KERNEL].handle(Stop(Tag(reached + 1) if ended else core.end))
-    if not isinstance(bye, Bye):
-        raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))
-    waiting = [said for model in models.values() if (said := str(getattr(model, "waiting_for", str)()))]
-    if waiting and plan.end is None and outcome is not RunEnd.FINISHED:
-        raise ModelError(waiting[0])
+    unfinished = session.finish(Tag(reached + 1) if ended else session.core.end)
     cpu, wall = time.thread_time() - started, time.perf_counter() - prepared
     times, rows = kernel.table()
+    hooks = {hook.rope for machine in plan.machines for hook in machine.hooks}
+    slackens = any(e.what == "slack" and e.name.partition("~")[0] in hooks for _, e in kernel.simulation.log)
     return Played(
-        plan,
-        kernel.mechanics,
-        msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout),
-        times,
-        rows,
-        events,
-        rigs,
-        kernel.of_lifts,
-        kernel.told,
-        max(times[-1].item(), events[-1].t if events else 0),
-        "; ".join(waiting),
-        kernel.looks.finish(),
-        core.grants,
-        prepared - began,
-        started - start,
-        wall,
-        cpu,
-        errors or {},
-    )
+        plan, kernel.mechanics, msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout), times, rows,
+        events, rigs, kernel.of_lifts, kernel.told, slackens,
+        max(times[-1].item(), events[-1].t if events else 0), unfinished,
+        kernel.looks.finish(), session.grants, prepared - began, started - start, wall, cpu, errors or {},
+    )  # fmt: skip

@@ -42,15 +42,10 @@ class Measuring:
         self.factor = 1.0  # times the samples of the scene
         self.spent: dict[Key, Spent] = {}
         self._samples = 0
-        self._names: list[str] = []
         self._failed: dict[Key, HeavyliftError] = {}
+        self._slackening: dict[Key, bool] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
         self.limits: dict[Key, dict[str, AskedFigure]] = {}  # uses of limits, of each rung that was run
-
-    @property
-    def names(self) -> list[str]:
-        """Of the rungs that were run."""
-        return [*dict.fromkeys(self._names)]
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
@@ -70,14 +65,19 @@ class Measuring:
                     self._failed[rung.key] = error
                 raise
             self.spent[rung.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
+            self._slackening[rung.key] = run.slackens
             self._read[rung.key] = {f.name: f for f in figures(run, self.ask)}
             self.limits[rung.key] = (
                 {f.name: f for f in figures(run, ["limits", "clearance"])} if rung.plan.limits else {}
             )
             self._samples = len(run.t)
-            self._names.append(rung.name)
             self._say(f"{rung.name}: {run.cpu_s:.2g} s")
         return self._read[rung.key]
+
+    def slackens(self, rung: ModelLevel) -> bool:
+        """Whether a hook rope does in the run of a rung."""
+        self.figures(rung)
+        return self._slackening[rung.key]
 
     def misread(self, rung: ModelLevel) -> Errors:
         """What the figures of a rung may be misread by."""
@@ -105,6 +105,11 @@ class Measuring:
 def added(*errors: Errors) -> Errors:
     """The sum of several, figure by figure."""
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
+
+
+def most(*errors: Errors) -> Errors:
+    """The largest of several, figure by figure."""
+    return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def times(factor: float, errors: Errors) -> Errors:

@@ -20,8 +20,7 @@ from heavylift.nodes.plan.planar import planar
 LADDER = (
     Fidelity(),
     Fidelity(girder="elastic", rope_mass="lumped"),
-    Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic"),
-    Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic"),
+    *(Fidelity(ropes="massive", lumps=n, rope_mass="lumped", girder="elastic") for n in (2, 4, 8)),
 )
 TOLERANCES = {"radau5": (3, 8), "dop853": (6, 11)}  # exponents of the loosest and of the tightest decade
 OTHERS = (5, 10)
@@ -111,6 +110,7 @@ class ModelLevel:
         values = ((f, getattr(self.plan.fidelity, f.name)) for f in fields)
         written = [f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if x != f.default]
         steps = [f"step={1e3 * self.plan.step!r} ms"] if self.plan.step else [f"tolerance={self.plan.tolerance!r}"]
+        steps += [f"samples={self.plan.samples_hz!r} Hz"] if self.plan.samples_hz != Plan.samples_hz else []
         return ["ask=[]", f"fidelity={{{', '.join(written)}}}", f"method={self.plan.method}", *steps]
 
 
@@ -140,12 +140,11 @@ class Ladder:
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
-    def witness(self, level: Fidelity) -> Fidelity | None:
-        """The cheapest level that puts back all that a level leaves out; None of the finest."""
+    def witnesses(self, level: Fidelity) -> list[Fidelity]:
+        """The levels that put back all that a level leaves out, the cheapest first; none of the finest."""
         if len(self.full) == 1 and level in self.levels:
-            return None
-        finer = self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
-        return finer[0] if finer else None
+            return []
+        return self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
 
     @property
     def poorer(self) -> Fidelity | None:
@@ -153,11 +152,22 @@ class Ladder:
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
-    def method(self) -> str:
-        """The method by which it is run, unless one is named."""
-        if {"method", "step"} & {*self.named}:
-            return self.plan.method
+    def own(self) -> str:
+        """The method of its rungs where none is named."""
         return "radau5" if stiff(system(self.plan)) else "dop853"
+
+    @property
+    def method(self) -> str:
+        """The method by which it is run."""
+        return self.plan.method if {"method", "step"} & {*self.named} else self.own
+
+    def in_own_steps(self, rung: ModelLevel) -> ModelLevel:
+        """A rung, or one of its level by the ladder's method: what a level leaves out does not depend on steps, but
+        others may take long on a richer one."""
+        if (rung.plan.method, rung.plan.step) == (self.own, None):
+            return rung
+        tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)
+        return ModelLevel(msgspec.structs.replace(rung.plan, method=self.own, tolerance=tolerance, step=None))
 
     def rungs(self, level: Fidelity) -> list[ModelLevel]:
         """Those of a level, cheapest first: with fixed or named steps but one."""

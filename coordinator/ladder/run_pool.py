@@ -2,27 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import TypeAlias
+from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
 
 from heavylift.coordinator.supervision.pool import Pool
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.kernel.trust import demand
+from heavylift.nodes.plan.fidelity import ASKABLE, USUAL
 from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
+from .choosing import as_it_is
 from .figures import AskedFigure, figures
 from .in_memory import play
+from .measuring import Errors, Measuring
 
 LONGEST = 3600.0  # [s] of wall time that a run may take
 
-Ran: TypeAlias = tuple[list[AskedFigure], float] | str
-"""Figures of a run and its CPU time [s], or the sentence that says why there is none."""
 
-Start: TypeAlias = Callable[[Plan], "Future[Ran]"]
-"""Starts a run of a plan."""
+@dataclass(frozen=True)
+class Shown:
+    """Figures of a run and CPU time of all that were needed [s]; where that is measured, relative errors of its steps
+    and its level, and which of these parts is missing, and why."""
+
+    figures: list[AskedFigure]
+    cpu_s: float
+    steps: Errors = field(default_factory=dict)
+    model: Errors = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)
+
+
+Ran: TypeAlias = Shown | str
+"""A run, or the sentence that says why there is none."""
+
+
+class Start(Protocol):
+    """Starts a run of a plan, or all by which its errors are `measured`."""
+
+    def __call__(self, plan: Plan, measured: bool = False) -> Future[Ran]: ...
 
 
 @contextmanager
@@ -32,7 +52,7 @@ def starting(at_once: int) -> Iterator[Start]:
         yield _here
         return
     with Pool(at_once) as pool:
-        yield lambda plan: pool.submit(_ran, encode(plan))
+        yield lambda plan, measured=False: pool.submit(_ran, (encode(plan), measured))
 
 
 def result(future: Future[Ran]) -> Ran:
@@ -43,17 +63,27 @@ def result(future: Future[Ran]) -> Ran:
         raise ProtocolError("a process that ran a variant was ended by somebody else, or had no memory") from None
 
 
-def _here(plan: Plan) -> Future[Ran]:
+def _here(plan: Plan, measured: bool = False) -> Future[Ran]:
     future = Future[Ran]()
-    future.set_result(_ran(encode(plan)))
+    future.set_result(_ran((encode(plan), measured)))
     return future
 
 
-def _ran(plan: bytes) -> Ran:
+def _ran(task: tuple[bytes, bool]) -> Ran:
     try:
-        found = decode(plan)
-        demand(functions(found), "the scene")
-        run = play(found, LONGEST)
-        return [f for f in figures(run) if f.quantity != "position" or f.name.endswith("at the end")], run.cpu_s
+        plan = decode(task[0])
+        demand(functions(plan), "the scene")
+        if not task[1]:
+            run = play(plan, LONGEST)
+            return Shown(_told(figures(run)), run.cpu_s)
+        measuring = Measuring(ASKABLE, lambda: LONGEST)
+        look = as_it_is(plan, USUAL, measuring)
+        spent = sum(x.cpu_s for x in measuring.spent.values())
+        return Shown(_told(measuring.figures(look.rung).values()), spent, look.steps, look.model, look.missing)
     except HeavyliftError as error:
         return " ".join(str(error).split())
+
+
+def _told(found: Iterable[AskedFigure]) -> list[AskedFigure]:
+    """Of places those at the end."""
+    return [f for f in found if f.quantity != "position" or f.name.endswith("at the end")]

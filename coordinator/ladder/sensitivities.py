@@ -127,9 +127,9 @@ def sensitivities(
         nominal = result(start(scene.plan))
         if isinstance(nominal, str):
             raise ModelError(nominal)
-        each, n = f"{nominal[1]:.2g} s each", max(at_once, 1)
+        each, n = f"{nominal.cpu_s:.2g} s each", max(at_once, 1)
         say(f"{2 * len(inputs)} runs of about {each}, {n} at a time; two more for an input that makes events switch")
-        return effects(scene, [moved(scene, one, STEPS, start) for one in inputs], nominal[0], start)
+        return effects(scene, [moved(scene, one, STEPS, start) for one in inputs], nominal.figures, start)
 
 
 def of_unstated(names: Sequence[str]) -> str:
@@ -181,8 +181,8 @@ class _Seen:
                 value = self.input.rounded(self.input.value + step * self.input.sd, self.input.sd)[0]
                 self.failed = f"with {value} there is no run: {ended}"
             else:
-                self.cpu_s += ended[1]
-                self.values[step] = {figure.name: figure.value for figure in ended[0]}
+                self.cpu_s += ended.cpu_s
+                self.values[step] = {figure.name: figure.value for figure in ended.figures}
 
     def switches(self, figure: AskedFigure) -> bool:
         """Whether a figure does not follow the input in proportion."""

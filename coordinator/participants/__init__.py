@@ -4,10 +4,9 @@ participant              one node from WELCOME to BYE; node_process: a process o
 parts, building          the config that a WELCOME carries, and the model that it names
 kernel_node, recorded_kernel   the kernel as a node, and one with a past on record; configuration: what it is sent
 sampling                 what the kernel tells models that listen
-mechanics_at             the mechanics of a scene at one instant, played in this process
+session                  a run of a plan in this process; mechanics_at: the mechanics of a scene at one instant of it
 external                 nodes that programs of another kind play
 isolation                      globals that children share; in its node a child is alone
-transitions              of models, as a data topic
 
 Node processes import these modules one by one and nothing else of this room.
 """

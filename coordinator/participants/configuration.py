@@ -3,9 +3,12 @@
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.description.mechanics import System
-from heavylift.nodes.models import COMMANDER, NodeModel, couplings, hooked_later, subscriptions
+from heavylift.nodes.devs import FOREVER, Tag
+from heavylift.nodes.models import COMMANDER, NodeModel, couplings, driving, hooked_later, subscriptions
 from heavylift.nodes.plan.plan import Plan
 
 from .parts import KernelConfig, SignalSubscription
@@ -59,3 +62,12 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
             if x.machines
         },
     )
+
+
+def postponed(core: OpenCoordinator, plan: Plan) -> bool:
+    """Whether the bound of a plan without an end was reached, and is postponed: a model has something before it, not
+    only a load that swings."""
+    if plan.end is not None or core.over is not RunEnd.BOUND or (due := core.scheduled(driving(plan))) >= FOREVER:
+        return False
+    core.extend(Tag(due.t + PATIENCE_ns))
+    return True

@@ -5,29 +5,24 @@ For what is asked of a pose rather than of a run: statics, modes.  The simulatio
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.analysis.equilibrium import Equilibrium, equilibrium
 from heavylift.kernel.analysis.path import EquilibriumPath
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Event, Simulator, Tag, seconds
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, system
+from heavylift.nodes.devs import Event, Tag, seconds
+from heavylift.nodes.models import COMMANDER, build, system
 from heavylift.nodes.models.parts.messages import Finished, Stage
-from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.static_run import StaticRun
 
-from .configuration import kernel_config, wiring
 from .kernel_node import KernelNode
 from .parts import KernelConfig
+from .session import Session, configured
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
@@ -54,11 +49,6 @@ class _Stages:
             raise _Ended
         if begins:
             self.seen.append(begins)
-
-
-def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
-    """The kernel's part of a plan and its models."""
-    return kernel_config(plan, models, (m.declare() for m in models.values()))
 
 
 def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibrium, Simulation]:
@@ -110,22 +100,18 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
     plan = loaded(scene).plan
-    models = build(plan)
-    kernel = KernelNode(msgspec.structs.replace(configured(plan, models), apart=False), lambda samples: None)
-    simulation = kernel.simulation
-    assert isinstance(simulation, Simulation), "in one piece"
-    if at is None and not after:
-        simulation.start()
-        return simulation
     if at is not None and not 0.0 <= at < LAST.t * 1e-9:
         raise SceneError(f"--at {at:g} s: the time must lie between 0 and {LAST.t * 1e-9:g} s")
+    if at is None and not after:
+        simulation = _InOnePiece(configured(plan, build(plan))).whole
+        simulation.start()
+        return simulation
     stages = _Stages(after)
     end = Tag(seconds(at) + 1) if at is not None else LAST if plan.end is None else Tag(seconds(plan.end))
-    limit, wires = plan.microsteps, wiring(plan)
-    core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, stages, limit)
-    nodes = [Node(name, Simulator(model, microsteps=limit, wires=wires.all)) for name, model in models.items()]
+    session = Session(plan, _InOnePiece, stages, end)
+    simulation = session.kernel.whole
     try:
-        run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
+        session.advance()
     except _Ended:
         simulation.interrupt(stages.t)
     else:
@@ -135,3 +121,12 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
         simulation.interrupt(seconds(at))
     simulation.settle()
     return simulation
+
+
+class _InOnePiece(KernelNode):
+    """A kernel without islands, whose samples nobody gets."""
+
+    def __init__(self, config: KernelConfig) -> None:
+        super().__init__(msgspec.structs.replace(config, apart=False), lambda samples: None)
+        assert isinstance(self.simulation, Simulation)
+        self.whole = self.simulation

@@ -1,6 +1,6 @@
 """Coordinator and nodes in one thread, without transport: the protocol alone, for tests and trials.
 
-Every message goes through its wire form, unless a run is not `wired`. With a random generator, DONEs are
+Every message goes through its wire form. With a random generator, DONEs are
 taken in random order, which may not change what the models do.
 """
 
@@ -8,15 +8,14 @@ from collections.abc import Iterable, Mapping
 from random import Random
 
 from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.nodes.devs import FOREVER, Tag
 
 from .core import Coordinator, RunEnd
 from .messages import Done, Fail, Grant, decode, encode
 from .node import Node
 
 
-def run_in_memory(
-    coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None, wired: bool = True
-) -> RunEnd:
+def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None) -> RunEnd:
     """Run to the end; a node that fails raises ModelError with its sentence."""
     order = order or Random(0)
     by_name = {node.name: node for node in nodes}
@@ -25,20 +24,23 @@ def run_in_memory(
         if isinstance(hello, Fail):
             raise ModelError(hello.sentence) from by_name[name].cause
         coordinator.hello(name, hello)
-    return go_on(coordinator, by_name, order, wired)
+    turns(coordinator, by_name, FOREVER, order)
+    assert coordinator.over is not None
+    return coordinator.over
 
 
-def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, wired: bool = True) -> RunEnd:
-    """The same of nodes that have said HELLO, again if the end has been moved."""
-    answers: list[tuple[str, Done]] = []
+def turns(
+    coordinator: Coordinator, nodes: Mapping[str, Node], until: Tag, order: Random | None = None, wired: bool = True
+) -> int:
+    """All that nodes which have said HELLO do before a tag; the number of grants."""
+    answers, grants = list[tuple[str, Done]](), 0
     while True:
-        for name, grant in coordinator.ready():
-            answers.append((name, answer(by_name[name], grant, coordinator, wired)))
-        outcome = coordinator.over
-        if outcome is not None:
-            return outcome
-        name, done = answers.pop(order.randrange(len(answers)))
-        coordinator.done(name, done)
+        for name, grant in coordinator.ready(until):
+            answers.append((name, answer(nodes[name], grant, coordinator, wired)))
+            grants += 1
+        if not answers:
+            return grants
+        coordinator.done(*answers.pop(order.randrange(len(answers)) if order else -1))
 
 
 def answer(node: Node, grant: Grant, coordinator: Coordinator, wired: bool = True) -> Done:

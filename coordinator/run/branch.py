@@ -7,7 +7,8 @@ is what a run costs, says again what is recorded and goes on from the last check
 is none for the new scene, as with other thresholds, from the start.  Whatever comes before the branch must be in the
 recording, each event and each sample; the first that is not ends the run, which then leaves nothing.  So the new
 recording is whole, and has the digest that the new scene has when it is run.
-What the recorded run had chosen, for the accuracy that was asked or the time that was given, is kept.
+What the recorded run had chosen, for the accuracy that was asked or the time that was given, is kept; what the branch
+is wrong by is measured anew.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
+from heavylift.coordinator.ladder.choosing import measured
 from heavylift.coordinator.participants.recorded_kernel import RecordedKernel
 from heavylift.coordinator.record.scene import MERGED, RunResult
 from heavylift.coordinator.replay.deviation import Deviation
@@ -42,7 +44,7 @@ from .resume import Beginning, Checked
 from .scene import run
 from .watch import RunObserver
 
-CHOSEN = ("fidelity", "method", "tolerance", "step", "driven")  # of a plan, whatever comes later
+CHOSEN = ("fidelity", "method", "tolerance", "step", "samples_hz", "driven")  # of a plan, whatever comes later
 CHOOSING = ("fidelity", "method", "tolerance", "tolerance of", "step", "ask", "accuracy")  # keys that say otherwise
 NAMED = 3  # differences of two plans in a sentence
 STAGE, END = "stage ", "end of "
@@ -213,8 +215,10 @@ def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str |
         found = replace(found, text=old.text, merged=found.merged or whole)
     if any(setting.split("=")[0].split(".")[0].strip() in CHOOSING for setting in settings):
         return found
-    kept = {name: getattr(old.plan, name) for name in CHOSEN}
-    return replace(found, plan=msgspec.structs.replace(found.plan, **kept), chosen=True)
+    own = {"samples_hz"} if "samples" in found.facts.named else set[str]()
+    kept = {name: getattr(old.plan, name) for name in CHOSEN if name not in own}
+    found = replace(found, plan=msgspec.structs.replace(found.plan, **kept), chosen=True)
+    return measured(found) if old.answer else found
 
 
 def _past(what: Branch) -> RecordedKernel:

@@ -19,7 +19,7 @@ from heavylift.coordinator.live.command_queue import Desk, TimedCommand
 from heavylift.coordinator.live.keys import Keyboard, Keys
 from heavylift.coordinator.live.observers import Audience, OnTheBus, shown
 from heavylift.coordinator.live.pace import Pace, Tempo
-from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, wiring
+from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, postponed, wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
 from heavylift.coordinator.participants.parts import encode as part
@@ -36,8 +36,8 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
-from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, seconds
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, driving, goes_on
+from heavylift.nodes.devs import NEVER, Event, Tag, seconds
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, goes_on
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
@@ -194,13 +194,10 @@ class _Run(Relay):
         self._record.layout(layout, systems)
 
     def play(self) -> None:
-        """Rounds until the end; without one, while a model has something before it, not only a load that swings."""
-        while True:
+        """Rounds until the end."""
+        self._outcome = self.talk.play()
+        while postponed(self.talk.core, self._plan):
             self._outcome = self.talk.play()
-            due = self.talk.core.scheduled(driving(self._plan))
-            if self._outcome is not RunEnd.BOUND or self._plan.end is not None or due >= FOREVER:
-                return
-            self.talk.core.extend(Tag(due.t + PATIENCE_ns))
 
     def dismiss(self) -> None:
         """The ordered end; raises ModelError if a model still waits for something."""

@@ -33,18 +33,12 @@ from xml.etree.ElementTree import Element
 
 import msgspec
 from heavylift.coordinator.live.command_queue import TimedCommand, command
-from heavylift.coordinator.participants.configuration import wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.mechanics_at import configured
-from heavylift.coordinator.protocol.memory import answer
-from heavylift.coordinator.protocol.messages import Done, Hello
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.participants.session import Session
 from heavylift.kernel.errors import HeavyliftError, ModelError, SceneError, path_text
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.trust import demand
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, seconds
-from heavylift.nodes.models import KERNEL, build
+from heavylift.nodes.devs import FOREVER, Event, Tag, encode, seconds
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 from heavylift.nodes.plan.plan import Plan, decode, functions
 from heavylift.nodes.plan.plan import encode as plan_bytes
@@ -83,23 +77,12 @@ class SteppableRun:
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` makes an OperatorCommand's action of a command."""
-        models, wires = build(plan), wiring(plan)
         self._words, self.now, self.refused, self._over, self._failed = words, 0, "", False, ""
         self.stop = FOREVER.t
         """No step may go beyond [ns]."""
-        self._kernel = KernelNode(configured(plan, models), lambda batch: None)
-        most = plan.microsteps
-        self._nodes = {n: Node(n, Simulator(m, microsteps=most, wires=wires.all)) for n, m in models.items()}
-        self._nodes[KERNEL] = Node(KERNEL, self._kernel, self._kernel.finish, samples=True)
-        end = FOREVER if plan.end is None else Tag(seconds(plan.end))
-        self._core = OpenCoordinator(
-            self._nodes, wires.couplings, end, wires.finish, self._hear, wires.outside, plan.microsteps
-        )
-        for name, node in self._nodes.items():
-            hello = node.hello()
-            if not isinstance(hello, Hello):
-                raise ModelError(hello.sentence)
-            self._core.hello(name, hello)
+        end = FOREVER if plan.end is None else None
+        self._session = Session(plan, lambda config: KernelNode(config, lambda batch: None), self._hear, end)
+        self._kernel, self._core = self._session.kernel, self._session.core
         layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)
         self._at = {f"{c.topic}/{name}": c.start + i for c in layout.channels for i, name in enumerate(c.names)}
         ropes = [name.removeprefix("rope/tension/") for name in self._at if name.startswith("rope/tension/")]
@@ -128,7 +111,12 @@ class SteppableRun:
             raise ModelError(f"the unit stands at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         try:
-            self._go(to_ns)
+            over = self._session.advance(Tag(to_ns))
+            self.now = min(to_ns, self._core.end.t)
+            if over is not None and not self._over and self.now == self._core.end.t:
+                self._kernel.finish(self._core.end)
+                self._over = True
+            self._look()
         except HeavyliftError as error:
             self._failed = str(error)
             raise
@@ -140,20 +128,6 @@ class SteppableRun:
         what = min(ends, key=lambda x: ends[x])
         if to_ns > ends[what]:
             raise ModelError(f"the {what} ends at {ends[what] / 1e9:g} s, and no step may go to {to_ns / 1e9} s")
-
-    def _go(self, to_ns: int) -> None:
-        answers: list[tuple[str, Done]] = []
-        while True:
-            for name, grant in self._core.ready(Tag(to_ns)):
-                answers.append((name, answer(self._nodes[name], grant, self._core)))
-            if not answers:
-                break
-            self._core.done(*answers.pop())
-        self.now = min(to_ns, self._core.end.t)
-        if self._core.over is not None and not self._over and self.now == self._core.end.t:
-            self._kernel.finish(self._core.end)
-            self._over = True
-        self._look()
 
     def _look(self) -> None:
         """What there is to see now, or at the last instant of a run that is over."""

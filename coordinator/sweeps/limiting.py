@@ -10,15 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import count
-from math import hypot, isfinite, nan
+from math import hypot, inf, isfinite, nan
 
-from heavylift.coordinator.ladder.certificate import richer, tighter
-from heavylift.coordinator.ladder.choosing import level_of
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.coordinator.ladder.measuring import WITNESSED
+from heavylift.coordinator.ladder.choosing import as_it_is, level_of
+from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.supervision.pool import Pool, cores
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.plan.fidelity import USUAL
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated
 from heavylift.nodes.scene.loading import parse
@@ -26,7 +25,7 @@ from heavylift.nodes.scene.text.spelling import range_of
 
 from .axes import Axis, Variant, axes_of
 from .motions import motion_of, motions
-from .variant import Row, Task, first_sentence, judged_uses, played
+from .variant import Row, Task, first_sentence, played
 
 LOG = logging.getLogger("heavylift.sweeps")
 NEAR = 0.005  # of the way from the start: how near the last green and the first red value shall be
@@ -94,7 +93,8 @@ class FoundLimit:
             return f"{self.path}: {self.wrong}"
         most, told = self.most, ""
         if isfinite(most.get("use", nan)):
-            when = f"in stage '{most['limit stage']}' at {clock(most['limit at [s]'], 1)}"
+            t = most["limit at [s]"]  # none of a design load
+            when = f"in stage '{most['limit stage']}'{'' if t is None else f' at {clock(t, 1)}'}"
             told = f", governed by {most['limit']} ({self.used}) {when}"
         return f"{self.path}: green up to {self.limit}{told}; red at {self.shown(self.red)}: {self.why}"
 
@@ -217,18 +217,13 @@ def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | 
     if not name or not bad["use"] > 1.0 or f"use/{name}" not in good:
         return None
     plan = parse(task.text, task.name, (*task.settings, *settings), passing=True).plan
+    measuring = Measuring(["limits", "clearance"], lambda: task.limit_s)
     try:
-        tight, *levels = (
-            judged_uses(play(one, task.limit_s).uses)[name].use for one in (tighter(plan)[-1], *(richer(plan) or ()))
-        )
+        look = as_it_is(plan, USUAL, measuring)
+        figure = measuring.figures(look.rung)[f"use of {name}"]
     except (HeavyliftError, KeyError):
         return None
-    parts = (
-        [abs(a - b) for a, b in ((good[f"use/{name}"], tight), levels) if a is not None and b is not None]
-        if levels
-        else [abs(good[f"use/{name}"] - (tight or 0.0))]
-    )
-    return WITNESSED * hypot(*parts)
+    return figure.scale * hypot(*(errors.get(figure.name, inf) for errors in (look.steps, look.model) if errors))
 
 
 def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:

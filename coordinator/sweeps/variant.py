@@ -18,14 +18,15 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.ladder.choosing import error_of
+from heavylift.coordinator.ladder.choosing import as_it_is
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.ladder.model_levels import ModelLevel
 from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
 from heavylift.nodes.limits.reading import evaluated
-from heavylift.nodes.plan.fidelity import Asked
+from heavylift.nodes.plan.fidelity import USUAL, Asked
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.loading import parse
@@ -136,7 +137,9 @@ def played(task: Task, variant: Variant) -> Row:
             raise
         row |= _numbers(run, task.judged)
         if task.ask and variant.number % EACH == 0:
-            row["error"], row["error in"] = error_of(scene.plan, task.ask)
+            errors = as_it_is(scene.plan, USUAL, Measuring(task.ask)).error
+            row["error in"] = max(errors, key=lambda x: (errors[x], x), default="")
+            row["error"] = errors.get(row["error in"], 0.0)
     except SceneError as error:
         row |= {"status": "refused", "sentence": str(error)}
     except HeavyliftError as error:
@@ -177,7 +180,7 @@ def judged_uses(uses: Sequence[Use]) -> dict[str, Use]:
 
 def _off_lead(run: Played) -> float:
     """The largest angle between a hook's rope and the vertical [deg]; not a number without such ropes."""
-    signals = signals_of_run(run.plan, run.t, {}, run.past.part(0, len(run.t)).poses, ())
+    signals = signals_of_run(run.plan, run.t, {}, run.past().part(0, len(run.t)).poses, ())
     hooks = (hook for machine in run.plan.machines for hook in machine.hooks)
     leads = (evaluated(run.plan, ScalarSignal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
     angles = [np.degrees(np.minimum(angle, np.pi - angle).max()) for angle in leads if angle is not None]

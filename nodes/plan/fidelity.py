@@ -98,18 +98,19 @@ class Question:
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """How a question is answered: what is modelled, by which method and tolerance; the largest relative error of each
-    quantity, measured, and in which figure; those of all figures, uses of limits too; what is left out; which rungs
-    were run; why an error is not below what was asked, or not measured: nothing if it is."""
+    """How a question is answered: what is modelled, by which method and tolerance; samples a second that its figures
+    need (0: as the plan says); the largest relative error of each quantity, measured, and in which figure; those of all
+    figures, uses of limits too; what is left out; why an error is not below what was asked, or not measured: nothing if
+    it is."""
 
     fidelity: Fidelity
     method: str
     tolerance: float
+    samples_hz: float = 0.0
     errors: dict[str, float] = {}
     worst: dict[str, str] = {}
     figures: dict[str, float] = {}
     left_out: tuple[str, ...] = ()
-    rungs: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:

@@ -44,7 +44,7 @@ class SceneFacts(msgspec.Struct, frozen=True):
     @property
     def ask(self) -> tuple[Asked, ...]:
         """What is asked of it: what is usually meant, if it names nothing of how it is to be run."""
-        return self.own if self.named else MEANT
+        return self.own if {*self.named} - {"samples"} else MEANT
 
     @property
     def accuracy(self) -> float:

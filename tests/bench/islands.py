@@ -15,13 +15,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from heavylift.coordinator.participants import configured, kernel_node, wiring
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.coordinator.participants import Session, kernel_node
 from heavylift.kernel.description import merge
 from heavylift.kernel.islands import Islands, SideBySide
 from heavylift.kernel.simulation import Simulation
-from heavylift.nodes.devs import Simulator, Tag, seconds
-from heavylift.nodes.models import KERNEL, build
+from heavylift.nodes.devs import Tag, seconds
 from heavylift.nodes.scene import LoadedScene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
@@ -47,15 +45,11 @@ def scene_run(scene: LoadedScene, apart: bool) -> Made:
     def made() -> tuple[float, float]:
         kernel_node.simulate = simulate
         plan, rows = scene.plan, list[bytes]()
-        models = build(plan)
-        kernel = kernel_node.KernelNode(configured(plan, models), rows.append)
         end = Tag(seconds(plan.end or HOUR))
-        wires = wiring(plan)
-        core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, lambda event: None)
-        nodes = [*(Node(n, Simulator(m, wires=wires.all)) for n, m in models.items()), Node(KERNEL, kernel)]
+        session = Session(plan, lambda config: kernel_node.KernelNode(config, rows.append), end=end)
         began = time.perf_counter()
-        run_in_memory(core, nodes)
-        return time.perf_counter() - began, work(kernel.simulation)
+        session.advance()
+        return time.perf_counter() - began, work(session.kernel.simulation)
 
     return made
 

@@ -6,14 +6,15 @@ during typing; the rest (names, physics, phrases of the action list) is checked 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, RAILS
+from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.expressions import dimension_of
 from heavylift.nodes.scene.text.extending import SECTIONS
-from heavylift.nodes.scene.text.machine_types import machine_type
+from heavylift.nodes.scene.text.machine_types import library, machine_type
+from heavylift.nodes.scene.text.type_expansion import MachineType
 
 from .base import Base, comments
 from .quantities import MADE
@@ -21,12 +22,6 @@ from .schema import Scene
 
 Schema = dict[str, Any]
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in u.NAMED.values()}
-OTHER = {  # than those whose keys are known
-    "type": "object",
-    "description": "a crane of another type, with parameters of that",
-    "properties": {"type": {"type": "string", "not": {"pattern": f"^{RAILS}"}}},
-    "required": ["type"],
-}
 ALIKE = {
     "type": "object",
     "description": "another entry with differences",
@@ -57,8 +52,7 @@ def json_schema() -> Schema:
             part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
-    cranes = schema["properties"]["cranes"]
-    cranes["additionalProperties"] = {"anyOf": [cranes["additionalProperties"], OTHER]}
+    _with_parameters(definitions["CraneKeys"], [machine_type(name) for name in library()])
     for first, *rest in SECTIONS:
         part = definitions[schema["properties"][first]["anyOf"][0]["$ref"].rpartition("/")[2]] if rest else schema
         entries = part["properties"][rest[0] if rest else first]
@@ -68,23 +62,14 @@ def json_schema() -> Schema:
     beams = definitions["RigKeys"]["properties"][BEAMS]["additionalProperties"]["anyOf"]
     beam = definitions[beams[0]["$ref"].rpartition("/")[2]]
     beam["required"] = [key for key in beam["required"] if key not in MADE]
-    own = {key: value for key, value in beam["properties"].items() if key not in MADE}
-    for key, text in machine_type(BEAM_TYPE, frame=True).parameters.items():
-        if kind := dimension_of(text):
-            own[key] = {"type": ["string", "number"], "dimension": kind.name, "default": text}
-    beam["properties"] = own
-    beam["additionalProperties"] = {"description": "a parameter of another type"}
+    _with_parameters(beam, [machine_type(BEAM_TYPE, frame=True)])
     schema["properties"]["gear"] = {"anyOf": [schema["properties"]["gear"], *FILES]}
     for name in ("SlingType", "Frame", beams[0]["$ref"].rpartition("/")[2]):
         definitions[name]["properties"]["gear"] = {"type": "string", "description": GEAR}
     definitions["Frame"]["anyOf"] = [{"required": definitions["Frame"].pop("required")}, {"required": ["gear"]}]
     item = {"type": "object", "properties": {"gear": {"type": "string"}}, "required": ["gear"], "description": GEAR}
-    for name, key in (
-        ("SlingKeys", "shackle"),
-        ("SlingKeys", "length"),
-        ("Equaliser", "shackle"),
-        ("RigKeys", "shackle"),
-    ):
+    for place in ("SlingKeys.shackle", "SlingKeys.length", "Equaliser.shackle", "RigKeys.shackle"):
+        name, key = place.split(".")
         written = definitions[name]["properties"][key]
         definitions[name]["properties"][key] = {"anyOf": [written, item], "description": written.get("description", "")}
     block = definitions["Block"]
@@ -93,6 +78,18 @@ def json_schema() -> Schema:
     block["anyOf"] = [{"required": block.pop("required")}, *({"required": [key]} for key in TABLES)]
     schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _with_parameters(entry: Schema, kinds: Sequence[MachineType]) -> None:
+    """The keys of what has a type, with the parameters of types; other types may have others."""
+    own = {key: value for key, value in entry["properties"].items() if key not in MADE}
+    for kind in kinds:
+        for key, text in kind.parameters.items():
+            found = dimension_of(text)
+            more = {"type": ["string", "number"], "dimension": found.name, "default": text} if found else {}
+            own[key] = more if own.get(key, more) == more else {"description": "a parameter of several types"}
+    entry["properties"] = own
+    entry["additionalProperties"] = {"description": "a parameter of another type"}
 
 
 def with_unit(dimension: str, value: float) -> str | float:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder import Certificate, certifying, play, richer, tighter
+from heavylift.coordinator.ladder import Certificate, Ladder, ModelLevel, certifying, play, tighter
 from heavylift.coordinator.measured import accuracy
 from heavylift.coordinator.run import run
 from heavylift.nodes.plan import ASKABLE, Fidelity
@@ -61,30 +61,34 @@ def test_a_scene_that_states_nothing_says_so(tmp_path: Path) -> None:
 
 
 def test_every_level_is_judged_by_one_that_puts_back_what_it_leaves_out() -> None:
-    plan = load("lift").plan
+    ladder = Ladder(load("lift").plan)
     for given, lumps in (
         (Fidelity(ropes="rigid", slings="rigid"), 2),
         (Fidelity(motion="across", locked=("crane.gantry",), pads="standing"), 2),
         (Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic"), 4),
     ):
-        own, witness = richer(msgspec.structs.replace(plan, fidelity=given)) or (None, None)
-        assert own is not None
-        assert witness is not None
-        assert own.fidelity == given
-        at = witness.fidelity
+        at = ladder.witnesses(given)[0]
         assert (at.ropes, at.lumps, at.slings, at.girder) == ("massive", lumps, "elastic", "elastic")
         assert (at.motion, at.locked, at.pads) == ("spatial", (), "all")
-        assert (own.method, own.tolerance) == (witness.method, witness.tolerance)
-    assert richer(load("tackle").plan) is None
+    assert not Ladder(load("tackle").plan).witnesses(load("tackle").plan.fidelity)
+
+
+def test_levels_are_judged_in_steps_of_the_ladder() -> None:
+    for named in ["method=dopri5", "method=rk4"]:
+        rung = ModelLevel(load("lift", [named, *["step=5 ms"] * ("rk4" in named)]).plan)
+        own = Ladder(rung.plan).in_own_steps(rung)
+        assert (own.plan.fidelity, own.plan.method, own.plan.step) == (rung.plan.fidelity, "radau5", None)
+        assert Ladder(own.plan).in_own_steps(own) == own
 
 
 def test_steps_are_judged_by_tighter_ones_of_their_method() -> None:
     plan = load("lift", ["method=radau5", "tolerance=1e-3"]).plan
-    (tight,) = tighter(plan)
-    assert (tight.method, tight.tolerance, tight.step) == ("radau5", pytest.approx(1e-4), None)
+    (tight,) = tighter(ModelLevel(plan))
+    assert (tight.plan.method, tight.plan.tolerance, tight.plan.step) == ("radau5", pytest.approx(1e-4), None)
     rigid = msgspec.structs.replace(plan, fidelity=Fidelity(ropes="rigid", slings="rigid"))
-    assert [x.tolerance for x in tighter(rigid)] == pytest.approx([1e-4, 1e-5])
-    assert [x.step for x in tighter(load("lift", ["method=rk4", "step=5 ms"]).plan)] == [0.0025]
+    assert [x.plan.tolerance for x in tighter(ModelLevel(rigid))] == pytest.approx([1e-4, 1e-5])
+    halved = tighter(ModelLevel(load("lift", ["method=rk4", "step=5 ms"]).plan))
+    assert [x.plan.step for x in halved] == [0.0025]
 
 
 RIGID = """
@@ -104,7 +108,7 @@ mechanism:
 
 def test_rigid_ropes_are_judged_by_two_runs() -> None:
     scene = parse(RIGID)
-    assert len(tighter(scene.plan)) == 2
+    assert len(tighter(ModelLevel(scene.plan))) == 2
     with certifying(scene, at_once=0) as runs:
         assert all(bar.numerical is not None for bar in runs.certificate().bars)
 

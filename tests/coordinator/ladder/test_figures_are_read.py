@@ -37,6 +37,15 @@ def test_samples_that_alias_are_told() -> None:
     assert all(f.misread < 1e-3 * f.scale for f in true.values())
 
 
+def test_uses_of_limits_that_samples_miss_are_told() -> None:
+    rough, fine = (play(load("lift", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.5 Hz", "40 Hz"))
+    told, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
+    assert told.keys() == true.keys()
+    for name, f in told.items():
+        assert abs(f.value - true[name].value) <= 6.0 * f.misread + 1e-3 * f.scale, name
+    assert any(f.misread > 1e-3 * f.scale for f in told.values()), "something is missed"
+
+
 @pytest.mark.parametrize("scene", ["lift", "hall", "spreader", "snatch", "arm", "floating", "jib"])
 def test_every_machine_shows_figures_of_finite_value_once(scene: str) -> None:
     assert scene in bundled()

@@ -10,10 +10,13 @@ import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, play
 from heavylift.coordinator.ladder.choosing import _looks
+from heavylift.coordinator.run import Branch, run
+from heavylift.coordinator.run.branch import branch
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.kernel.description import Check
 from heavylift.nodes.plan import MEANT, OF_TENSIONS, Question
 from heavylift.nodes.scene import LoadedScene, load
+from heavylift.recordings import Recording
 
 NAMED = ["ask=[]", "accuracy=0.1 %", "method=radau5", "tolerance=1e-5", "step=5 ms", "fidelity={}"]
 MOST = 5.0  # times what the errors of steps are, they may be told to be where their order is seen
@@ -99,3 +102,15 @@ def test_what_is_left_of_errors_of_steps_is_bounded_and_not_by_much(seed: int) -
         if len(runs) == 3:
             most = max(looks[-1].steps.values()) / max(abs(measuring.error(x, runs[-1])) for x in measuring.orders)
             assert most <= MOST
+
+
+def test_a_branch_has_errors_of_its_own(tmp_path: Path) -> None:
+    lift = run("lift", tmp_path / "lift.mcap", in_process=True).recording
+    slower = ["stage up/all hooks=hoist 2 m/min by 1 m"]
+    path = branch(Branch.of(lift, "stage up", slower), tmp_path / "slower.mcap").recording
+    own, recorded = (Recording(x).fact("answer", {}) for x in (path, lift))
+    assert own["fidelity"] == recorded["fidelity"]
+    assert own["tolerance"] == recorded["tolerance"]
+    assert own["figures"].keys() >= {"peak tension crane.H1", "duration of 'up'"}
+    assert own["figures"] != recorded["figures"]
+    assert all(0.0 < e <= 0.01 for e in own["errors"].values())

@@ -5,15 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from heavylift.coordinator.participants import KernelNode, configured, wiring
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.coordinator.participants import KernelNode, Session
 from heavylift.coordinator.record import boxes
 from heavylift.coordinator.run import run
 from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
-from heavylift.nodes.devs import Simulator, Tag, seconds
-from heavylift.nodes.models import KERNEL, build
+from heavylift.nodes.devs import Tag, seconds
 from heavylift.nodes.scene import LoadedScene, bundled, parse
+from lifting import unstated
 
 END = 45.0  # [s] the block is in the air by then
 SECOND = 1_000_000_000
@@ -29,7 +28,7 @@ EMPTY = """
 
 
 def scene(islands: str = "apart", end: float = END) -> LoadedScene:
-    given = bundled()["lift"].read_text()
+    given = unstated(bundled()["lift"].read_text())
     assert given.count(CRANE) == given.count(LOADER) == 1
     given = given.replace(CRANE, f"{CRANE}\n{IDLE}").replace(LOADER, LOADER + EMPTY)
     given = given.replace("all hooks:", "working hooks:").replace("all slings", "all working slings")
@@ -39,13 +38,10 @@ def scene(islands: str = "apart", end: float = END) -> LoadedScene:
 
 def simulated(islands: str = "apart") -> Simulation | Islands:
     plan = scene(islands).plan
-    models = build(plan)
-    kernel = KernelNode(configured(plan, models), lambda batch: None)
-    kernel._flush = lambda *least: None
-    wires = wiring(plan)
-    core = Coordinator([*models, KERNEL], wires.couplings, Tag(seconds(END)), wires.finish, lambda event: None)
-    run_in_memory(core, [*(Node(n, Simulator(m, wires=wires.all)) for n, m in models.items()), Node(KERNEL, kernel)])
-    return kernel.simulation
+    session = Session(plan, lambda config: KernelNode(config, lambda batch: None), end=Tag(seconds(END)))
+    session.kernel._flush = lambda *least: None  # type: ignore[method-assign]
+    session.advance()
+    return session.kernel.simulation
 
 
 def cost(*parts: Simulation) -> float:
@@ -78,6 +74,6 @@ def test_it_is_one_run_in_one_process_or_in_ten(tmp_path: Path) -> None:
 
 
 def test_a_crane_from_which_nothing_hangs_is_drawn_all_the_same() -> None:
-    plan = parse(bundled()["lift"].read_text().replace(CRANE, f"{CRANE}\n{IDLE}")).plan
+    plan = parse(unstated(bundled()["lift"].read_text()).replace(CRANE, f"{CRANE}\n{IDLE}")).plan
     drawn = boxes(plan)
     assert {"idle.main", "idle.upper", "idle.lower"} <= {box.body for box in drawn}

@@ -1,0 +1,87 @@
+"""A run of a plan in this process and thread: it advances, takes orders, and may be looked at in between.
+
+One node has commander and machines, another the kernel, and the protocol decides.  No file, no bus, no other process;
+the digest is that of any run.  Outputs of the models are not watched for side effects: `run` does that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Generic, TypeVar
+
+from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.memory import turns
+from heavylift.coordinator.protocol.messages import Bye, Hello, Stop
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on
+from heavylift.nodes.plan.plan import Plan
+
+from .configuration import PATIENCE_ns, kernel_config, postponed, wiring
+from .kernel_node import KernelNode
+from .parts import KernelConfig
+
+Kernel = TypeVar("Kernel", bound=KernelNode)
+
+
+def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
+    """The kernel's part of a plan and its models."""
+    return kernel_config(plan, models, (m.declare() for m in models.values()))
+
+
+class Session(Generic[Kernel]):
+    """Its `models`, `kernel` and `core` of the protocol; `grants` so far."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        make: Callable[[KernelConfig], Kernel],
+        hear: Callable[[Event], None] = lambda event: None,
+        end: Tag | None = None,
+    ) -> None:
+        """`make` the kernel of its part; `hear` gets committed events; `end`: another one than the plan's, which a plan
+        without one postpones while somebody has something before him."""
+        self.models = models = build(plan)
+        self.config = configured(plan, models)
+        self.kernel = make(self.config)
+        self.grants, self._hear, self._plan = 0, hear, plan
+        self._patient = end is None and plan.end is None
+        end = end or Tag(PATIENCE_ns if plan.end is None else seconds(plan.end))
+        wires, most = wiring(plan), plan.microsteps
+        shared = driving(plan)  # one node: what they say to each other needs no grants
+        homes = {COMMANDER: [*dict.fromkeys(shared)], **{n: [n] for n in (*models, KERNEL) if n not in shared}}
+        self.core = OpenCoordinator(homes, wires.couplings, end, wires.finish, self._heard, wires.outside, most, homes)
+        acting = {n: [models[m] for m in own] for n, own in homes.items() if n != KERNEL}
+        self._nodes = {
+            n: Node(n, Simulator(own, microsteps=most, watched=False, wires=wires.all)) for n, own in acting.items()
+        } | {KERNEL: Node(KERNEL, self.kernel, self.kernel.finish)}
+        for name, node in self._nodes.items():
+            hello = node.hello()
+            if not isinstance(hello, Hello):
+                raise ModelError(hello.sentence) from node.cause
+            self.core.hello(name, hello)
+
+    def _heard(self, event: Event) -> None:
+        if self._patient and goes_on(event):
+            self.core.extend(Tag(event.t + PATIENCE_ns))
+        self._hear(event)
+
+    def advance(self, until: Tag = FOREVER) -> RunEnd | None:
+        """All that comes before a tag; why it is over, if it is.  Raises HeavyliftError."""
+        while True:
+            self.grants += turns(self.core, self._nodes, until, wired=False)
+            if not (self._patient and postponed(self.core, self._plan)):
+                return self.core.over
+
+    def finish(self, end: Tag) -> str:
+        """What comes before the end, without a word to anybody; what the models still wait for.  Raises ModelError if
+        that is why a plan without an end has one."""
+        bye = self._nodes[KERNEL].handle(Stop(end))
+        if not isinstance(bye, Bye):
+            raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))
+        waiting = [said for model in self.models.values() if (said := str(getattr(model, "waiting_for", str)()))]
+        if waiting and self._patient and self.core.over is not RunEnd.FINISHED:
+            raise ModelError(waiting[0])
+        return "; ".join(waiting)
