@@ -77,7 +77,7 @@ def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) 
     found = limiting.limits_of(lift, MASS)
     assert found.green <= 512.0 < found.red
     assert len(found.runs) == 8 + 2 + 3  # growing steps, one guess on either side, beyond
-    assert "in 'up'; red at" in str(found), "a design load has no time"
+    assert "in stage 'up'; red at" in str(found), "a design load has no time"
     assert "hook" in table_text(limits_table([found]))
     assert found.half == pytest.approx(5.12)
     assert "green up to" in str(found)
