@@ -6,7 +6,7 @@ during typing; the rest (names, physics, phrases of the action list) is checked 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
@@ -52,7 +52,16 @@ def json_schema() -> Schema:
             part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
-    _with_parameters(definitions["CraneKeys"], [machine_type(name) for name in library()])
+    crane = definitions["CraneKeys"]
+    crane["properties"] = own = {key: value for key, value in crane["properties"].items() if key not in MADE}
+    del crane["additionalProperties"]
+    crane["allOf"] = [
+        {
+            "if": {"properties": {"type": {"const": name}}},
+            "then": {"properties": own | _parameters(machine_type(name)), "additionalProperties": False},
+        }
+        for name in library()
+    ]
     for first, *rest in SECTIONS:
         part = definitions[schema["properties"][first]["anyOf"][0]["$ref"].rpartition("/")[2]] if rest else schema
         entries = part["properties"][rest[0] if rest else first]
@@ -62,7 +71,9 @@ def json_schema() -> Schema:
     beams = definitions["RigKeys"]["properties"][BEAMS]["additionalProperties"]["anyOf"]
     beam = definitions[beams[0]["$ref"].rpartition("/")[2]]
     beam["required"] = [key for key in beam["required"] if key not in MADE]
-    _with_parameters(beam, [machine_type(BEAM_TYPE, frame=True)])
+    own = {key: value for key, value in beam["properties"].items() if key not in MADE}
+    beam["properties"] = own | _parameters(machine_type(BEAM_TYPE, frame=True))
+    beam["additionalProperties"] = {"description": "a parameter of another type"}
     schema["properties"]["gear"] = {"anyOf": [schema["properties"]["gear"], *FILES]}
     for name in ("SlingType", "Frame", beams[0]["$ref"].rpartition("/")[2]):
         definitions[name]["properties"]["gear"] = {"type": "string", "description": GEAR}
@@ -80,16 +91,14 @@ def json_schema() -> Schema:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
-def _with_parameters(entry: Schema, kinds: Sequence[MachineType]) -> None:
-    """The keys of what has a type, with the parameters of types; other types may have others."""
-    own = {key: value for key, value in entry["properties"].items() if key not in MADE}
-    for kind in kinds:
-        for key, text in kind.parameters.items():
-            found = dimension_of(text)
-            more = {"type": ["string", "number"], "dimension": found.name, "default": text} if found else {}
-            own[key] = more if own.get(key, more) == more else {"description": "a parameter of several types"}
-    entry["properties"] = own
-    entry["additionalProperties"] = {"description": "a parameter of another type"}
+def _parameters(kind: MachineType) -> Schema:
+    """The parameters of a type as keys."""
+    found: Schema = {}
+    for key, text in kind.parameters.items():
+        measured = dimension_of(text)
+        found[key] = {"type": ["string", "number"], "dimension": measured.name} if measured else {}
+        found[key] |= {"default": text} if text is not None else {}
+    return found
 
 
 def with_unit(dimension: str, value: float) -> str | float:
