@@ -82,7 +82,7 @@ def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) 
     assert found.half == pytest.approx(5.12)
     assert "green up to" in str(found)
     assert " +- 5.1 t, governed by hook (" in str(found)
-    assert " +- 1.00%) in stage 'up' at 0:30.0; red at " in str(found)
+    assert " +- 1.00%) in stage 'up'; red at " in str(found)
 
 
 @pytest.mark.large
