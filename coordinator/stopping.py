@@ -16,6 +16,7 @@ error is not missed.  A run prints its summary when its recording is whole.
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -118,7 +119,8 @@ class whole:
 
 
 def open_streams() -> None:
-    """Open standard streams that are closed on /dev/null, lest a file or a socket takes their place."""
+    """Open standard streams that are closed on /dev/null, lest a file or a socket takes their place; escape characters
+    that the encoding of others does not have."""
     for fd, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(fd)
@@ -126,6 +128,9 @@ def open_streams() -> None:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # gets the lowest number that is free
             if getattr(sys, name) is None:
                 setattr(sys, name, open(fd, "w" if fd else "r", encoding="utf-8", closefd=False))  # noqa: SIM115 - lives as long
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
 
 
 @contextmanager

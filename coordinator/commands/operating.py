@@ -15,18 +15,19 @@ from heavylift.kernel.errors import ProtocolError
 def watch(
     run: o.Run = "",
     topics: Annotated[
-        str, typer.Option("--topics", help="events of this source.port only, such as 'west.*' or '*.stage'")
-    ] = "*",
+        str, typer.Option("--topics", help="messages of this source.port, such as 'west.*'; '*' for all")
+    ] = "",
     as_json: o.Json = False,
     ticket: Annotated[
         bool, typer.Option("--ticket", help="print the settings with which any Zenoh program can watch instead")
     ] = False,
 ) -> None:
-    """Print the events of a run, those so far and then each as it happens.    heavylift watch turnover.mcap"""
+    """Print stages, loads and landings of a run as they happen.    heavylift watch turnover.mcap"""
     from fnmatch import fnmatchcase
 
     from heavylift.coordinator.live import find, observe
     from heavylift.coordinator.live.observers import Lines
+    from heavylift.kernel.description.findings import clock
 
     found = find(run)
     if ticket:
@@ -38,8 +39,10 @@ def watch(
         return
     lines, observer = Lines(found.notice), observe(found)
     for number, event in observer:
-        wanted = fnmatchcase(f"{event.source}.{event.port}", topics)
-        if not wanted:
+        if not (topics or as_json):
+            if line := lines.report(event):
+                typer.echo(line)
+        elif not fnmatchcase(f"{event.source}.{event.port}", topics or "*"):
             lines.of(event)
         elif as_json:
             stage, value = lines.of(event)
@@ -52,7 +55,7 @@ def watch(
     if as_json:
         typer.echo(msgspec.json.encode({"ended": ended}).decode())
     elif ended.status == "finished":
-        typer.echo(f"finished at {ended.sim_s:.6f} s")
+        typer.echo(f"finished at {clock(ended.sim_s, 1)}")
     if ended.status != "finished":
         raise ProtocolError(f"the run has failed at {ended.sim_s:.6f} s: {ended.reason}")
 

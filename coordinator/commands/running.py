@@ -66,6 +66,7 @@ def run(
     ] = None,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
@@ -150,7 +151,7 @@ def run(
     finally:
         if crew is not None:
             crew.end()
-    summary(loaded.plan, result, as_json, certificate, loaded.answer)
+    summary(loaded.plan, result, as_json, certificate, loaded.answer, verbose)
     _exit(result, strict, fail_on)
 
 
@@ -164,6 +165,7 @@ def branch(
     force: o.Force = False,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
     """Run a recorded lift otherwise from some time on.    heavylift branch lift.mcap --at 'stage up' --set end='2 min'
@@ -178,7 +180,7 @@ def branch(
     what = Branch.of(file, at, sets or [], edited or None)
     with Progress(what.scene.plan, as_json) as watch:
         result = simulate(what, output, watch, force)
-    summary(what.scene.plan, result, as_json)
+    summary(what.scene.plan, result, as_json, verbose=verbose)
     _exit(result, strict, fail_on)
 
 
@@ -194,6 +196,7 @@ def resume(
     force: o.Force = False,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
@@ -208,7 +211,7 @@ def resume(
         begun = Beginning.of(file, crew.directory.path)
         with Progress(begun.scene.plan, as_json) as watch:
             result = go_on(file, begun, output, watch, crew, force=force)
-    summary(begun.scene.plan, result, as_json)
+    summary(begun.scene.plan, result, as_json, verbose=verbose)
     _exit(result, strict, fail_on)
 
 

@@ -17,6 +17,7 @@ def check(
     scene: o.Scene,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: Annotated[bool, typer.Option("--verbose", help="every check, with its limit and source")] = False,
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
@@ -38,15 +39,17 @@ def check(
     if as_json:
         told: dict[str, object] = msgspec.to_builtins(found)
         own = {key: told.pop(key) for key in ("state", "line", "findings", "checks", "tables", "lines")}
-        del own["lines"]
+        del own["lines"], told["brief"]
         told |= {"verdict": {"red": found.state == "red", **own}}  # as of a run
         told |= {"modelled": msgspec.to_builtins(answer) | {"told": str(answer)} if answer else None}
         typer.echo(msgspec.json.encode(told).decode())
     else:
+        lines = [*(found.lines if verbose else found.brief)]
+        if loaded.facts.ask:
+            lines.append(f"\nasked: {', '.join(loaded.facts.ask)}, to {percent(loaded.facts.accuracy)} of each")
+            lines.append(f"  {answer or 'errors are not measured yet; the first run measures them'}")
         crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
-        asks = f"asked: {', '.join(loaded.facts.ask)}, to {percent(loaded.facts.accuracy)} of each"
-        measured = [f"\n{asks}\n  {answer or 'no error was measured yet; the first run measures it'}"]
-        typer.echo("\n".join([str(found), *(measured * bool(loaded.facts.ask)), *([f"\n  {crowd}"] if crowd else [])]))
+        typer.echo("\n".join([*lines, *([f"\n  {crowd}"] if crowd else [])]))
     if o.fails(found.state, strict, fail_on or "red"):
         raise typer.Exit(1)
 

@@ -9,8 +9,9 @@ As a line for people: 9.032650 s  take up slack  west.report  RopeState west.H1:
 """
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,10 @@ from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped
 from heavylift.coordinator.supervision.journal import Journal, JournalReader
 from heavylift.coordinator.transport.exchange import LocalHub
 from heavylift.coordinator.transport.hub import Hub
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event, Message
+from heavylift.nodes.models.parts import messages
 
 from .announce import AnnouncedRun, Notice, announced, find
 
@@ -163,6 +166,33 @@ def observe(run: str | Path | AnnouncedRun = "") -> Observer:
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
 
 
+LISTED: dict[str, Callable[[dict[str, Any]], str]] = {  # events that planners follow, in their words
+    "Stage": lambda x: f"stage {x['name']} begins" if x["name"] else "",
+    "RopeState": lambda x: f"{x['actor']} {x['state']}",
+    "Hooked": lambda x: f"{x['actor']} hooked to {x['lug']}",
+    "Unhooked": lambda x: f"{x['actor']} unhooked",
+    "Overload": lambda x: (
+        f"load of {x['actor']} {'above' if x['over'] else 'back below'} its rated "
+        f"{x['rated'] / 1e3:.1f} kN: {x['tension'] / 1e3:.1f} kN"
+    ),
+    "Tripped": lambda x: f"interlock {x['actor']} {'tripped' if x['over'] else 'reset'}{', bypassed' * x['bypassed']}",
+    "Limit": lambda x: f"{x['actor']} stopped: {x['limit']}",
+    "Lifted": lambda x: f"{x['actor']} lifted off",
+    "Touched": lambda x: f"{x['actor']} touches {x['support']}",
+    "Landed": lambda x: f"{x['actor']} landed on its {x['face']} face",
+    "Attitude": lambda x: (
+        f"{x['actor']} turned to {turn} deg" if (turn := round(degrees(x["angle"]))) % 30 == 0 else ""
+    ),
+    "BrakeState": lambda x: f"{x['actor']} {'engaged' if x['engaged'] else 'released'}",
+    "Begun": lambda x: f"lift {x['actor']} begins",
+    "Ended": lambda x: f"lift {x['actor']} done",
+    "OperatorCommand": lambda x: f"operator: {x['text']}",
+    "OperatorAnswer": lambda x: x["refused"] or x["text"],
+    "Skipped": lambda x: f"{x['actor']}: its condition held already, not moved",
+    "Finished": lambda _: "action list done",
+}
+
+
 class Lines:
     """Writes the events of one run; it must see all of them to know the stage."""
 
@@ -184,6 +214,15 @@ class Lines:
         at, who = f"{event.t * 1e-9:.6f}{micro} s", f"{event.source}.{event.port}"
         line = f"{at:>18}  {stage:<24}  {who:<24}  {event.type}{self._words(event.type, value)}"
         return printable(line, keep=SPACES)
+
+    def report(self, event: Event) -> str:
+        """The line of an event for planners; "" for orders, thresholds and the like.  Messages of a user's models are
+        shown as they are."""
+        stage, value = self.of(event)
+        if event.type not in LISTED:
+            return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)
+        told = LISTED[event.type](value)
+        return printable(f"{clock(event.t * 1e-9, 1):>12}  {stage:<24}  {told}", keep=SPACES) if told else ""
 
     def _words(self, type_: str, value: dict[str, Any]) -> str:
         actor = value.get("actor", value.get("actuator"))

@@ -17,8 +17,8 @@ from heavylift.kernel.errors import RecordingError, SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content
 from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
-from heavylift.nodes.scene.text.spelling import tidy
-from heavylift.nodes.scene.text.uncertainty import PLUS, half_width
+from heavylift.nodes.scene.text.spelling import PLUS, tidy
+from heavylift.nodes.scene.text.uncertainty import half_width
 from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, offered
 from heavylift.recordings import Recording
 from heavylift.recordings.format.samples import ERROR, MEASURED

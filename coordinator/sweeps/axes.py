@@ -27,13 +27,12 @@ from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.overlay import path_in
 from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scene.text.spelling import number_and_unit, range_of
 from heavylift.nodes.scene.text.tables import tabled
-from heavylift.nodes.scene.text.units import NUMBER
 from numpy.typing import NDArray
 
 from .motions import MotionGroup, motion_of
 
-RANGE = re.compile(rf"\s*({NUMBER})\s*([^\d.]*?)\s*\.\.\s*({NUMBER})\s*(.*?)\s*(?:\bby\s+({NUMBER})\s*(.*?)\s*)?")
 MOST = 1_000_000  # variants of a study
 
 
@@ -54,9 +53,8 @@ class Axis:
     @cached_property
     def numbers(self) -> list[float] | None:
         """The texts as numbers of one unit; None if they are none."""
-        found = [re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", text) for text in self.texts]
-        units = {match[2] for match in found if match}
-        return [float(match[1]) for match in found if match] if all(found) and len(units) == 1 else None
+        found = [number_and_unit(text) for text in self.texts]
+        return [float(x) for x, _ in found] if all(x for x, _ in found) and len({u for _, u in found}) == 1 else None
 
     @property
     def label(self) -> str:
@@ -158,16 +156,16 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
         if not texts:
             raise SceneError(f"--vary '{text}': there is nothing between the braces")
         return Axis(path, texts, unit=_unit(texts), first=first, motion=motion)
-    found = RANGE.fullmatch(values)
+    found = range_of(values)
     if found is None:
         return Axis(path, (values,), unit=_unit([values]), first=first, motion=motion)
-    low_text, unit_low, high_text, unit, step_text, unit_step = found.groups()
-    for other in (unit_low, unit_step):
+    unit = found.unit
+    for other in (found.unit_low, found.unit_step):
         if other and other != unit:
             raise SceneError(f"--vary '{text}': write one unit, {unit or 'none'} or {other}")
     try:
-        low, high = Decimal(low_text), Decimal(high_text)
-        step = None if step_text is None else Decimal(step_text)
+        low, high = Decimal(found.low), Decimal(found.high)
+        step = Decimal(found.step) if found.step else None
     except InvalidOperation:
         raise SceneError(f"--vary '{text}': these are no numbers") from None
     if low >= high or (step is not None and step <= 0):
@@ -191,8 +189,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
 
 def _unit(texts: Sequence[str]) -> str:
     """The one that all numbers have; "" where there is none."""
-    found = [re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", text) for text in texts]
-    units = {match[1] if match else "" for match in found}
+    units = {number_and_unit(text)[1] for text in texts}
     return units.pop() if len(units) == 1 else ""
 
 

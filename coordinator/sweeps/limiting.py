@@ -21,10 +21,11 @@ from heavylift.nodes.plan.fidelity import USUAL
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated
 from heavylift.nodes.scene.loading import parse
+from heavylift.nodes.scene.text.spelling import range_of
 
-from .axes import RANGE, Axis, Variant, axes_of
+from .axes import Axis, Variant, axes_of
 from .motions import motion_of, motions
-from .variant import Row, Task, played
+from .variant import Row, Task, first_sentence, played
 
 LOG = logging.getLogger("heavylift.sweeps")
 NEAR = 0.005  # of the way from the start: how near the last green and the first red value shall be
@@ -71,10 +72,7 @@ class FoundLimit:
         if self.red is None:
             return ""
         row = self.runs[self.red]
-        text = str(row.get("verdict") or row["sentence"])
-        first = next((line for line in text.splitlines() if line), row["status"])
-        more = "; give it more, --set 'end=...'" if row.get("unfinished") else ""
-        return (first.partition(": error: ")[2] or first) + more
+        return reason(row) + ("; give it more, --set 'end=...'" if row.get("unfinished") else "")
 
     @property
     def limit(self) -> str:
@@ -96,8 +94,8 @@ class FoundLimit:
         most, told = self.most, ""
         if isfinite(most.get("use", nan)):
             t = most["limit at [s]"]  # none of a design load
-            when = f"in '{most['limit stage']}'{'' if t is None else f' at {clock(t, 1)}'}"
-            told = f", where {most['limit']} is used to {self.used} {when}"
+            when = f"in stage '{most['limit stage']}'{'' if t is None else f' at {clock(t, 1)}'}"
+            told = f", governed by {most['limit']} ({self.used}) {when}"
         return f"{self.path}: green up to {self.limit}{told}; red at {self.shown(self.red)}: {self.why}"
 
     def data(self) -> dict[str, object]:
@@ -106,6 +104,13 @@ class FoundLimit:
         return {key: getattr(self, key) for key in keys} | {
             "runs": [{"value": x} | {key: row.get(key) for key in TOLD} for x, row in sorted(self.runs.items())]
         }
+
+
+def reason(row: Row) -> str:
+    """Why a run is red or refused: the first sentence, without its place; its status where there is none."""
+    text = str(row.get("verdict") or row["sentence"])
+    first = next((line for line in text.splitlines() if line), str(row["status"]))
+    return first_sentence(first.partition("; worst: ")[2] or first)
 
 
 def askable(scene: LoadedScene) -> list[str]:
@@ -135,7 +140,8 @@ def limits_of_all(
     """How far each of several numbers may go, alone; side by side in processes.  `say` hears of the runs."""
 
     def told(name: str, value: str, row: Row) -> None:
-        say(f"  {name.partition('=')[0]} {value}: {row['status']}")
+        status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
+        say(f"  {name.partition('=')[0]} {value}: {status}")
 
     scene = level_of(scene, say)
     if len(asked) == 1:
@@ -224,10 +230,10 @@ def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
     """The axis, where the search begins and where it ends at the latest, in its unit."""
     path, equals, values = (part.strip() for part in asked.partition("="))
     if equals:
-        ends = RANGE.fullmatch(values)
+        ends = range_of(values)
         if ends is None:
             raise SceneError(f"--of '{asked}': write PATH, or PATH=FROM..TO UNIT such as 'block.mass=300..900 t'")
-        first, last, unit = ends[1], ends[3], ends[4]
+        first, last, unit = ends.low, ends.high, ends.unit
         down = float(first) > float(last)
         try:
             (axis,) = axes_of(scene, [f"{path}={last}..{first} {unit}" if down else asked], sampling=True)[:1]

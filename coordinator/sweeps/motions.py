@@ -13,7 +13,8 @@ from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import read
-from heavylift.nodes.scene.text.units import ACCELERATION, ANGULAR_ACCELERATION, NUMBER, RATE, SPEED, Dimension
+from heavylift.nodes.scene.text.spelling import NUMBER
+from heavylift.nodes.scene.text.units import ACCELERATION, ANGULAR_ACCELERATION, RATE, SPEED, Dimension
 
 NOUNS = {"hoist": ("hoist", "lower"), "trolley": ("traverse",), "gantry": ("travel",)}
 VERBS_OF = {verb.name: (verb.name,) for verb in VERBS.values() if verb.becomes in ("move", "turn")} | NOUNS

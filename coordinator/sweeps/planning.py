@@ -7,7 +7,6 @@ that is not quicker.
 """
 
 import logging
-import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
 from .timing import FoundTiming, Parts, Step, done, last_wait, overlaps, ramps, rewritten, speeds
+from .variant import first_sentence
 
 LOG = logging.getLogger("heavylift.sweeps")
 WORTH_s = 0.5  # of a gain that counts
@@ -126,7 +126,7 @@ class _Search:
         try:
             scene = self.variant(parts)
         except HeavyliftError as error:
-            return _Outlook(why=_sentence(str(error)))
+            return _Outlook(why=first_sentence(str(error)))
         red = next((f.sentence for f in scene.findings if f.severity == "red"), "")
         if red or not scene.statics.known:
             return _Outlook(why=red or scene.statics.why)
@@ -177,8 +177,8 @@ class _Search:
             run = self.run(scene, f"with {len(self.parts)} steps")
         except HeavyliftError as error:
             if CUT not in str(error):
-                self.say(f"no run: {_sentence(str(error))}")
-                self._back({step: _sentence(str(error)) for step in _latest(self.parts)}, lost)
+                self.say(f"no run: {first_sentence(str(error))}")
+                self._back({step: first_sentence(str(error)) for step in _latest(self.parts)}, lost)
             return None
         if run.verdict.state not in self.bad:
             return scene, run
@@ -240,12 +240,6 @@ def _changed(source: Source, data: Data, path: Path) -> Iterator[tuple[Path, str
 def _latest(parts: Parts) -> list[Step]:
     """What may be to blame for a run that ends with an error: overlaps, or else all."""
     return [step for step in parts if step.kind == "overlap"] or list(parts)
-
-
-def _sentence(error: str) -> str:
-    """The first sentence of an error, without its place and all that it is likewise of."""
-    first = error.splitlines()[0]
-    return re.sub(r"^.*?error: (actions\[[^:]*: )?", "", first).partition("; likewise")[0]
 
 
 def _named(scene: LoadedScene, step: Step) -> str:

@@ -22,7 +22,7 @@ from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
-from heavylift.nodes.scene.text.units import NUMBER
+from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.recordings.sheets.sheet import Cell, Table, columns
 from heavylift.recordings.sheets.terminal import table_text
 

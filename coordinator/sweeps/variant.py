@@ -7,6 +7,7 @@ process of a pool, a thread, or one of dask's on another host; no answer is a pi
 
 import os
 import platform
+import re
 import tempfile
 import time
 from collections.abc import Sequence
@@ -113,6 +114,12 @@ def _fits(name: str, x: object) -> bool:
     if name in TEXTS:
         return isinstance(x, str) and len(x) <= MOST_TEXT
     return len(name) <= MOST_TEXT and (x is None or isinstance(x, float) or (isinstance(x, int) and abs(x) < 1 << 63))
+
+
+def first_sentence(text: str) -> str:
+    """The first sentence of an error, without its place and repetitions."""
+    first = text.splitlines()[0]
+    return re.sub(r"^(.*?error: )?(actions\[[^:]*: )?", "", first).partition("; likewise")[0]
 
 
 def played(task: Task, variant: Variant) -> Row:

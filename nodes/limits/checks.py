@@ -28,6 +28,11 @@ STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 NOT_CHECKED, ASSUMED, UNKNOWN, WARNED = "not checked", "assumed", "error unknown", "warning"
 IN_A_RUN = "in a run"  # of what nothing is known at rest
+REMEDY = {
+    UNKNOWN: ": the error of these values was not measured; `--accuracy 1%` measures it",
+    ASSUMED: ": limits assumed by heavylift; state your own, or confirm them with 'assumed: accept'",
+}
+GOVERNING = 3  # checks with the highest utilisation that are printed
 COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line counts them
 
 
@@ -180,3 +185,36 @@ def _allowed(use: Use) -> str:
     if limit.between is not None:
         return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
     return ("at least " if limit.least else "") + (shown(limit, bound(use)) if use.value is not None else "")
+
+
+def governing(checks: Sequence[Check]) -> list[str]:
+    """The checks with the highest utilisation, one of a quantity, as lines of text."""
+    found: dict[str, Check] = {}
+    for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
+        if check.use and " to " not in check.allowed:
+            found.setdefault(check.quantity, check)
+    lines = []
+    for check in [*found.values()][:GOVERNING]:
+        at = ", ".join(part for part in (f"at {clock(check.t)}" if check.t else "", check.stage) if part)
+        used = f"utilisation {percent(check.use or 0.0)}, limit {check.allowed}"
+        lines.append(f"governs: {check.quantity} of {check.subject}, {check.shown}: {used}{f' ({at})' if at else ''}")
+    return lines
+
+
+def open_checks(checks: Sequence[Check]) -> list[str]:
+    """Undecided and amber checks as lines of text, each kind once, with what would decide it."""
+    kinds: dict[str, list[Check]] = {}
+    for check in checks:
+        if check.state in ("undecided", "amber") and check.why != WARNED:
+            kinds.setdefault(check.word, []).append(check)
+    lines = []
+    for kind, some in kinds.items():
+        if kind in REMEDY:
+            lines.append(f"{kind}: {', '.join(dict.fromkeys(check.quantity for check in some))}{REMEDY[kind]}")
+            continue
+        alike: dict[str, list[Check]] = {}
+        for check in some:
+            alike.setdefault(check.quantity, []).append(check)
+        for first, *more in alike.values():
+            lines.append(f"{kind}: {first.sentence}{f'; likewise {len(more)} more' if more else ''}")
+    return lines

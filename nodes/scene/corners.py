@@ -7,7 +7,6 @@ the worse end of each input.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -20,9 +19,8 @@ from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
 from heavylift.nodes.scene.text.source import Data, Path, shown
-from heavylift.nodes.scene.text.spelling import tidy
+from heavylift.nodes.scene.text.spelling import unit_in
 from heavylift.nodes.scene.text.uncertainty import Stated, standard
-from heavylift.nodes.scene.text.units import NUMBER
 
 from .loaded_scene import LoadedScene
 
@@ -51,8 +49,8 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
             continue
         value, quantity = at
         half = standard(each, quantity) * (sqrt(3.0) if each.kind == "uniform" else 2.0)
-        text, units = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", each.value), quantity.dimension.units
-        unit = tidy(text[1]) if text and tidy(text[1]) in units else next(iter(units))
+        units = quantity.dimension.units
+        unit = unit_in(each.value, units)
         texts = (f"{x / float(units[unit])!r} {unit}".strip() for x in (value - half, value + half))
         low, high = texts
         how = "+-" if each.kind == "uniform" else each.how

@@ -11,7 +11,6 @@ of their distance.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -28,9 +27,9 @@ from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import made, next_key, parts
 from heavylift.nodes.scene.text.source import Path, Source, read
-from heavylift.nodes.scene.text.spelling import tidy
-from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
-from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity
+from heavylift.nodes.scene.text.spelling import spread_of, unit_in
+from heavylift.nodes.scene.text.uncertainty import Kind, Stated, standard
+from heavylift.nodes.scene.text.units import Limited, Quantity
 from pydantic import BaseModel
 
 from .loaded_scene import LoadedScene
@@ -48,7 +47,6 @@ USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depen
     *("mechanism.ropes.*.EA", "mechanism.ropes.*.length", "mechanism.ropes.*.damping", "mechanism.*.stiffness"),
     *("mechanism.ropes.*.over.*.efficiency", "mechanism.forces.*.speed"),
 )
-_NAMED = re.compile(rf"\s*(?P<name>.+?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
 
 
 @dataclass(frozen=True)
@@ -120,17 +118,14 @@ def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[Unce
     found = {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
     named: list[Path] = []
     for text in given:
-        form = _NAMED.fullmatch(text)
+        form = spread_of(text)
         if form is None:
             raise SceneError(f"input {text}: write its uncertainty behind it, such as 'block.mass +- 3 %'")
-        one, kind = _input(scene, source, form["name"])
+        one, kind = _input(scene, source, form[0])
         if one.path in named:
             raise SceneError(f"input {one.name}: is named twice; once is enough")
         named.append(one.path)
-        how = form["how"] if form["how"] in ("sd", "sigma") else "+-"
-        found[one.path] = _uncertain(
-            one, kind, Stated(f"{one.value / one.factor!r} {one.unit}", how, form["half"].strip())
-        )
+        found[one.path] = _uncertain(one, kind, Stated(f"{one.value / one.factor!r} {one.unit}", *form[1:]))
     return list(found.values())
 
 
@@ -213,8 +208,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
     dimension = found.dimension
     source = made(source) if path[:1] == ("machines",) else source
-    text = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(source.at(path)))
-    unit = tidy(text[1]) if text and tidy(text[1]) in dimension.units else next(iter(dimension.units))
+    unit = unit_in(str(source.at(path)), dimension.units)
     scale = max(abs(at), LEAST.get(dimension.name, 0.0)) or 1.0
     bounds = (at / FAR, at * FAR) if at > 0.0 and dimension.name not in SIGNED else (-inf, inf)
     if isinstance(dimension, Limited):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import HEAD, line_of, state_of
+from heavylift.nodes.limits.checks import HEAD, governing, line_of, open_checks, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
@@ -65,6 +65,7 @@ class SceneReport:
     mobility: Mobility
     rows: tuple[HookLoadRow, ...]
     lines: tuple[str, ...]
+    brief: tuple[str, ...]  # of them what fits a screen
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
     findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be reported
     checks: tuple[Check, ...] = ()  # all of that, and what is not checked, worst first
@@ -94,34 +95,38 @@ def report(
     models = len(built.machines) + len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
-    lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
-    lines += [f"  {line}" for line in mobility.lines]
-    lines += [
+    size = f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))
+    configured = [
         f"  {m.name}: {', '.join(f'{key} {x}' for key, x in m.configuration.items())}"
         for m in built.machines
         if m.configuration
     ]
     rows: list[HookLoadRow] = []
     hooks = [hook for machine in built.machines for hook in machine.hooks]
-    loads = any(machine.cargo for machine in built.machines) and not built.lists
-    if loads and hooks and all(hook.capacity for hook in hooks):
+    loaded = any(machine.cargo for machine in built.machines) and not built.lists
+    if loaded and hooks and all(hook.capacity for hook in hooks):
         rows = _rows(built, statics)
         loads_at_rest = _page(rows)
-        if not rows:
-            lines += ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
+        loads = (
+            [] if rows else ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
+        )
     else:
-        loads_at_rest = _ropes_at_rest(statics)
+        loads_at_rest, loads = _ropes_at_rest(statics), []
     first = [*loads_at_rest, _reached(built, statics)]
     then = [table for table in rigging(built, uses) if table.rows]
-    lines += _printed(first)
+    loads += _printed(first)
     if statics.why and not rows:
         ends = _ends(statics)
-        lines += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
-    lines += _limits(built, checks, findings) if checks else _lines(findings)
-    lines += [*_swing_free(built), *_printed(then), "", f"checks at rest: {(line := line_of(checks))}"]
+        loads += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
+    listed, line = _limits(built, checks, findings) if checks else _lines(findings), line_of(checks)
+    verdict, ramps = f"checks at rest: {line}", _swing_free(built)
+    mobile = (f"  {line}" for line in mobility.lines)
+    lines = (size, *mobile, *configured, *loads, *listed, *ramps, *_printed(then), "", verdict)
+    known = [*governing(checks), *_lines(findings), *open_checks(checks)]
+    brief = (size, *configured, *loads, *ramps, "", verdict, *known, "", "all checks: --verbose")
     judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
     tables = tuple(table for table in (*first, *then) if table.rows)
-    return SceneReport(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, tables=tables)
+    return SceneReport(built.name, *counts, mobility, tuple(rows), lines, brief, *judged, tables=tables)
 
 
 def _printed(tables: Sequence[Table]) -> list[str]:
@@ -200,7 +205,7 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
     most: tuple[tuple[Cell, ...], ...] = (
         ("load of the rope [t]", *(x.on_rope / 1e3 for x in largest)),
         ("without the hook block [t]", *(x.below_hook / 1e3 for x in largest)),
-        ("use of the hook's capacity [%]", *(100.0 * x.use for x in largest)),
+        ("utilisation of the hook [%]", *(100.0 * x.use for x in largest)),
     )
     heads = [Column(hook, digits=1) for hook in hooks]
     return [

@@ -78,11 +78,11 @@ def _judged(error: HeavyliftError) -> None:
     """The verdict on what was recorded of a run that the error has ended."""
     if error.verdict is None:
         return
-    from heavylift.coordinator.run.progress import tell_verdict
+    from heavylift.coordinator.run.progress import print_verdict
     from heavylift.recordings.read.verdict import Judged
 
     assert isinstance(error.verdict, Judged)
-    tell_verdict(error.verdict)
+    print_verdict(error.verdict)
     sys.stdout.flush()
 
 

@@ -90,6 +90,7 @@ InProcess = Annotated[bool, typer.Option("--in-process", help="all models in thi
 Certificates = Annotated[
     Path, typer.Option("--certificates", help="directory made by 'heavylift certificates'", show_default=True)
 ]
+Verbose = Annotated[bool, typer.Option("--verbose", help="also digest, wall-clock times and energy balance")]
 Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red or undecided")]
 FailOn = Annotated[
     Literal["", "red", "undecided", "amber"],

@@ -118,7 +118,9 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
             place = (x + lug.p[0], y + lug.p[1], z + lug.p[2])
             message = reach(tie.rope, rope.L0, tie.lug, (a, b, c), place) or _overstretched(tie, rope, (a, b, c), place)
             if message:
-                yield machine.name, tie.where, message
+                theirs = [(each.lug, lugs[each.lug].p) for each in machine.ties if each.lug and " beside " in message]
+                places = ", ".join(f"{name} ({p[0]:g}, {p[1]:g}, {p[2]:g}) m" for name, p in theirs)
+                yield machine.name, tie.where, f"{message}{f'; its lugs are {places}' if places else ''}"
                 continue
             u, v, w = (max(0.0, side / 2 - SURFACE) for side in block.size)
             inside = passes_through((a - x, b - y, c - z), lug.p, (u, v, w))

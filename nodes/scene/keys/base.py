@@ -21,7 +21,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
 def _named(word: str) -> str:
     if not word or not word.isascii() or not (word[0].isalpha() or word[0] == "_"):
-        raise ValueError(f"a name begins with a letter, unlike '{word}'")
+        raise ValueError(f"a name begins with a letter from a to z, unlike '{word}'")
     bad = next((c for c in word if not (c.isalnum() or c in "_-")), "")
     if bad:
         raise ValueError(f"a name has letters, digits, '-' and '_' only, but '{word}' has '{bad}'")

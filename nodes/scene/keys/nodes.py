@@ -17,26 +17,23 @@ Nodes are the machines of the scene, `commander` and `kernel`; those that are no
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Fault, Source
-from heavylift.nodes.scene.text.spelling import tidy
+from heavylift.nodes.scene.text.spelling import number_and_unit
 from pydantic import BeforeValidator, Field, model_validator
 
 from .base import Base, Name
 
-TEXT = re.compile(rf"{u.NUMBER}\s*\D.*")
-
 
 def _parameter(given: object) -> object:
     """A quantity as its number in SI units; other text, numbers and truth values as they are."""
-    if isinstance(given, str) and TEXT.fullmatch(given):
+    if isinstance(given, str) and (unit := number_and_unit(given)[1]):
         for dimension in u.DIMENSIONS:
-            if tidy(re.sub(rf"^{u.NUMBER}\s*", "", given)) in dimension.units:
+            if unit in dimension.units:
                 return dimension.read(given)
     if isinstance(given, int) and not isinstance(given, bool):
         return float(given)

@@ -174,6 +174,7 @@ class Scene(Base):
     heavylift: Literal[1]
     name: Name
     project: ProjectKeys | None = None
+    parameters: dict[str, Any] = Field(default_factory=dict)  # named values for arithmetic, as in `mass: =2*half`
     gravity: u.Gravity = 9.80665
     accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; alone: of rope tensions
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more

@@ -14,6 +14,7 @@ from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
 from heavylift.nodes.plan.spellings import BEAMS
+from heavylift.nodes.scene.text.expressions import arithmetic
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
@@ -44,7 +45,7 @@ def validate(source: Source) -> Scene | None:
     """The scene, machines as their types make them, or None with its errors added to the faults of the source; its data
     keep nominal values."""
     stated = uncertainties(source)
-    if not expand(source):
+    if not (arithmetic(source) and expand(source)):
         return None
     try:
         scene = Scene.model_validate(ordered(source.data))

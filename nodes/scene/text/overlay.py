@@ -15,7 +15,7 @@ from .extending import forget
 from .faults import closest
 from .machine_types import expand
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
-from .units import NUMBER
+from .spelling import NUMBER
 
 AXES = {"x": 0, "y": 1, "z": 2}
 STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")

@@ -14,7 +14,7 @@ from heavylift.kernel.errors import SPACES, SceneError, printable
 
 from .files import content, within
 from .source import Data, Mark, Path, Source
-from .units import NUMBER
+from .spelling import NUMBER
 
 AXES = ("x", "y", "z")
 HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")

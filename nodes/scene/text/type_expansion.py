@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
+from .expressions import ExpressionError, Parameters, value_of
 from .faults import closest
 from .source import Data, Path, Source
 
@@ -17,7 +17,6 @@ NAMED = (  # sections whose keys are names of parts
 )
 BODIES = "parent", "child", "body", "on", "radius from"  # keys whose values name a body
 JOINTS = "joint", "slides"  # or joints
-AXES = {"x": 0, "y": 1, "z": 2}
 
 
 @dataclass(frozen=True)
@@ -55,8 +54,6 @@ class Expansion:
         self.bodies: set[str] = set()
         self.joints: set[str] = set()
         self.computed = True
-        self.known: dict[str, Value | None] = {}
-        self.busy: list[str] = []
 
     def run(self, entry: dict[str, Data]) -> None:
         """The machine, below `machines` of the scene's data; the entry keeps its parameters."""
@@ -176,7 +173,7 @@ class Expansion:
             if word in self.given or not (isinstance(raw, str) and raw.startswith("=")):
                 return raw
         try:
-            return shown_as(evaluated(text[1:], self._parameter))
+            return Parameters(self.kind.parameters, self.given).computed(text[1:])
         except ExpressionError as error:
             blank = len(text[1:]) - len(text[1:].lstrip())
             what = "crane" if self.at[0] == "cranes" else "frame"
@@ -198,24 +195,6 @@ class Expansion:
 
     def _raw(self, word: str) -> Data:
         return self.given.get(word, self.kind.parameters[word])
-
-    def _parameter(self, word: str) -> Value | None:
-        """A parameter, or a number of a place."""
-        if word not in self.known:
-            name, _, axis = word.rpartition(".")
-            whole = word if word in self.kind.parameters else name
-            if whole not in self.kind.parameters:
-                return None
-            if whole in self.busy:
-                raise ExpressionError(f"the parameter '{whole}' depends on itself")
-            raw = self._raw(whole)
-            if whole != word:
-                raw = raw[AXES[axis]] if isinstance(raw, list) and len(raw) == len(AXES) else None
-            self.busy.append(whole)
-            computed = isinstance(raw, str) and raw.startswith("=") and whole not in self.given
-            self.known[word] = evaluated(str(raw)[1:], self._parameter) if computed else value_of(raw)
-            self.busy.pop()
-        return self.known[word]
 
     def _fits(self, key: str, given: Data) -> bool:
         """Whether a value can stand for a parameter's own; what is computed there tells nothing of it, and what no

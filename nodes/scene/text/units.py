@@ -8,21 +8,19 @@ exact and a quantity is rounded once, so that `300 t` and `300000 kg`, `0.3 m/mi
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .spelling import punctuation, spelled, tidy
+from .spelling import number_and_unit, punctuation, spelled
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 SMALL, LARGE = 1e-30, 1e30  # between which products of several quantities neither vanish nor overflow
 LEAST = 5e-324
 _DEGREE = Fraction(math.pi / 180)  # as `math.radians` has it
@@ -86,22 +84,21 @@ class Dimension:
     def _of_text(self, value: str) -> float:
         if meant := punctuation(value, self.units):
             raise ValueError(f"'{value}' is no {self.name}: {meant}")
-        match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
-        if not match:
+        written, unit = number_and_unit(value)
+        if not written:
             known = ", ".join(filter(None, offered(self.units)))
             raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
-        number, unit = _product(match[1], _ONE), tidy(match[2])
         if not unit:
-            return self._bare(number, match[1])
+            return self._bare(_product(written, _ONE), written)
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
             what = f"a unit of {other}" if other else "not a unit that is known here"
             short = spelled(unit, self.units)
-            meant = f": write '{match[1]} {short}'" if short else ""
+            meant = f": write '{written} {short}'" if short else ""
             raise ValueError(
-                f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(offered(self.units))}{meant}"
+                f"'{value}' is no {self.name}: '{unit}' is {what}; use {', '.join(offered(self.units))}{meant}"
             )
-        return _product(match[1], self.units[unit])
+        return _product(written, self.units[unit])
 
     def show(self, si: float) -> str:
         """A value in the dimension's first unit, as a user writes it."""

@@ -36,12 +36,14 @@ def test_only_a_scene_that_names_none_of_six_keys_is_asked(scene: str, named: st
 def test_the_summary_has_one_line_of_what_is_answered(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["heavylift", "run", "lift", "-o", str(tmp_path / "a.mcap"), "--in-process"])
+    monkeypatch.setattr(
+        "sys.argv", ["heavylift", "run", "lift", "-o", str(tmp_path / "a.mcap"), "--in-process", "--verbose"]
+    )
     main()
     said = capsys.readouterr().out
     answer = chosen(load("lift")).answer
     assert answer is not None
-    assert [line for line in said.splitlines() if "within" in line] == [str(answer)]
+    assert [line for line in said.splitlines() if "within" in line] == [f"errors: {answer}"]
     assert max(answer.errors.values()) <= 0.01
     assert f"digest {simulate('lift').digest}" in said
 

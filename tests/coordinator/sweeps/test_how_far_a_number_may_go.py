@@ -51,7 +51,7 @@ def test_the_limit_lies_between_green_and_red(told, limit: float) -> None:
     assert not found.wrong
     assert found.green <= limit < found.red
     assert found.red - found.green <= max(0.5, 0.01 * (limit - 300.0))
-    assert f"green up to {found.green:.5g} t, where crane.H3 hook load" in str(found)
+    assert f"green up to {found.green:.5g} t, governed by crane.H3 hook load" in str(found)
     assert str(found).endswith("red: too heavy")
     assert len(found.runs) < 25
 
@@ -77,12 +77,12 @@ def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) 
     found = limiting.limits_of(lift, MASS)
     assert found.green <= 512.0 < found.red
     assert len(found.runs) == 8 + 2 + 3  # growing steps, one guess on either side, beyond
-    assert "in 'up'; red at" in str(found), "a design load has no time"
+    assert "in stage 'up'; red at" in str(found), "a design load has no time"
     assert "hook" in table_text(limits_table([found]))
     assert found.half == pytest.approx(5.12)
     assert "green up to" in str(found)
-    assert " +- 5.1 t, where hook is used to " in str(found)
-    assert " +- 1.00% in 'up' at 0:30.0; red at " in str(found)
+    assert " +- 5.1 t, governed by hook (" in str(found)
+    assert " +- 1.00%) in stage 'up'; red at " in str(found)
 
 
 @pytest.mark.large

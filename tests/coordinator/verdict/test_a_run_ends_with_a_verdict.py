@@ -179,7 +179,7 @@ def test_a_mechanism_has_a_verdict_too(tmp_path: Path) -> None:
     assert "they have no shapes" in " ".join(found.not_looked_at)
 
 
-def test_strict_makes_red_an_exit_code_and_the_verdict_is_the_last_line(tmp_path: Path) -> None:
+def test_strict_makes_red_an_exit_code_and_the_verdict_is_the_first_line(tmp_path: Path) -> None:
     def heavylift(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", *words],
@@ -189,9 +189,9 @@ def test_strict_makes_red_an_exit_code_and_the_verdict_is_the_last_line(tmp_path
     asked = ("run", "lift", "--in-process", "--set", "end=20 s", "-o", "cut.mcap")
     plain, strict = heavylift(*asked), heavylift(*asked, "--strict", "--json")
     assert (plain.returncode, strict.returncode) == (0, 1)
-    last = plain.stdout.splitlines()[-1]
-    assert last.startswith("verdict: RED: ")
-    assert "worst: the end of the scene at 20 s cut the lift" in last
+    first = plain.stdout.splitlines()[0]
+    assert first.startswith("verdict: RED: ")
+    assert "worst: the end of the scene at 20 s cut the lift" in first
     assert "\x1b" not in plain.stdout
     assert json.loads(strict.stdout)["promised"] == {"asked": [], "accuracy": 1e-4, "measured": {}}
     told = json.loads(strict.stdout)["verdict"]

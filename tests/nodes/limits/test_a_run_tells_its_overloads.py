@@ -41,7 +41,7 @@ def test_the_summary_is_red(
     lines = [line for line in capsys.readouterr().out.splitlines() if TOLD in line]
     assert len(lines) == 2, "the finding and the verdict"
     assert all(line.startswith("\x1b[1;31m") for line in lines), "bold red"
-    assert f"{TOLD}; likewise loader-3.sling-2, at 1:" in lines[0]
+    assert f"{TOLD}; likewise loader-3.sling-2, at 1:" in lines[1]
 
 
 def test_the_exact_peak_is_judged_and_not_a_sample(overloaded: Path) -> None:

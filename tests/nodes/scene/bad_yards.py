@@ -70,7 +70,8 @@ YARDS = {
         "sling: 10",
         (
             "rig.loaders.loader-3.sling: the hook stands 7.0 m beside the lug R1, too far for the 10 "
-            "m of loader-3.sling-1 (2166 mm are missing): move crane or trolley first"
+            "m of loader-3.sling-1 (2166 mm are missing): move crane or trolley first; its lugs are "
+            "R1 (-2, 6, 4.3) m, R2 (2, 6, 4.3) m"
         ),
     ),
     "hooked from too far": (
