@@ -47,7 +47,7 @@ class Start(Protocol):
 
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
-    """Starts runs, so many at once in processes of their own, which end with the context; 0: here, one by one."""
+    """Start runs, `at_once` in processes of their own that end with the context; 0: here, one after the other."""
     if at_once < 1:
         yield _here
         return
@@ -79,7 +79,7 @@ def _ran(task: tuple[bytes, bool]) -> Ran:
         measuring = Measuring(ASKABLE, lambda: LONGEST)
         look = as_it_is(plan, USUAL, measuring)
         spent = sum(x.cpu_s for x in measuring.spent.values())
-        return Shown(_told(measuring.figures(look.rung).values()), spent, look.steps, look.model, look.missing)
+        return Shown(_told(measuring.figures(look.candidate).values()), spent, look.steps, look.model, look.missing)
     except HeavyliftError as error:
         return " ".join(str(error).split())
 

@@ -35,7 +35,8 @@ SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
 def shapes_of(system: System, drawn: Sequence[Shape] = ()) -> list[Box]:
-    """All bodies of a mechanism, and what of the world they can touch; `drawn`: bodies that are boxes of their own."""
+    """Shapes of all bodies of a mechanism and of touchable parts of the world; `drawn`: bodies with boxes of their
+    own."""
     touching: dict[str, list[contact.Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
@@ -95,7 +96,7 @@ def _solid(body: Body) -> Iterator[Box]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Edges and turn of the homogeneous box of a body's mass and inertia; 0 where it has no extent."""
+    """Edges and rotation of the homogeneous box with a body's mass and inertia; 0 along a direction without extent."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
@@ -108,7 +109,7 @@ def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float,
 
 
 def _rod(body: str, end: Vector) -> Iterator[Box]:
-    """A thin cylinder from the origin of a body's frame to a point of it."""
+    """A thin cylinder from the origin of a body's frame to a point."""
     length = float(np.linalg.norm(end))
     if length > 1e-6:
         x, y, z = (v / 2 for v in end)
@@ -139,7 +140,7 @@ COLOURS = {"hanging": (0.13, 0.48, 0.46, 1.0), "block": (0.72, 0.27, 0.20, 1.0)}
 
 
 def boxes(plan: Plan) -> list[Box]:
-    """All that is drawn of a plan; machines and the block are as they collide."""
+    """All drawn boxes of a plan; machines and blocks have their collision shapes."""
     out, shapes, others = _rails(plan), Shapes(plan), {mechanism.name for mechanism in plan.mechanisms}
     for solid in (solid for solid in shapes.solids if solid.machine and solid.machine not in others):
         if solid.kind != "stools":
@@ -151,7 +152,7 @@ def boxes(plan: Plan) -> list[Box]:
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
-    """Middle and radius [m] of what is to be seen of a plan at its start."""
+    """Centre and radius [m] of the visible part of a plan at its start."""
     if cranes := _on_rails(plan):
         n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
@@ -164,7 +165,7 @@ def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
 
 @dataclass(frozen=True)
 class _DrawnPortal:
-    """A crane on two rails along x: where its coordinates count from, its gantry, its main body."""
+    """A crane on two rails along x: origin of its coordinates, gantry, main body."""
 
     at: Vector
     gantry: Actuator
@@ -182,7 +183,7 @@ def _on_rails(plan: Plan) -> list[_DrawnPortal]:
 
 
 def _rails(plan: Plan) -> list[Box]:
-    """Two rails along x, as far as a crane can go."""
+    """Two rails along x over the travel of a crane."""
     if not (cranes := _on_rails(plan)):
         return []
     low = min(c.at[0] + (c.gantry.lower or 0.0) for c in cranes) - OVERHANG
@@ -198,7 +199,7 @@ def _deck(block: Solid) -> Box:
 
 
 class RopeLines:
-    """The ropes that hang in the scene now."""
+    """The rope lines of the scene at the present time."""
 
     def __init__(self, systems: list[System]) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
@@ -214,7 +215,7 @@ class RopeLines:
         self._hooked |= {f.name: True for f in springs}
 
     def change(self, event: Event) -> bool:
-        """Whether an event hooked or unhooked something, or a rope has met or left an edge."""
+        """Update the lines; whether an event hooked, unhooked or moved one over an edge."""
         value = event.value
         if isinstance(value, m.StateEvent) and value.name in self._over and value.what in ("found", "left"):
             self._met[value.name] ^= {value.value}
@@ -232,7 +233,7 @@ class RopeLines:
         return True
 
     def _station(self, point: Point) -> Point:
-        """A point where its beam bends to: on the station that the kernel has there."""
+        """A point on a bending beam, referred to the station that the kernel computes."""
         x, y, z = point.p
         return Point(f"{point.body}@{x:.9g}", (0.0, y, z)) if point.body in self._beams else point
 

@@ -24,7 +24,7 @@ from heavylift.nodes.limits.checks import governing, open_checks
 from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.sheets.sheet import Table, columns
 from heavylift.recordings.sheets.terminal import table_text
 
@@ -39,7 +39,7 @@ ROPES = columns("rope", "peak at lower end [kN] .1", "at [h:min:s] .0", "rated [
 
 
 class Progress(RunObserver):
-    """Draws simulated time, real-time factor, stage and actions begun out of all."""
+    """Progress line: simulated time, real-time factor, stage, share of actions."""
 
     def __init__(self, plan: Plan, as_json: bool = False) -> None:
         self._plan, self._json = plan, as_json
@@ -58,10 +58,10 @@ class Progress(RunObserver):
             self._live.stop()
         if self._json and isinstance(error, HeavyliftError) and error.verdict is not None:
             print(json.dumps({"error": str(error), "verdict": msgspec.to_builtins(error.verdict)}))
-            error.verdict = None  # is told
+            error.verdict = None  # is reported
 
     def event(self, event: Event) -> None:
-        """A stage begins, or a joint is locked."""
+        """Show a new stage, or a joint that was locked."""
         if event.type == "Stage":
             stage = event.value
             self._stage, self._action = stage.name or self._stage, stage.action + 1  # type: ignore[attr-defined]
@@ -79,7 +79,7 @@ class Progress(RunObserver):
             self._live.update(self._line())
 
     def say(self, sentence: str) -> None:
-        """A line of its own, above the bar."""
+        """Print a separate line above the bar."""
         if self._live is None:
             print(printable(sentence), file=sys.stderr)
         else:
@@ -100,7 +100,7 @@ class Progress(RunObserver):
 
 
 def _terminal(stream: TextIO | None) -> bool:
-    """Whether somebody looks, or asks for colours all the same, as Rich understands it."""
+    """Whether the stream is a terminal or colours are forced, as Rich decides."""
     return stream is not None and (stream.isatty() or bool(os.environ.get("FORCE_COLOR")))
 
 
@@ -111,14 +111,14 @@ def _bar() -> Live:
 
 
 class Certified(Protocol):
-    """How sure the figures of a run are."""
+    """Error estimates of the figures of a run."""
 
     @property
-    def told(self) -> list[str]:
+    def message(self) -> list[str]:
         """In lines for people."""
 
     def data(self) -> dict[str, object]:
-        """As plain data."""
+        """Plain data."""
 
 
 def summary(
@@ -148,7 +148,7 @@ def summary(
     if answer is not None:
         _print(f"\nerrors: {answer}")
     if certificate is not None:
-        _print("\n" + "\n".join(certificate.told))
+        _print("\n" + "\n".join(certificate.message))
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0
     _print(f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time")
     if result.lateness is not None:
@@ -181,16 +181,16 @@ def _print_details(result: RunResult) -> None:
     _print(f"digest {result.digest}")
 
 
-def print_verdict(verdict: Judged) -> None:
+def print_verdict(verdict: RecordedVerdict) -> None:
     """Print the verdict, the checks that govern, the smallest clearance, and all that was found, worst first."""
     styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
     _print(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
     for line in governing(verdict.checks):
         _print(line)
     if verdict.clearances and not verdict.red:
-        _print(f"smallest clearance: {verdict.clearances[0].told}")
+        _print(f"smallest clearance: {verdict.clearances[0].message}")
     for f in likewise(verdict.findings):
-        _print(f"{f.severity}: {f.told}", {"red": "bold red", "warning": "yellow"}.get(f.severity))
+        _print(f"{f.severity}: {f.message}", {"red": "bold red", "warning": "yellow"}.get(f.severity))
     for line in open_checks(verdict.checks):
         _print(line, "yellow")
 
@@ -208,6 +208,6 @@ def _print(text: str | None, style: str | None = None) -> None:
 
 
 def command() -> str:
-    """The command as the user has called it, so that the next one can be copied."""
+    """The command as the user called it, for copying."""
     called = sys.argv[0]
     return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.on_demand import face, on_demand
 
 if TYPE_CHECKING:
-    from .judging import judge, verdict_of
+    from .judging import verdict_of, verdict_of_run
 
-__all__ = ["judge", "prepare", "verdict_of"]
-__getattr__ = on_demand(__name__, dict.fromkeys(("judge", "verdict_of"), ".judging"))
+__all__ = ["prepare", "verdict_of", "verdict_of_run"]
+__getattr__ = on_demand(__name__, dict.fromkeys(("verdict_of_run", "verdict_of"), ".judging"))
 
 
 def prepare() -> None:
-    """Import what a verdict needs, while there is nothing else to do."""
+    """Import the modules of a verdict in advance."""
     from . import judging  # noqa: F401
 
 

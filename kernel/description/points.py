@@ -24,7 +24,7 @@ class Point:
 
 @dataclass(frozen=True)
 class RopeSpan:
-    """One straight part of a rope; `share` is its weight in the rope's length."""
+    """A straight part of a rope; `share`: its weight in the rope's length."""
 
     a: Point
     b: Point

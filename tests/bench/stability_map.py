@@ -120,9 +120,9 @@ def main() -> None:
             found = np.array([longest(scene, method, w) for scene, w in scenes])
             guard = np.array([longest(scene, method, w, guarded=True) for scene, w in scenes])
             everywhere = limit is None
-            told = f"{method}: stable at every step tried" if everywhere else method
+            message = f"{method}: stable at every step tried" if everywhere else method
             shape = {"marker": "^" if everywhere else "o", "ms": 5}
-            panel.loglog(values, found, ls="", color=COLOURS[method], label=told, **shape)
+            panel.loglog(values, found, ls="", color=COLOURS[method], label=message, **shape)
             if not everywhere:
                 panel.loglog(values, guard, "o", ms=10, mfc="none", color=COLOURS[method])
                 panel.loglog(fine, limit / frequency, "-", lw=1.0, color=COLOURS[method], label=f"{limit:.3g}/w")

@@ -19,7 +19,7 @@ def rattling_scene(mass: float = LIGHT) -> System:
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}])
-def test_a_rope_that_rattles_goes_on_without_events_and_says_so(method):
+def test_a_rope_that_rattles_goes_on_without_events_and_reports_so(method):
     s = started(rattling_scene(), sample_ns=SECOND // 100, **method)
     hand_over(s, SECOND // 10)
     chatter = [e for _, e in s.log if e.what == "chatter"]

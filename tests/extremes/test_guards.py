@@ -176,7 +176,7 @@ def test_energy_that_is_gone_without_heat_ends_a_controlled_run():
         bit_by_bit(s, 4, 9)
 
 
-def test_an_implicit_step_that_loses_a_motion_says_so():
+def test_an_implicit_step_that_loses_a_motion_reports_so():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(0.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)

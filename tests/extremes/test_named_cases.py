@@ -69,12 +69,12 @@ def test_a_symmetric_scene_stays_symmetric_bit_for_bit():
 
 def test_statically_indeterminate_pads_open_where_statics_says():
     """A stiff block on four springy pads, lifted off its centre: two pads open, at one instant, at F = W/(1 + a/s)."""
-    W, half, aside, k, v = MASS * G, 5.0, 1.0, 5e8, 2e-2
+    W, half, lateral, k, v = MASS * G, 5.0, 1.0, 5e8, 2e-2
     pads = tuple(
         Support(f"pad{n}", Point("block", (x, y, 0.0)), 0.0, k, 0.5 * sqrt(k * MASS))
         for n, (x, y) in enumerate([(x, y) for x in (-half, half) for y in (-2.0, 2.0)])
     )
-    rope = sling("rope", (aside, 0.0, 50.0), (aside, 0.0, 0.0), EA, 50.0 + W / 4.0 / k, winch=True)
+    rope = sling("rope", (lateral, 0.0, 50.0), (lateral, 0.0, 0.0), EA, 50.0 + W / 4.0 / k, winch=True)
     i = cube(MASS, 8.0)
     s = started(block(MASS, (rope,), (0.0, 0.0, -W / 4.0 / k), inertia=i, supports=pads), **FINE)
     s.references.set_profile("rope", 0, -v, 1e-2, None)
@@ -84,7 +84,7 @@ def test_statically_indeterminate_pads_open_where_statics_says():
     assert opened[2][0] == opened[3][0], "the two nearer ones together"
     t, T = column(s, "rope/tension")
     load = float(np.interp(opened[2][0], t, T[:, 0]))
-    assert load == pytest.approx(W / (1.0 + aside / half), rel=5e-3)
+    assert load == pytest.approx(W / (1.0 + lateral / half), rel=5e-3)
     assert not opened[0], "the others still carry"
 
 

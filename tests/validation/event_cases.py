@@ -191,11 +191,11 @@ def sling_that_breaks() -> Iterator[Row]:
 def tractrix() -> Iterator[Row]:
     from test_equilibrium_paths import dragged, following, moved
 
-    l, way = 5.0, 12.0
+    l, distance = 5.0, 12.0
     path = following(dragged(l))
-    moved(path, "drive", 0.1, way)
+    moved(path, "drive", 0.1, distance)
     path.run(200 * SECOND)
-    angle = 2.0 * atan(exp(-way / l))
+    angle = 2.0 * atan(exp(-distance / l))
     yield Row("angle of the rope after 12 m", angle, asin(-float(path.points[-1].q[1]) / l), 0.01, "rad")
 
 

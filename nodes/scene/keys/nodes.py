@@ -30,7 +30,7 @@ from .base import Base, Name
 
 
 def _parameter(given: object) -> object:
-    """A quantity as its number in SI units; other text, numbers and truth values as they are."""
+    """Convert a quantity to SI; other texts, numbers and booleans stay."""
     if isinstance(given, str) and (unit := number_and_unit(given)[1]):
         for dimension in u.DIMENSIONS:
             if unit in dimension.units:
@@ -46,7 +46,7 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """A model: the samples that it hears, the orders that it gives; `delay`: so much later its set-points arrive."""
+    """A user's model: sampled inputs and its orders; `delay` of its set-points."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step
@@ -59,7 +59,7 @@ class ModelKeys(Base):
 
 
 class Process(Base):
-    """A process of a run: its nodes, and whether it is started here or on another host."""
+    """A process of a run: its nodes, and where it is started."""
 
     nodes: Annotated[list[str], Field(min_length=1)]
     host: Literal["here", "remote"] = "here"
@@ -71,7 +71,7 @@ class Process(Base):
 
 
 def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
-    """Names that are no nodes, and nodes that are placed twice."""
+    """Faults: unknown nodes, and nodes placed twice."""
     found, placed = list[Fault](), dict[str, str]()
     for process, hosting in placement.items():
         given = source.at(("placement", process))

@@ -1,4 +1,4 @@
-"""The words of a phrase, taken one after the other; what is wrong is told with its place among them."""
+"""The words of a phrase, taken one after the other; what is wrong is reported with its place among them."""
 
 from __future__ import annotations
 
@@ -68,12 +68,12 @@ class PhraseReader(Reader):
 
     @property
     def turning(self) -> bool:
-        """Whether the next quantity is written as one of an angle."""
+        """Whether the next quantity has a unit of angle."""
         return self._unit.startswith(("deg", "rad"))
 
     @property
     def share(self) -> bool:
-        """Whether the next quantity is written in per cent."""
+        """Whether the next quantity is in per cent."""
         return self._unit == "%"
 
     @property

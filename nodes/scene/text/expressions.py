@@ -59,14 +59,14 @@ class ExpressionError(ValueError):
 
 @dataclass(frozen=True)
 class Value:
-    """A number in SI units and what it measures."""
+    """A number in SI units with its dimension."""
 
     number: float
     exponents: Exponents = PLAIN
 
 
 def value_of(text: object) -> Value | None:
-    """A quantity as a scene writes it, "42 m" or 8; None for anything else."""
+    """Read a quantity of a scene, "42 m" or 8; None for anything else."""
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         return None
     if not isinstance(text, str):
@@ -79,13 +79,13 @@ def value_of(text: object) -> Value | None:
 
 
 def dimension_of(text: object) -> Dimension | None:
-    """What a quantity as a scene writes it measures; None for anything else."""
+    """Dimension of a quantity of a scene; None for anything else."""
     number, unit = number_and_unit(str(text))
     return next((d for d in DIMENSIONS if number and unit in d.units), None)
 
 
 def shown_as(value: Value) -> str | float:
-    """A value as a scene writes it, exactly; raises ExpressionError where no unit measures it."""
+    """A value as written in a scene, exactly; raises ExpressionError if no unit fits."""
     if not math.isfinite(value.number):
         raise ExpressionError("the result is no finite number")
     if value.exponents == PLAIN:
@@ -96,7 +96,7 @@ def shown_as(value: Value) -> str | float:
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """The value of an expression without its `=`; `lookup` knows parameters; raises ExpressionError."""
+    """Evaluate an expression without its `=`; `lookup` returns parameters; raises ExpressionError."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")
     reader = _Arithmetic(text, lookup)
@@ -257,7 +257,7 @@ class _Arithmetic(Reader):
         return value
 
     def _list(self, most: int) -> list[Value]:
-        """What stands before a closing bracket."""
+        """Values up to a closing bracket."""
         self.depth += 1
         if self.depth > DEEPEST:
             raise ExpressionError(f"brackets are nested deeper than {DEEPEST} levels", self.at)

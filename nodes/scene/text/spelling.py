@@ -85,7 +85,7 @@ def punctuation(text: str, units: Collection[str]) -> str:
 
 
 def spelled(unit: str, units: Collection[str]) -> str:
-    """The one of some units that is written out, or in other letters; "" if there is none."""
+    """The known unit that is spelled out or differs in case; "" if there is none."""
     words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
     short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
     same = [known for known in units if known and known.lower() == short.lower()]
@@ -93,7 +93,7 @@ def spelled(unit: str, units: Collection[str]) -> str:
 
 
 def tidy(unit: str) -> str:
-    """A unit in the spelling of the tables: no superscripts, dots or doubled blanks."""
+    """A unit in the spelling of the tables: no superscripts, dots or double blanks."""
     for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
         unit = unit.replace(old, new)
     return " ".join(unit.split())

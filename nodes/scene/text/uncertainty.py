@@ -29,7 +29,7 @@ Kind: TypeAlias = Literal["normal", "uniform"]
 
 @dataclass(frozen=True)
 class Stated:
-    """What is written of a number: its nominal value, and `how` far (`+-`, `sd` or `..`) from it, each as text."""
+    """A stated number: nominal value, and its spread `how` (`+-`, `sd` or `..`) and `half`, as text."""
 
     value: str
     how: str
@@ -42,7 +42,7 @@ class Stated:
 
 
 def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
-    """What a scene states of its numbers, by path; the data keep their nominal values, bad forms become faults.
+    """Stated uncertainties of a scene by path; data keep nominal values, errors become faults.
 
     `is_text`: whether what stands at a path is for people, whatever it looks like."""
     found: dict[Path, Stated] = {}
@@ -67,7 +67,7 @@ def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Sta
 
 
 def standard(stated: Stated, quantity: Quantity) -> float:
-    """The standard uncertainty in SI units; ValueError for one that makes no sense of such a quantity."""
+    """Standard uncertainty in SI units; raises ValueError if it is impossible for the quantity."""
     dimension, value = quantity.dimension, quantity.read(stated.value)
     if dimension in _SETTINGS:
         raise ValueError(f"{dimension.article} is a setting of the run, no input: write it without uncertainty")
@@ -93,7 +93,8 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
-    """A width such as `3 %` or `10 t`, as a part of the value and in SI units, one of them 0; ValueError if it is none.
+    """Half-width such as `3 %` or `10 t`, as a fraction of the value and in SI units, one of them 0; raises ValueError
+    if it is none.
 
     `relative`: whether % is a part of the value."""
     number, unit = number_and_unit(text)
@@ -109,7 +110,7 @@ def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relati
 
 
 def _stated(text: str) -> Stated | None:
-    """The parts of a number with its uncertainty; None for any other text."""
+    """The parts of a number with uncertainty; None for other texts."""
     if len(text) > _LONGEST:
         return None
     if (form := spread_of(text)) and (number := number_and_unit(form[0])[0]) and math.isfinite(float(number)):
@@ -126,7 +127,7 @@ def _stated(text: str) -> Stated | None:
 
 
 def _plain(dimension: Dimension, unit: str) -> Dimension:
-    """Of two dimensions in one, that of a unit."""
+    """The dimension of a unit, for a combined dimension."""
     while isinstance(dimension, Either):
         dimension = dimension.sliding if unit in dimension.sliding.units else dimension.turning
     return dimension

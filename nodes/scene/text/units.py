@@ -48,13 +48,13 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 
 
 def offered(units: Iterable[str]) -> list[str]:
-    """Those of some units that messages offer."""
+    """Units offered in messages."""
     return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
 
 
-@dataclass(frozen=True, eq=False)  # told apart by identity, so that what was read before is known
+@dataclass(frozen=True, eq=False)  # distinguished by identity, so that what was read before is known
 class Dimension:
-    """A kind of quantity: its units with their factors to SI; the first two units stand in its messages."""
+    """A dimension: units with factors to SI; messages use the first two."""
 
     name: str
     units: dict[str, Fraction]
@@ -63,7 +63,7 @@ class Dimension:
         self.units.update(CUSTOMARY.get(self.name, {}))
 
     def read(self, value: object) -> float:
-        """The value in SI units, from '900 t' or a number that needs no unit."""
+        """Read '900 t', or a number that needs no unit, in SI units."""
         number = self.number(value)
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is no finite number")
@@ -73,7 +73,7 @@ class Dimension:
         return number
 
     def number(self, value: object) -> float:
-        """As `read`, but perhaps infinite or nan."""
+        """As `read`, but possibly infinite or nan."""
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
@@ -101,7 +101,7 @@ class Dimension:
         return _product(written, self.units[unit])
 
     def show(self, si: float) -> str:
-        """A value in the dimension's first unit, as a user writes it."""
+        """A value in the dimension's first unit, as text."""
         unit, factor = next(iter(self.units.items()))
         return f"{si / float(factor):.10g} {unit}".strip()
 
@@ -126,13 +126,13 @@ class Dimension:
 
 @dataclass(frozen=True, eq=False)
 class Limited(Dimension):
-    """A quantity that makes sense between two ends only, written as a user writes them."""
+    """A quantity with a range, written as users write it."""
 
     lowest: str
     highest: str
 
     def read(self, value: object) -> float:
-        """The value in SI units, at an end or between them."""
+        """Read a value in SI units within the range."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
             message = f"{value:.12g}" if isinstance(value, float) else value
@@ -141,7 +141,8 @@ class Limited(Dimension):
 
 
 def _product(text: str, factor: Fraction) -> float:
-    """The float nearest to a decimal number times a factor, 0 for 0 alone; infinite or nan where the number is."""
+    """The float nearest to a decimal number times a factor, nonzero for nonzero numbers; infinite or nan where the
+    number is."""
     number = float(text)
     if number == 0.0 and any(digit in text.lower().partition("e")[0] for digit in "123456789"):
         return LEAST
@@ -197,7 +198,7 @@ DIMENSIONS: tuple[Dimension, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Either(Dimension):
-    """A dimension that reads two, such as a length of a sliding or an angle of a turning joint."""
+    """A dimension with units of two, such as length for sliding and angle for turning joints."""
 
     sliding: Dimension
     turning: Dimension
@@ -210,7 +211,7 @@ def either(first: Dimension, second: Dimension) -> Either:
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """How pydantic reads a value of a dimension; `least`: whether it must be positive, or zero or more."""
+    """Pydantic reader for a dimension; `least`: positive, or zero or more."""
 
     dimension: Dimension
     least: Literal["", "zero", "positive"] = ""

@@ -55,7 +55,7 @@ def test_a_witness_puts_back_all_that_a_level_leaves_out(scene: str, named: dict
                 assert len(ladder.full) == 1 or getattr(witness, key) == order[-1], "nothing is left out by both"
 
 
-def test_an_answer_that_does_not_converge_says_so_with_the_spread() -> None:
+def test_an_answer_that_does_not_converge_reports_so_with_the_spread() -> None:
     plan = load("lift", ["end=40 s"]).plan
     answer = choose(Ladder(plan, ["ropes", "girder"]), Question(MEANT, 1e-3), Measuring(MEANT))
     assert answer.notes[0].startswith("not converged: asked to 0.1 %, what was run differs by ")

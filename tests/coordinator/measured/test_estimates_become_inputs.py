@@ -82,7 +82,7 @@ def test_an_input_that_is_not_written_is_added() -> None:
     assert found.rig.sling.EA == 440e6
     assert "#   block.com.x: 0.21 m +- 0.02 m" in text
     assert {x.name for x in uncertain_inputs(parse(text))} == set(given)
-    assert "# on stools of 2 m; its inertia is that of a uniform box" in text
+    assert "# on supports of 2 m; its inertia is that of a uniform box" in text
 
 
 def test_values_are_rounded_to_their_uncertainty() -> None:
@@ -112,6 +112,6 @@ def test_an_input_varies_alone() -> None:
     ],
 )
 def test_what_is_no_input(name: str, what: str) -> None:
-    with pytest.raises(SceneError, match=f"input {name}: ") as told:
+    with pytest.raises(SceneError, match=f"input {name}: ") as message:
         inputs(load("lift"), [name])
-    assert what in str(told.value)
+    assert what in str(message.value)

@@ -30,7 +30,7 @@ from random_models import Run, build, build_ring, distributed, flat
 from random_models import told as results
 
 MODELS = range(24)
-MANY = range(150)  # at most, for a mutant; most are told by the first few
+MANY = range(150)  # at most, for a mutant; most are reported by the first few
 Patch = pytest.MonkeyPatch
 
 truth = cache(lambda seed: flat(seed, build=_build(seed)))

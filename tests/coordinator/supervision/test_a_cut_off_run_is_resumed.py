@@ -94,7 +94,7 @@ def test_it_is_the_whole_run(part: Path, whole: str) -> None:
 
 
 @pytest.mark.large
-def test_a_difference_is_told_with_time_and_port(part: Path, tmp_path: Path) -> None:
+def test_a_difference_is_reported_with_time_and_port(part: Path, tmp_path: Path) -> None:
     begun = Beginning.of(part)
     events = list(begun.events)
     events[20] = msgspec.structs.replace(events[20], port="other")

@@ -83,11 +83,11 @@ def test_its_parts_hold_all_points_of_its_axis(run: Played, plan: Plan, level: s
         misses = []
         for part in parts:
             R, half = part.axes_of(part.turn)
-            aside = np.einsum("nij,ni->nj", np.broadcast_to(R, (len(run.t), 3, 3)), probe(run, i) - part.centre)
-            along, across = np.abs(aside[:, 0]) - half[:, 0], np.linalg.norm(aside[:, 1:], axis=1)
+            lateral = np.einsum("nij,ni->nj", np.broadcast_to(R, (len(run.t), 3, 3)), probe(run, i) - part.centre)
+            along, across = np.abs(lateral[:, 0]) - half[:, 0], np.linalg.norm(lateral[:, 1:], axis=1)
             misses.append(np.hypot(np.maximum(along, 0.0), across))
         assert np.min(misses, axis=0).max() < 0.01, x
-    assert not any("crane.boom" in told for told in shapes.shapeless)
+    assert not any("crane.boom" in message for message in shapes.shapeless)
 
 
 def test_they_are_drawn_alike(plan: Plan) -> None:

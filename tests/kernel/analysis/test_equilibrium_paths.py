@@ -142,13 +142,13 @@ def dragged(l, mu=0.3, m=1e3):
 
 def test_a_load_dragged_by_a_rope_goes_along_a_tractrix():
     """Friction is against the way, so the way is along the rope: tan(theta / 2) falls as exp(-s / l) (Huygens)."""
-    l, way = 5.0, 12.0
+    l, distance = 5.0, 12.0
     path = following(dragged(l))
-    moved(path, "drive", 0.1, way)
+    moved(path, "drive", 0.1, distance)
     path.run(200 * SECOND)
     *_, last = path.points
-    theta = 2.0 * atan(exp(-way / l))
-    assert last.q[:2] == pytest.approx([way - l * cos(theta), -l * sin(theta)], abs=DRAGGED * l)
+    theta = 2.0 * atan(exp(-distance / l))
+    assert last.q[:2] == pytest.approx([distance - l * cos(theta), -l * sin(theta)], abs=DRAGGED * l)
     assert tension(path) == pytest.approx(0.3 * 1e3 * G, rel=EXACT)
 
 

@@ -94,7 +94,7 @@ def test_c07a_a_load_bounces_on_its_rope():
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.02, 0.7])
-def test_a_damped_rope_tells_its_damping_ratio(zeta):
+def test_a_damped_rope_reports_its_damping_ratio(zeta):
     w = sqrt(EA / LENGTH / MASS)
     (mode,) = found(hung(LENGTH + 0.1, damping=2.0 * zeta * w * MASS)).oscillations
     assert mode.damping == pytest.approx(zeta, rel=DAMPED, abs=DAMPED)

@@ -1,4 +1,5 @@
-"""Every name by which an item of a system means another one is looked up; a wrong one is told with the right one."""
+"""Every name by which an item of a system means another one is looked up; a wrong one is reported with the right
+one."""
 
 from __future__ import annotations
 

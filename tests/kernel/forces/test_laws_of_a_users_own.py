@@ -100,7 +100,7 @@ def test_an_edited_law_is_compiled_again(tmp_path, monkeypatch):
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(native_state, "MOST_LOADED", 0)
     monkeypatch.setattr(native_state, "_loaded", {})
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python tells edits apart by whole seconds and sizes
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python distinguishes edits by whole seconds and sizes
     file = tmp_path / "mine.py"
     law = UserLaw("own", f"{file}:pull", "load-guide")
     found = []

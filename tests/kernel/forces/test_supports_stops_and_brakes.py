@@ -57,10 +57,10 @@ def test_a_sliding_block_stops_after_half_v_squared_over_mu_g():
     scene = block_on_pads(1.0e5, (0.0, 0.0, 0.0), feet, -5e-3, mu, (1.2, 0.5, 0.0, 0.0, 0.0, 0.0))
     s = started(scene, **FINE)
     s.run(10 * SECOND)
-    way = hypot(s.state[0], s.state[1])
+    distance = hypot(s.state[0], s.state[1])
     k = 1.0e5 * G / 5e-3
     springs = mu * G * 1.0e5 / k  # the springs of the pads give way before they slip
-    assert way == pytest.approx(v * v / (2 * mu * G), abs=2 * springs)
+    assert distance == pytest.approx(v * v / (2 * mu * G), abs=2 * springs)
     assert s.state[1] / s.state[0] == pytest.approx(0.5 / 1.2, rel=1e-6), "friction opposes the motion"
     assert {e for e in events(s)} == {(f"pad{i}", what) for i in range(4) for what in ("slip", "stick")}
 

@@ -73,7 +73,7 @@ def test_what_fails_after_an_event_elsewhere_fails_after_it() -> None:
         s.run(4 * SECOND)
 
 
-def test_a_name_that_nobody_bears_is_told() -> None:
+def test_a_name_that_nobody_bears_is_reported() -> None:
     s = islands()
     s.start()
     with pytest.raises(KernelError, match="'rope-c': no drive, winch or master of this name"):

@@ -32,15 +32,15 @@ def falling(seed: int) -> System:
 
 def counted(monkeypatch, refused=lambda: False) -> list[bool]:
     """What becomes of each step to an event; `refused`: whether it has no solution whatever the method says."""
-    forced, solved, told = Integrator.forced, Integrator._solved, []
+    forced, solved, message = Integrator.forced, Integrator._solved, []
 
     def seen(self, t):
-        told.append(forced(self, t))
-        return told[-1]
+        message.append(forced(self, t))
+        return message[-1]
 
     monkeypatch.setattr(Integrator, "forced", seen)
     monkeypatch.setattr(Integrator, "_solved", lambda self, t: not refused() and solved(self, t))
-    return told
+    return message
 
 
 def first_events(method: str, tolerance: float) -> list[int]:
@@ -55,9 +55,9 @@ def first_events(method: str, tolerance: float) -> list[int]:
 def test_a_step_that_is_refused_leads_to_the_same_event_in_shorter_ones(method, monkeypatch):
     """Whatever the method: of eight attempts three are refused, and no event is lost."""
     times, refusals = first_events(method, IMPLICIT[method]), count()
-    told = counted(monkeypatch, lambda: next(refusals) % 8 < 3)
+    message = counted(monkeypatch, lambda: next(refusals) % 8 < 3)
     assert first_events(method, IMPLICIT[method]) == pytest.approx(times, rel=1e-3)
-    assert told.count(False) > 0
+    assert message.count(False) > 0
 
 
 def test_steps_that_are_never_solved_end_in_one_sentence(monkeypatch):

@@ -149,10 +149,10 @@ def test_statics_wind_a_spring_beyond_half_a_turn(turns):
 @pytest.mark.parametrize("seed", range(4))
 def test_a_body_that_tumbles_in_a_bushing_ends_the_run_before_its_rotation_vector_does(seed):
     random = np.random.default_rng(seed)
-    way = random.normal(size=3)
-    way *= 12.0 / np.linalg.norm(way)
+    distance = random.normal(size=3)
+    distance *= 12.0 / np.linalg.norm(distance)
     soft = Bushing("rubber", Point("world"), Point("wheel"), STIFF, NONE)
-    joint = Joint("axle", "free", "world", "wheel", v0=(0.0, 0.0, 0.0, *way.tolist()))
+    joint = Joint("axle", "free", "world", "wheel", v0=(0.0, 0.0, 0.0, *distance.tolist()))
     s = started(replace(wheel(), joints=(joint,), forces=(soft,)), tolerance=1e-9, sample_ns=SECOND // 1000)
     with pytest.raises(KernelError, match=r"bushing 'rubber' at \d\.\d+ s: 'wheel' is turned by 175 degrees") as ended:
         hand_over(s, 3 * SECOND)

@@ -217,7 +217,7 @@ def test_samples_are_what_guards_see():
         ),
     ],
 )
-def test_what_cannot_be_guarded_is_told(signal, message):
+def test_what_cannot_be_guarded_is_reported(signal, message):
     scene = jib(1e3) if "fall" in signal.ropes else cart(1.0)
     with pytest.raises(KernelError, match=message):
         started(replace(scene, thresholds=(guard_of("it", signal),)))

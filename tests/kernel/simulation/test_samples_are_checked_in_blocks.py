@@ -45,7 +45,7 @@ def test_blocks_say_what_samples_say_one_by_one(most):
     assert ("buckles" in many[2]) == (most > 1.0)
 
 
-def test_where_nothing_is_to_be_said_no_sample_is_looked_at_alone(monkeypatch):
+def test_where_nothing_is_to_be_stated_no_sample_is_looked_at_alone(monkeypatch):
     looked = []
     kept = SampleRecorder.keep
     monkeypatch.setattr(SampleRecorder, "keep", lambda self, t_ns, row: (looked.append(t_ns), kept(self, t_ns, row)))

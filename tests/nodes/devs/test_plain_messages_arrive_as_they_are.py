@@ -93,7 +93,7 @@ def test_what_is_plain_arrives_as_it_is(seeds: range) -> None:
 
 
 @pytest.mark.parametrize("careless", [int, str, float])
-def test_a_check_that_looks_at_less_is_caught(careless: type, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_check_that_checks_less_is_caught(careless: type, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         messages,
         "_check",

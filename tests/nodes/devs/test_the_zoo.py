@@ -25,8 +25,8 @@ def test_a_traffic_light_turns() -> None:
 
 
 def test_an_operator_makes_it_blink_and_gives_it_back() -> None:
-    said = shown([(seconds(70), "take", Take(LightMode.MANUAL)), (seconds(71.2), "take", Take(LightMode.AUTO))], 132)
-    assert said == [
+    text = shown([(seconds(70), "take", Take(LightMode.MANUAL)), (seconds(71.2), "take", Take(LightMode.AUTO))], 132)
+    assert text == [
         (0.0, Colour.RED),
         (60.0, Colour.GREEN),
         (70.0, Colour.YELLOW),

@@ -62,7 +62,7 @@ def test_its_factors() -> None:
     assert partial_factor(termination=1.0, consequence=1.0, material=1.35, wear=1.0) == pytest.approx(2.3), (
         "the least of 7.3.1"
     )
-    assert {name: (s.told, s.factor) for name, s in SHARING.items()} == {
+    assert {name: (s.message, s.factor) for name, s in SHARING.items()} == {
         "four slings": ("1.25 on each diagonal in turn", 1.25),
         "over a hook": ("45:55", pytest.approx(55 / 50)),
         "sliding": ("32.5:67.5", pytest.approx(67.5 / 50)),

@@ -62,7 +62,7 @@ def test_each_joint_and_body_coupled_model_has_its_atomic_and_actors() -> None:
     assert [m.path for m in models if isinstance(m, Commander)] == ["commander.actions"]
 
 
-def test_the_commander_is_connected_to_every_machine_and_the_kernel_hears_all() -> None:
+def test_the_commander_is_connected_to_every_machine_and_the_kernel_receives_all() -> None:
     plan = turnover(TURN)
     models = build(plan)
     table = couplings(plan)

@@ -84,7 +84,7 @@ def test_a_block_that_a_setting_gives_whole_wins_over_the_row_that_it_names(scen
     assert meant(whole) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_workbook_says_the_same(scene: Path) -> None:
+def test_a_workbook_reports_the_same(scene: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for line in BLOCKS.splitlines():
@@ -110,7 +110,7 @@ def test_a_workbook_says_the_same(scene: Path) -> None:
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
     ],
 )
-def test_what_is_wrong_is_told_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
+def test_what_is_wrong_is_reported_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
     table = scene.parent / "blocks.csv"
     table.write_text(BLOCKS.replace(old, new, 1))
     assert sentence in refused(scene)
@@ -133,11 +133,11 @@ def test_what_is_wrong_is_told_with_file_row_and_column(scene: Path, old: str, n
         ("17", "write the table and the row, such as 'from: blocks.csv#B17'"),
     ],
 )
-def test_what_is_no_table_is_told(scene: Path, named: str, sentence: str) -> None:
+def test_what_is_no_table_is_reported(scene: Path, named: str, sentence: str) -> None:
     assert sentence in refused(scene, f"block.from={named}")
 
 
-def test_a_lug_without_a_place_is_told_in_its_table(scene: Path) -> None:
+def test_a_lug_without_a_place_is_reported_in_its_table(scene: Path) -> None:
     (scene.parent / "lugs.csv").write_text(LUGS.replace("B17,Q1,4,", "B17,Q1,four,"))
     assert "lugs.csv:4:8: error: block.lugs.Q1[0]: 'four' is no length" in refused(scene)
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "v"))
@@ -166,6 +166,6 @@ def test_an_empty_cell_is_an_error_there_though_the_scene_beneath_has_the_key(sc
 
 def test_a_lug_that_a_table_lacks_is_not_that_of_the_scene_beneath(scene: Path) -> None:
     (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: next\nblock: {lugs from: lugs.csv#B18}\n")
-    told = refused(scene.parent / "next.yaml")
-    assert "'P2'" in told
-    assert "lift.yaml" in told
+    message = refused(scene.parent / "next.yaml")
+    assert "'P2'" in message
+    assert "lift.yaml" in message

@@ -108,8 +108,8 @@ def test_it_can_be_set_down_on_its_other_face() -> None:
 
 
 def test_a_second_block_of_a_list_does_not_turn() -> None:
-    told = "'tank' is turned before, and one block of a list can be: leave 'other' as it is"
-    with pytest.raises(SceneError, match=told):
+    message = "'tank' is turned before, and one block of a list can be: leave 'other' as it is"
+    with pytest.raises(SceneError, match=message):
         parse(several(SCENE).replace("  tank:\n", f"{OTHER}  tank:\n", 1) + "  - other: turn 20 deg/min to 15 deg\n")
 
 

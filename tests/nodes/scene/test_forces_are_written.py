@@ -107,7 +107,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("old", "new", "told"), BAD)
-def test_mistakes_are_told_where_they_stand(written, old, new, told):
+def test_mistakes_are_reported_where_they_stand(written, old, new, told):
     with pytest.raises(SceneError) as e:
         load(str(written((old, new))))
     sentence = str(e.value)

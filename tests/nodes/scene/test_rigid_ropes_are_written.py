@@ -58,7 +58,7 @@ def test_a_rigid_rope_has_a_length_and_nothing_else():
         ("length: 18 m", "length: 4 m", "14:15: .*4 m of rope is not between 5 and 80 m"),
     ],
 )
-def test_mistakes_are_told_where_they_stand(old, new, told):
+def test_mistakes_are_reported_where_they_stand(old, new, told):
     assert SCENE.count(old) == 1
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

@@ -81,7 +81,7 @@ def test_a_reeving_takes_orders_and_can_be_waited_for():
         ("length: 30.4 m", "length: 3.4 m", "3.4 m of rope is not between 5 and 80 m"),
     ],
 )
-def test_mistakes_are_told(old, new, told):
+def test_mistakes_are_reported(old, new, told):
     text = SCENE.replace("SHEAVE", SHEAVES)
     assert text.count(old) == 1
     with pytest.raises(SceneError) as e:

@@ -124,8 +124,8 @@ def test_a_goliath_of_belfast_lifts() -> None:
     scene = load("lift", ["cranes.crane.type=goliath-840", "cranes.crane.upper trolley=69 m"])
     (crane,) = cranes(scene.plan)
     whole = next(cell for cell in crane.cells if cell.body == "crane.main")
-    told = crane.girders[0].span, whole.capacity, crane.actuators[-1].highest
-    assert told == (140.0, 840e3, 70.0)
+    message = crane.girders[0].span, whole.capacity, crane.actuators[-1].highest
+    assert message == (140.0, 840e3, 70.0)
     assert crane.girders[0].stiffness == pytest.approx(1000e3 * scene.plan.gravity / 0.3, rel=1e-3)
     lifted = next(s for s in scene.statics.states if s.stage == "up")
     assert sum(lifted.tensions[hook.rope] for hook in crane.hooks) > 300e3 * scene.plan.gravity

@@ -97,11 +97,11 @@ def test_a_crate_is_set_down_and_lifted_again():
     s.references.set_profile("rope", s.epoch, -v, 1e6, None)
     s.settle()
     hand_over(s, 2 * SECOND)
-    told = {(e.name, e.what): e.value for _, e in s.log}
+    message = {(e.name, e.what): e.value for _, e in s.log}
     names = [("ground", "impact"), ("rope", "slack"), ("ground", "closed"), ("rope", "taut"), ("ground", "open")]
     assert [x for x in events(s)[events(s).index(names[0]) :] if x in names] == names
-    assert told["ground", "impact"] == pytest.approx(MASS * v, rel=1e-5)
-    assert told["rope", "taut"] == pytest.approx(MASS * v, rel=1e-5)
+    assert message["ground", "impact"] == pytest.approx(MASS * v, rel=1e-5)
+    assert message["rope", "taut"] == pytest.approx(MASS * v, rel=1e-5)
     assert column(s, "rope/tension")[1][-1, 0] == pytest.approx(MASS * G, rel=EXACT)
     assert imbalance(s) < BALANCE
 

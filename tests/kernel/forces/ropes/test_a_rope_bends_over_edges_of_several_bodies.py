@@ -96,8 +96,10 @@ def loose(kind: str, **more) -> System:
     ],
 )
 def test_bodies_that_can_turn_their_edges_out_of_parallel_are_refused(kind, more):
-    told = "reeving 'r': its edges are on several bodies, and the joint 'j' can turn the one on 'pier' out of parallel"
-    with pytest.raises(KernelError, match=told):
+    message = (
+        "reeving 'r': its edges are on several bodies, and the joint 'j' can turn the one on 'pier' out of parallel"
+    )
+    with pytest.raises(KernelError, match=message):
         started(loose(kind, **more))
 
 

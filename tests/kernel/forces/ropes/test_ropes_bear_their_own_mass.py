@@ -56,7 +56,7 @@ def test_it_swings_as_a_rod_with_the_load_at_its_end():
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_the_tension_that_is_told_is_that_at_the_hook(rope):
+def test_the_tension_that_is_reported_is_that_at_the_hook(rope):
     stretched = L + (M + OWN / 2.0) * G / K if rope is ELASTIC else L
     s = started(hung(rope, z=-stretched))
     _, tension = column(s, "rope/tension")

@@ -132,9 +132,9 @@ def test_a_swing_reverses_the_slip_of_a_sheave():
         s.references.set_profile("rope", 2 * i * SECOND, speed, 0.5, None)
         s.settle()
         s.interrupt(2 * (i + 1) * SECOND)
-    story = [what for _, what in events(s)]
-    assert story.count("slip") >= 3
-    assert story.count("stick") >= 2
+    log = [what for _, what in events(s)]
+    assert log.count("slip") >= 3
+    assert log.count("stick") >= 2
     assert imbalance(s) < CLOSES
 
 
@@ -142,9 +142,9 @@ def test_a_load_that_falls_into_its_tackle_bounces():
     scene = tackle(4, 0.95, 1000.0, 10.0, 2e6, 1e3)
     s = started(replace(scene, joints=(replace(scene.joints[0], q0=(-9.7,)),)), **FINE)
     s.run(4 * SECOND)
-    story = [what for _, what in events(s)]
-    assert "slack" in story
-    assert story.count("taut") >= 2
+    log = [what for _, what in events(s)]
+    assert "slack" in log
+    assert log.count("taut") >= 2
     assert imbalance(s) < CLOSES
 
 

@@ -163,7 +163,7 @@ def test_a_column_buckles_under_its_own_weight_and_under_loads_along_it():
         assert half.startswith("ends") == (part > 1.0)
 
 
-def test_a_body_of_matrices_says_that_it_does_not_know_of_compression():
+def test_a_body_of_matrices_reports_that_it_does_not_know_of_compression():
     flexible = matrices(BEAM, "clamped")
     assert upright(column(flexible, force=on_tip(0.04))) == ""
     noted = upright(column(flexible, force=on_tip(0.2)))

@@ -1,4 +1,4 @@
-"""One lift on every rung of the ladder: rigid to massive ropes, stiff and bending girder, space and plane."""
+"""One lift on every candidate of the ladder: rigid to massive ropes, stiff and bending girder, space and plane."""
 
 from dataclasses import replace
 from math import pi, sin, sqrt
@@ -34,7 +34,7 @@ ONE_MODE = 2e-4  # relative: finite elements of the beam against its sine
 
 
 def lift(*fidelity: str, still: bool = False):
-    """The bundled lift on a rung; `still`: nothing is ordered."""
+    """The bundled lift on a candidate; `still`: nothing is ordered."""
     quiet = ["actions=[{wait: 10 s}]", "end=4 s"] if still else []
     return load("lift", [*(f"fidelity={f}" for f in fidelity), *quiet])
 
