@@ -15,7 +15,7 @@ import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.description import contacts as contact
 from heavylift.kernel.description.forces import Spring
-from heavylift.kernel.description.mechanics import WORLD, Body, Point, RopeSpan, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Actuator, Plan, Shape
@@ -205,13 +205,13 @@ class RopeLines:
         ropes = [r for s in systems for r in s.all_ropes]
         flexible = ((b.name, b.flexible) for s in systems for b in s.bodies if b.flexible)
         self._beams = {body for body, x in flexible if x.beam and x.frame != "free"}
-        self._lines = {r.name: tuple(RopeSpan(self._station(x.a), self._station(x.b)) for x in r.lines) for r in ropes}
+        self._lines = {r.name: tuple(Line(self._station(x.a), self._station(x.b)) for x in r.lines) for r in ropes}
         self._hooked = {r.name: r.hooked for r in ropes}
         self._over = {r.name: r for s in systems for r in s.reevings if r.edges}
         self._met: dict[str, set[float]] = {name: set() for name in self._over}
-        self._lines |= {name: (RopeSpan(r.a, r.b),) for name, r in self._over.items()}
+        self._lines |= {name: (Line(r.a, r.b),) for name, r in self._over.items()}
         springs = [f for s in systems for f in s.forces if isinstance(f, Spring)]
-        self._lines |= {f.name: (RopeSpan(f.a, f.b),) for f in springs}
+        self._lines |= {f.name: (Line(f.a, f.b),) for f in springs}
         self._hooked |= {f.name: True for f in springs}
 
     def change(self, event: Event) -> bool:
@@ -228,7 +228,7 @@ class RopeLines:
         elif isinstance(value, m.Hook):
             first, *inner, last = [x for line in self._lines[value.rope] for x in (line.a, line.b)]
             ends = Point(first.body, value.a or first.p), *inner, Point(last.body, value.b or last.p)
-            self._lines[value.rope] = tuple(RopeSpan(p, q) for p, q in zip(ends[::2], ends[1::2], strict=True))
+            self._lines[value.rope] = tuple(Line(p, q) for p, q in zip(ends[::2], ends[1::2], strict=True))
             self._hooked[value.rope] = True
         return True
 
@@ -248,7 +248,7 @@ class RopeLines:
                 along = min(max(along, s.span[0]), s.span[1])
                 x, y, z = (p + along * n for p, n in zip(s.at.p, s.axis, strict=True))
                 at.append(Point(s.at.body, (x, y, z)))
-        self._lines[name] = tuple(RopeSpan(p, q) for p, q in pairwise([a, *at, b]))
+        self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def drawn(self) -> list[RopeLine]:
         """The lines of all hooked ropes."""

@@ -10,7 +10,7 @@ from typing import Literal
 from msgspec import Struct
 
 from . import units as u
-from .points import IDENTITY, Matrix, Point, RopeSpan
+from .points import IDENTITY, Line, Matrix, Point
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "Reeving", "Sheave", "Spring", "Torsion",
@@ -220,9 +220,9 @@ class Reeving(Element, frozen=True, tag=True):
         return len({s.at.body for s in self.edges}) > 1
 
     @property
-    def lines(self) -> tuple[RopeSpan, ...]:
+    def lines(self) -> tuple[Line, ...]:
         """Its parts from centre to centre, for drawing."""
-        return tuple(RopeSpan(a, b) for a, b in pairwise(self.points))
+        return tuple(Line(a, b) for a, b in pairwise(self.points))
 
     @property
     def winch(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from . import units as u
 from .forces import Force, Wave
-from .points import Point, RopeSpan
+from .points import Line, Point
 
 __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
 
@@ -101,7 +101,7 @@ class Drive(AlongJoint):
 class Straight:
     """A rope over straight lines."""
 
-    lines: tuple[RopeSpan, ...]
+    lines: tuple[Line, ...]
     along = None
 
     @property
@@ -121,7 +121,7 @@ class Rope(Straight):
     """
 
     name: str
-    lines: tuple[RopeSpan, ...]
+    lines: tuple[Line, ...]
     EA: u.AxialStiffness
     L0: u.Extent  # unstretched length
     damping: u.Damping = 0.0
@@ -139,7 +139,7 @@ class RigidRope(Straight):
     """
 
     name: str
-    lines: tuple[RopeSpan, ...]
+    lines: tuple[Line, ...]
     L0: u.Extent
     winch: bool = False
     hooked: bool = True

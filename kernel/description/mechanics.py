@@ -26,9 +26,9 @@ from .laws import Support as Support
 from .name_order import natural
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
+from .points import Line as Line
 from .points import Matrix as Matrix
 from .points import Point as Point
-from .points import RopeSpan as RopeSpan
 from .points import Vector as Vector
 from .signals import Quantity as Quantity
 from .signals import Threshold as Threshold

@@ -23,7 +23,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class RopeSpan:
+class Line:
     """A straight part of a rope; `share`: its weight in the rope's length."""
 
     a: Point

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.compiler.symbol import Scalar, Scalars, maximum, minimum, select, sqrt
-from heavylift.kernel.description.mechanics import Point, RopeSpan, System
+from heavylift.kernel.description.mechanics import Line, Point, System
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import KernelError
 
@@ -268,10 +268,10 @@ def _places(h: ScalarSignal) -> int:
     return sum(need in ("point", "origin") for need in ROWS[h.quantity].needs)
 
 
-def _lines(h: ScalarSignal, system: System) -> tuple[tuple[RopeSpan, ...], ...]:
+def _lines(h: ScalarSignal, system: System) -> tuple[tuple[Line, ...], ...]:
     """Relevant lines of its ropes, or the one from origin to point."""
     if not h.ropes and h.point and h.origin:
-        return ((RopeSpan(h.origin, h.point),),)
+        return ((Line(h.origin, h.point),),)
     known = {rope.name: rope.lines for rope in system.straight_ropes}
     asked = h.ropes if h.quantity in SIDES else h.ropes[:1]
     for rope in asked or ("",):

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.description.mechanics import Point, RopeSpan, Vector
+from heavylift.kernel.description.mechanics import Line, Point, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingAt, ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
@@ -178,7 +178,7 @@ class CommandSwitches:
         """New ends of a rope's first line in the form of its numbers: on a flexible body from their station."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}
-        lines |= {r.name: RopeSpan(r.a, r.b) for r in system.reevings}
+        lines |= {r.name: Line(r.a, r.b) for r in system.reevings}
         if rope not in lines:
             return [a, b]
         line, where = lines[rope], self._where(rope)

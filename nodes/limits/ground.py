@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.mechanics import WORLD, Point, RopeSpan
+from heavylift.kernel.description.mechanics import WORLD, Line, Point
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.plan.plan import Plan
@@ -132,10 +132,10 @@ def _forces(plan: Plan, machine: Mechanism, signals: SignalColumns) -> Iterator[
         for line in rope.lines:
             inside = line.a.body in own, line.b.body in own
             if inside[0] != inside[1] and rope.name in signals.tensions:
-                yield _pull(signals, line if inside[0] else RopeSpan(line.b, line.a, line.share), rope.name)
+                yield _pull(signals, line if inside[0] else Line(line.b, line.a, line.share), rope.name)
 
 
-def _pull(signals: SignalColumns, line: RopeSpan, rope: str) -> tuple[Column | None, Column | None]:
+def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None, Column | None]:
     """Point and force of a rope line at its first end."""
     a, b = place(signals, line.a), place(signals, line.b)
     if a is None or b is None:

@@ -5,7 +5,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, Stop, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Stop, System
 from heavylift.kernel.simulation.safeguards import MANY, RESOLVED, critical, moved_mass
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, column, hand_over, hung, imbalance, started, times
 
@@ -99,7 +99,7 @@ def test_a_calm_rope_closes_its_energy_balance():
 
 
 def test_the_mass_that_a_rope_feels_is_that_of_two_bodies_in_series():
-    line = RopeSpan(Point("a"), Point("b"))
+    line = Line(Point("a"), Point("b"))
     scene = System(
         (Body("a", 300.0), Body("b", 600.0)),
         (

@@ -5,7 +5,7 @@ from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, Support, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Support, System
 from independent import planar
 from small_scenes import EA, LENGTH, MASS, SECOND, G, column, cube, hand_over, hung, started, times
 
@@ -20,7 +20,7 @@ def block(mass, ropes, p=(0.0, 0.0, 0.0), q=UPRIGHT, inertia=None, v=(0.0,) * 6,
 
 
 def sling(name, a, b, EA_, L0, c=0.0, **more) -> Rope:
-    return Rope(name, (RopeSpan(Point("world", a), Point("block", b)),), EA_, L0, c, **more)
+    return Rope(name, (Line(Point("world", a), Point("block", b)),), EA_, L0, c, **more)
 
 
 def test_snap_through_past_90_degrees_with_the_centre_over_the_rope_line():

@@ -201,7 +201,7 @@ def tractrix() -> Iterator[Row]:
 
 @case(MISHAPS, "centre above the lugs, two ropes: stable up to 2 k a²/W", PATHS, full=True)
 def metacentre() -> Iterator[Row]:
-    from heavylift.kernel.description import Rope, RopeSpan
+    from heavylift.kernel.description import Line, Rope
     from scipy.optimize import brentq
     from test_equilibrium_paths import following
 
@@ -213,7 +213,7 @@ def metacentre() -> Iterator[Row]:
         plane = ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
         body = Body("load", m, (0.0, h, 0.0), ((i, 0.0, 0.0), (0.0, i, 0.0), (0.0, 0.0, i)))
         ropes = tuple(
-            Rope(f"r{n}", (RopeSpan(Point("world", (x, 0.0, length)), Point("load", (x, 0.0, 0.0))),), k * L, L)
+            Rope(f"r{n}", (Line(Point("world", (x, 0.0, length)), Point("load", (x, 0.0, 0.0))),), k * L, L)
             for n, x in enumerate((-a, a))
         )
         across = Joint("plane", "planar", "world", "load", R_PJ=plane)

@@ -13,7 +13,7 @@ from itertools import pairwise
 from math import pi
 
 from heavylift.kernel.algebra.elementary import cos
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Rope, RopeSpan, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, Rope, System, Vector
 from heavylift.nodes.plan.mechanism import Heavy
 
 X: Vector = (1.0, 0.0, 0.0)
@@ -74,7 +74,7 @@ def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> Sy
             lump, moved = _lump(here, masses[i], row.beside, shares, (x, y, z), motion)
             bodies += lump
             joints += moved
-        lines = tuple(RopeSpan(a, b, share) for a, b, share in zip(above, ends, shares, strict=True))
+        lines = tuple(Line(a, b, share) for a, b, share in zip(above, ends, shares, strict=True))
         length = part * (top - eye)
         if i == 0:
             lines, length = lines + rope.lines[len(falls) :], length + row.lead

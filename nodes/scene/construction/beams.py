@@ -14,9 +14,9 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.kernel.description.mechanics import (
     WORLD,
+    Line,
     Point,
     Rope,
-    RopeSpan,
     System,
     Vector,
     merge,
@@ -141,7 +141,7 @@ def _slung(
         if over[i]:
             bent.append(Reeving(sling, upper, over[i], to, EA, InputSignal(given.sling), damping, bool(lug)))
         else:
-            ropes.append(Rope(sling, (RopeSpan(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
+            ropes.append(Rope(sling, (Line(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
         most, where = rated(rig.sling, builder.scene.gravity), builder.source.where((*path, "sling"))
         ties.append(plan.Tie(rope=sling, upper=upper, lug=key_of(lug, to) if lug else "", rated=most, where=where))
     names, locks = tuple(tie.rope for tie in ties), {f"{name}.{x}" for x in given.parts.locked_while_empty}
@@ -213,9 +213,9 @@ def _rope(
     lines = []
     for d in (-half, half):
         x, y, z = (p + d * along for p, along in zip(hook.at, R[0].tolist(), strict=True))
-        lines.append(RopeSpan(Point(hook.on, (x, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5))
+        lines.append(Line(Point(hook.on, (x, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5))
     if hook.drum:
-        lines.append(RopeSpan(Point(hook.on, hook.at), Point(hook.drum.body, hook.drum.at), 1.0 / hook.falls))
+        lines.append(Line(Point(hook.on, hook.at), Point(hook.drum.body, hook.drum.at), 1.0 / hook.falls))
     carried += sum(block.mass for block in blocks.values()) / len(builder.hooks)
     EA = hook.falls * hook.fall_EA
     damping = 2 * hook.damping * math.sqrt(EA / max(L0, 1e-3) * carried)

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import cross, dot, norm, solve
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.mechanics import Joint, Measured, Point, RopeSpan, System, merge
+from heavylift.kernel.description.mechanics import Joint, Line, Measured, Point, System, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Follow, Move
 from heavylift.nodes.scene.keys.parts.kinematics import Array, Poses, place, poses
@@ -91,7 +91,7 @@ def _length(system: System, boom: Joint, rope: str, at: Poses, axis: Array) -> C
         k, q = axis.tolist(), p.tolist()
         return o + c * p + n * np.array(cross(k, q)) + (1.0 - c) * dot(k, q) * axis
 
-    def part(line: RopeSpan, s: float) -> float:
+    def part(line: Line, s: float) -> float:
         a, b = turned(line.a, s), turned(line.b, s)
         plumb = line.b.body == lines[0].b.body
         return line.share * (float(a[2]) if plumb else norm((a - b).tolist()))

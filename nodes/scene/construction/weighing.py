@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import norm, product
-from heavylift.kernel.description.mechanics import Joint, Point, Rope, RopeSpan, System, Vector, merge
+from heavylift.kernel.description.mechanics import Joint, Line, Point, Rope, System, Vector, merge
 from heavylift.nodes.plan.mechanism import BeamLoad, Bend, Heavy, Mechanism, Tie
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -79,7 +79,7 @@ class _Start:
             why=next((why for why, holds in whys.items() if holds), ""),
         )
 
-    def _length(self, line: RopeSpan) -> float:
+    def _length(self, line: Line) -> float:
         return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
 
     def bent(self, row: Bend) -> Bend:

@@ -15,10 +15,10 @@ from heavylift.kernel.description import (
     Drive,
     Flexible,
     Joint,
+    Line,
     Lock,
     Point,
     RigidRope,
-    RopeSpan,
     System,
 )
 from heavylift.kernel.model import Program
@@ -263,7 +263,7 @@ def test_a_driven_loop_follows_its_drive_and_has_no_freedom():
 
 def test_taut_rigid_ropes_count_and_slack_ones_do_not():
     ropes = tuple(
-        RigidRope(f"r{i}", (RopeSpan(Point(WORLD, (x, 0.0, 3.0)), Point("load", (x, 0.0, 0.0))),), length)
+        RigidRope(f"r{i}", (Line(Point(WORLD, (x, 0.0, 3.0)), Point("load", (x, 0.0, 0.0))),), length)
         for i, (x, length) in enumerate(((-1.0, 3.0), (1.0, 3.0), (0.0, 3.0), (0.0, 3.5)))
     )
     m = found(System((link("load"),), (Joint("f", "free", WORLD, "load"),), rigid_ropes=ropes))

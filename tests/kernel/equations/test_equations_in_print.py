@@ -13,10 +13,10 @@ from heavylift.kernel.description import (
     Characteristic,
     Joint,
     JointSpring,
+    Line,
     Point,
     Reeving,
     Rope,
-    RopeSpan,
     Sheave,
     System,
     Torsion,
@@ -95,7 +95,7 @@ def two_of_a_kind() -> System:
         joints,
         springs=(JointSpring("soft", "a-rail", 3.0),),
         brakes=(Brake("grip", "b-rail", 1.0, 1.0, 1.0),),
-        ropes=(Rope("tie", (RopeSpan(Point("a"), Point("b", Y)),), 1.0, 1.0),),
+        ropes=(Rope("tie", (Line(Point("a"), Point("b", Y)),), 1.0, 1.0),),
         gravity=G,
     )
 

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.simulation import Integrator
 from small_scenes import SECOND, G, cube, hand_over, started
 
@@ -24,7 +24,7 @@ def falling(seed: int) -> System:
         mass = load if i == n - 1 else load * 10 ** r.uniform(-3.0, -0.5)
         bodies.append(Body(f"b{i}", mass, inertia=cube(mass, 1.0)))
         joints.append(Joint(f"b{i}", "free", "world", f"b{i}", q0=(r.uniform(-1.0, 1.0), 0.0, z, 0.0, 0.0, 0.0, 1.0)))
-        line = RopeSpan(Point(above), Point(f"b{i}"))
+        line = Line(Point(above), Point(f"b{i}"))
         ropes.append(Rope(f"r{i}", (line,), EA, length / n, damping=EA * r.choice([0.0, 0.001, 0.01])))
         above = f"b{i}"
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes), gravity=G)

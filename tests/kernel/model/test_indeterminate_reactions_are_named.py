@@ -12,11 +12,11 @@ from heavylift.kernel.description import (
     Body,
     Contact,
     Joint,
+    Line,
     Plane,
     Point,
     RigidRope,
     Rope,
-    RopeSpan,
     System,
 )
 from small_scenes import SECOND, G, X, Y, cube, hand_over, started
@@ -81,7 +81,7 @@ def test_a_body_welded_twice_or_welded_and_sprung(elastic):
     load = Body("load", MASS, inertia=cube(MASS))
     slide = Joint("slide", "prismatic", WORLD, "carriage", axis=X)
     weld = [Joint(f"weld{i}", "fixed", "carriage", "load", p, p_CJ=p) for i, p in enumerate((X, Y))]
-    rope = Rope("rope", (RopeSpan(Point(WORLD, (0.0, 0.0, 10.0)), Point("load")),), 1e6, 10.0)
+    rope = Rope("rope", (Line(Point(WORLD, (0.0, 0.0, 10.0)), Point("load")),), 1e6, 10.0)
     system = System((Body("carriage", 1.0), load), (slide, weld[0], *([] if elastic else weld[1:])), gravity=G)
     carried = asked(replace(system, ropes=(rope,)) if elastic else system)
     if elastic:
@@ -120,7 +120,7 @@ def test_sarrus_names_what_each_pair_of_plates_may_twist():
 
 
 def ropes_at(*places):
-    lines = ((RopeSpan(Point(WORLD, (x, y, 3.0)), Point("load", (x, y, 0.0))),) for x, y in places)
+    lines = ((Line(Point(WORLD, (x, y, 3.0)), Point("load", (x, y, 0.0))),) for x, y in places)
     return tuple(RigidRope(f"r{i}", line, 3.0) for i, line in enumerate(lines))
 
 

@@ -12,11 +12,11 @@ from heavylift.kernel.description import (
     Bushing,
     Drive,
     Joint,
+    Line,
     Load,
     Measured,
     Point,
     Rope,
-    RopeSpan,
     System,
     Threshold,
     Torsion,
@@ -185,7 +185,7 @@ def test_cubes_turn_alike_at_fixed_steps_however_far_one_step_turns():
 
 def test_turns_are_kept_where_islands_merge():
     """A wheel that has turned one and a half times is tied to a block by a slack rope; its threshold comes at two."""
-    tie = Rope("tie", (RopeSpan(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
+    tie = Rope("tie", (Line(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
     scene = wheel(Y, v0=2.0 * pi, thresholds=(Threshold("two", "angle", of="wheel", axis=1),))
     block = Joint("rail", "prismatic", "world", "block", (5.0, 0.0, 0.0), axis=X, v0=(0.1,))
     scene = replace(scene, bodies=(*scene.bodies, Body("block", 1.0)), joints=(*scene.joints, block), ropes=(tie,))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Drive, Point, Rope, RopeSpan, System, Threshold
+from heavylift.kernel.description import Drive, Line, Point, Rope, System, Threshold
 from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
 from small_scenes import MASS, SECOND, X, hand_over, hung, slider, started
@@ -26,7 +26,7 @@ def yard() -> System:
         fall,
         bodies=fall.bodies + cart.bodies,
         joints=fall.joints + cart.joints,
-        ropes=(*fall.ropes, Rope("tag", (RopeSpan(Point("world", (40.0, 0.0, 0.0)), Point("cart")),), 1e6, 42.0)),
+        ropes=(*fall.ropes, Rope("tag", (Line(Point("world", (40.0, 0.0, 0.0)), Point("cart")),), 1e6, 42.0)),
         drives=(Drive("travel", "cart-guide", "servo", 1.0e6, 2.0e5),),
         thresholds=(Threshold("far", "joint", of="cart-guide"), Threshold("low", "joint", of="load-guide")),
     )

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import WORLD, Body, Drive, Joint, JointSpring, Point, RigidRope, RopeSpan, System
+from heavylift.kernel.description import WORLD, Body, Drive, Joint, JointSpring, Line, Point, RigidRope, System
 from heavylift.kernel.model import Program
 from heavylift.kernel.simulation.safeguards import too_slow, too_small
 from small_scenes import SECOND, G, X, Z, hand_over, slider, started
@@ -89,7 +89,7 @@ def test_a_light_body_that_can_be_kept_moves_as_one_without_mass() -> None:
 
 @pytest.mark.parametrize("slack", [0.0, 0.3])
 def test_a_drive_that_tears_a_rigid_rope_is_named(slack: float) -> None:
-    rope = RigidRope("rope", (RopeSpan(Point(WORLD), Point("load")),), 10.0 + slack)
+    rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), 10.0 + slack)
     scene = replace(slider("load", 1.0, axis=Z, q0=-10.0), rigid_ropes=(rope,))
     scene = replace(
         scene,

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.participants import KernelConfig, KernelNode
-from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, Stop, System, Threshold
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Tag, encode, succ
 from heavylift.nodes.models.parts import messages as m
@@ -34,7 +34,7 @@ def scene(law: str, event_s: float = LATER) -> System:
         Joint("shaft", "prismatic", "world", "weight"),
     )
     depth = G * event_s**2 / 2  # of the fall until then
-    rope = Rope("law", (RopeSpan(Point("trolley", (0.0, 0.0, 1.0)), Point("load")),), 2.0e6, 1.0 + depth, 1.0e3)
+    rope = Rope("law", (Line(Point("trolley", (0.0, 0.0, 1.0)), Point("load")),), 2.0e6, 1.0 + depth, 1.0e3)
     stop = Stop("law", "guide", -depth, 10.0, 2.0e6, 1.0e3)
     return System(
         bodies,

@@ -1,6 +1,6 @@
 """A researcher's mechanism under the commander: drives, winches, brakes, supports and ropes of its own."""
 
-from heavylift.kernel.description import Body, Brake, Drive, Joint, Point, Rope, RopeSpan, Support, System, Threshold
+from heavylift.kernel.description import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System, Threshold
 from heavylift.nodes.models.parts import Finished, Limit, Reached, SetBrake, SetProfile, StateEvent, Touched, Watch
 from heavylift.nodes.plan import Actuator, Mechanism, Plan
 from heavylift.nodes.plan import actions as a
@@ -14,7 +14,7 @@ SYSTEM = System(
     ),
     brakes=(Brake("arm brake", "hinge", 10.0, 1e4, 1e2, engaged=True),),
     drives=(Drive("motor", "hinge", "servo", 1e4, 1e3),),
-    ropes=(Rope("rope", (RopeSpan(Point("world", (0.0, 0.0, 10.0)), Point("load")),), 1e7, 10.0, winch=True),),
+    ropes=(Rope("rope", (Line(Point("world", (0.0, 0.0, 10.0)), Point("load")),), 1e7, 10.0, winch=True),),
     supports=(Support("left", Point("load"), 0.0, 1e6, 1e3), Support("right", Point("load"), 0.0, 1e6, 1e3)),
 )
 ACTUATORS = (Actuator(name="motor", start=0.5, accel=0.1, lower=0.0, upper=1.5),)

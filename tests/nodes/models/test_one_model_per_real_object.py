@@ -10,9 +10,9 @@ from heavylift.kernel.description import (
     Drive,
     Joint,
     JointSpring,
+    Line,
     Point,
     Rope,
-    RopeSpan,
     Stop,
     Support,
     System,
@@ -188,7 +188,7 @@ def test_a_mechanism_declares_exactly_what_was_written() -> None:
         stops=(Stop("stop", "q2", -1.0, 1.0, 1e5, 1e3),),
         brakes=(Brake("brake", "q1", 5.0, 1e4, 1e2),),
         drives=(Drive("motor", "q1", "prescribed"),),
-        ropes=(Rope("rope", (RopeSpan(Point("world"), Point("mass")),), 1e6, 2.0, winch=True),),
+        ropes=(Rope("rope", (Line(Point("world"), Point("mass")),), 1e6, 2.0, winch=True),),
         supports=(Support("foot", Point("mass"), 0.0, 1e6, 1e3),),
     )
     plan = Plan(name="arm", machines=(Mechanism(name="arm", system=written),), end=1.0)

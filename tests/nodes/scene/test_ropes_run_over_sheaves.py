@@ -2,7 +2,7 @@
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Point, Reeving, Rope, RopeSpan, Sheave
+from heavylift.kernel.description import Line, Point, Reeving, Rope, Sheave
 from heavylift.kernel.description.forces import InputSignal
 from heavylift.nodes.plan import CrossingCondition, Move, SlingsCondition
 from heavylift.nodes.scene import parse
@@ -39,7 +39,7 @@ def mechanism(sheave):
 def test_points_make_lines_of_one_tension():
     w, o, load = Point("world", (-1.0, 0.0, 0.0)), Point("world"), Point("load")
     system = mechanism("").system
-    lines = (RopeSpan(w, load), RopeSpan(load, o), RopeSpan(o, load))
+    lines = (Line(w, load), Line(load, o), Line(o, load))
     assert system.ropes == (Rope("fall", lines, 2e7, 30.4, 3e3, winch=True),)
     assert system.forces == ()
 

@@ -86,7 +86,7 @@ class BodyKeys(Base):
     matrices: Matrices | None = None
 
 
-class LineKeys(keys_of(points.RopeSpan)):  # type: ignore[misc]
+class LineKeys(keys_of(points.Line)):  # type: ignore[misc]
     """A straight part of a rope, with its weight in the rope's length."""
 
 

@@ -5,7 +5,7 @@ from math import hypot, pi
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, JointSpring, Point, Reeving, Rope, RopeSpan, Sheave, System
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.spatial import ConvexHull
@@ -81,7 +81,7 @@ def loose(kind: str, **more) -> System:
     rope = Reeving(
         "r", Point("world", (-6.0, 0.0, -3.0)), over, Point("world", (6.0, 0.0, -3.0)), EA, InputSignal(14.0)
     )
-    holds = Rope("h", (RopeSpan(Point("world", (2.0, 0.0, 5.0)), Point("pier")),), EA, 5.0)
+    holds = Rope("h", (Line(Point("world", (2.0, 0.0, 5.0)), Point("pier")),), EA, 5.0)
     return System((Body("pier", 9.0, inertia=cube(9.0, 1.0)),), (joint,), ropes=(holds,), forces=(rope,), gravity=G)
 
 

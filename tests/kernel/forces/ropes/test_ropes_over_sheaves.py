@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, cube, events, imbalance, slider, started
@@ -63,7 +63,7 @@ def test_the_parts_of_a_frictionless_tackle_are_equal_and_those_of_a_rope_with_l
     s = started(scene, tolerance=1e-9)
     assert tensions(s, given["n"]) == pytest.approx(np.full(given["n"], expected["T_ideal"]), rel=EQUAL)
     assert given["MBF"] / tensions(s, given["n"])[0] == pytest.approx(expected["SF_ideal"], rel=EQUAL)
-    lines = (RopeSpan(WORLD, LOAD, float(given["n"])),)
+    lines = (Line(WORLD, LOAD, float(given["n"])),)
     rope = Rope("rope", lines, 1.0e8, scene.forces[0].signal.value)
     other = started(replace(scene, forces=(), ropes=(rope,)), tolerance=1e-9)
     for simulation in (s, other):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Beam, Body, Flexible, Joint, Load, Nodal, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Beam, Body, Flexible, Joint, Line, Load, Nodal, Point, Rope, System
 from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.multibody.flexible import beam_matrices, nodes_of
 from small_scenes import SECOND, Y, hand_over, started
@@ -178,7 +178,7 @@ def test_a_column_that_something_else_holds_is_not_refused():
     feet = ((8.0, 0.0), (-8.0, 0.0), (0.0, 8.0), (0.0, -8.0))
     top = Point("jib", (L, 0.0, 0.0))
     guys = tuple(
-        Rope(f"guy{n}", (RopeSpan(top, Point("world", (x, y, 0.0))),), 1e7, 0.9999 * np.hypot(L, 8.0))
+        Rope(f"guy{n}", (Line(top, Point("world", (x, y, 0.0))),), 1e7, 0.9999 * np.hypot(L, 8.0))
         for n, (x, y) in enumerate(feet)
     )
     sentence = told(replace(system, ropes=guys), statics=False)
