@@ -33,7 +33,7 @@ def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k
         checks.fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
     _wound(checks, path, rope)
     _stretch(checks, path, rope)
-    made = tuple(k.RopeSpan(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
+    made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
     winch = rope.winch is not None
     if rope.rigid:
         return k.RigidRope(name, made, rope.length, winch, rope.hooked)

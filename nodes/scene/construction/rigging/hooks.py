@@ -110,7 +110,7 @@ def _hang_one(
     lines, away = _lines(name, hook), 0.0
     if hook.drum:
         drum = k.Point(hook.drum.body, hook.drum.at)
-        lines.append(k.RopeSpan(k.Point(hook.on, hook.at), drum, 1.0 / hook.falls))
+        lines.append(k.Line(k.Point(hook.on, hook.at), drum, 1.0 / hook.falls))
         away = norm((kinematics.place(drum, at) - tip).tolist()) / hook.falls
     EA = hook.falls * hook.fall_EA
     L0 = (length + away) / (1.0 + hook.block * gravity / EA)
@@ -159,12 +159,12 @@ def mass_of(hook: HookKeys) -> float:
     return hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
 
 
-def _lines(name: str, hook: HookKeys) -> list[k.RopeSpan]:
+def _lines(name: str, hook: HookKeys) -> list[k.Line]:
     """The falls as one line, or as two separate ones."""
     sides = (-hook.apart / 2, hook.apart / 2) if hook.apart else (0.0,)
     x, y, z = hook.at
     return [
-        k.RopeSpan(k.Point(hook.on, (x, y + d, z)), k.Point(name, (0.0, d, 0.0)), 1.0 / len(sides)) for d in sides
+        k.Line(k.Point(hook.on, (x, y + d, z)), k.Point(name, (0.0, d, 0.0)), 1.0 / len(sides)) for d in sides
     ]  # fmt: skip
 
 
@@ -187,4 +187,4 @@ def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: HookKeys, 
         if hooked and given.over_edges:
             found.reevings.append(Reeving(sling, eye, tree.edges(key, i), lug, EA, InputSignal(length), damping))
         else:
-            found.ropes.append(k.Rope(sling, (k.RopeSpan(eye, lug),), EA, length, damping, hooked=hooked))
+            found.ropes.append(k.Rope(sling, (k.Line(eye, lug),), EA, length, damping, hooked=hooked))
