@@ -4,7 +4,7 @@ history     what was shown: poses, tensions, rope lines over time
 conduct     what was said: stages, limits, an operator's words, the end
 clearances  how near things came to one another, by
             distance: of two shapes at one pose; nearest: over time; moving, speeds, rotating: how far they stray
-            between samples; coarse, stretches, together: which pairs and times need a closer look
+            between samples; coarse, intervals, shape_batch: which pairs and times need a closer look
 ground      and how near to the ground
 limits      worst values of all limits, for the report
 judging     all judges in one table, and the line

@@ -102,7 +102,7 @@ def design_limits(
             rest = RestLoad(
                 value=use.value, bound=use.value / use.use if use.use else 0.0, stage=use.stage, alone=alone
             )
-            row = replace(limit, quantity=quantity, factors=tuple(found), rest=rest, spread=0.0, inputs="")
+            row = replace(limit, quantity=quantity, factors=tuple(found), rest=rest, spread=0.0, adds=False, inputs="")
             if quantity == "sling design load" and limit.subject in strengths:
                 most = strengths[limit.subject]
                 row = replace(row, value=most.value, factor=most.factor, source=most.source, note=most.note)

@@ -29,7 +29,7 @@ THIMBLES = 60
 SHACKLES = {2.0: 0.36, 3.25: 0.72, 4.75: 1.23, 6.5: 1.79, 8.5: 2.57, 9.5: 3.75, 12.0: 5.31, 13.5: 7.18, 17.0: 9.43,
             25.0: 15.4, 35.0: 23.7, 55.0: 44.6, 85.0: 70.0, 120.0: 110.0, 150.0: 160.0, 200.0: 235.0,
             300.0: 340.0}  # fmt: skip  # [t] of makers' catalogues, with their masses [kg]
-MORE = {"rope": 8.5, "shackle": 1.7, "lug": 2.3, "stool": 2.0}  # over the share at rest: factors of design loads
+MORE = {"rope": 8.5, "shackle": 1.7, "lug": 2.3, "support": 2.0}  # over the share at rest: factors of design loads
 TEXT = """\
 # A lift to start from: {crane} picks up {block}. Lugs, supports, gear, factors and limits are chosen to begin with; put
 # yours in their place.
@@ -103,7 +103,7 @@ class Gear(NamedTuple):
     shackle: float
     standard: str
     lug: int
-    stool: int
+    support: int
 
 
 def _gear(mass: float, share: float, length: float) -> Gear:
@@ -114,7 +114,7 @@ def _gear(mass: float, share: float, length: float) -> Gear:
     return Gear(
         rope, 0.0483 * rope * rope, 0.356e-3 * rope * rope * 1770.0, "ferrule" if rope <= THIMBLES else "resin",
         f"mass: {0.00409 * rope * rope * length:.3g} kg", WLL, SHACKLES[WLL], "EN 13889" if WLL <= 25.0 else "RR-C-271",
-        ceil(MORE["lug"] * leg), ceil(MORE["stool"] * mass / 4.0),
+        ceil(MORE["lug"] * leg), ceil(MORE["support"] * mass / 4.0),
     )  # fmt: skip
 
 

@@ -233,7 +233,7 @@ actions:
 """
     made = parse(text, "scene.yaml", passing=True)
     assert [type(order).__name__ for action in made.plan.actions for order in action.orders] == [
-        "Move", "Stop", "Brake", "Wait",
+        "Move", "StopOrder", "BrakeOrder", "Wait",
     ]  # fmt: skip
     last = made.statics.states[-1]
     assert last.coordinates["rail"] == pytest.approx(1.0 / (2 * 0.1) + 2.0 + 1.0 / (2 * 0.5), abs=1e-6)

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 from heavylift.coordinator.hosts import JoinReply, JoinRequest
 from heavylift.coordinator.live import Notice, Order, Reply, journaled
-from heavylift.coordinator.participants import Participant, built, couplings, parts, transitions
+from heavylift.coordinator.participants import Participant, built, couplings, participant, parts
 from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.record import MERGED, RESOLVED
@@ -178,7 +178,7 @@ def frames(folder: Path) -> Any:
 
     def play(case: bytes) -> None:
         where, data = case[0], case[1:]
-        for decode in (m.decode, parts.decode, transitions.read, lambda x: decode_batch(x, two)):
+        for decode in (m.decode, parts.decode, participant.read, lambda x: decode_batch(x, two)):
             with suppress(HeavyliftError, *UNREADABLE):
                 decode(data)
         for kind in (JoinRequest, JoinReply, Order, Reply, Notice, m.Alive):

@@ -19,7 +19,7 @@ from .beams import on_hook, placed
 from .mechanism import build_mechanism
 from .rigging.slings import lugs_of
 from .scene_builder import SceneBuilder
-from .stools import block_machine
+from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:

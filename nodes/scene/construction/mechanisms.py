@@ -22,7 +22,7 @@ from .machines import load_cells, with_hooks
 from .mechanism import build_mechanism
 from .rigging.tree import RiggingTree
 from .scene_builder import SceneBuilder
-from .stools import block_machine
+from .supports import block_machine
 
 WIND = "wind"
 

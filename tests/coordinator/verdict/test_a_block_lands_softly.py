@@ -25,7 +25,9 @@ def test_a_drop_of_a_bit_is_red_and_as_hard_as_samples_show(name: str) -> None:
         found.append((use.value, use.use))
         loads.append(one.value)
         pads = [
-            run.past.part(0, len(run.t)).tensions[x] for x in use.limit.elements if x in run.past.part(0, 1).tensions
+            run.past().part(0, len(run.t)).tensions[x]
+            for x in use.limit.elements
+            if x in run.past().part(0, 1).tensions
         ]
         shown = float(np.sum(pads, axis=0).max())
         assert [f.kind for f in run.verdict.findings if f.severity == "red"] == ["impact"]

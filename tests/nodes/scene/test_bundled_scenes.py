@@ -97,7 +97,7 @@ def test_the_page_of_turnover_reports_its_uses() -> None:
     assert page.startswith("turnover: 19 bodies, 54 degrees of freedom, 6 ropes, 12 slings, 10 models, 23 actions")
     for line in (
         "load                            101.6    101.6    246.8    101.6    101.6    246.8",
-        "load of the rope [t]              270.0    270.0    291.9",
+        "load of the rope [t]           270.0    270.0    291.9",
         "(of 2)               510.0 t   ",
         "st.H3 (of 6)            8.46      ",
         "(of 12)  1211 kN   ",

@@ -116,7 +116,7 @@ def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
     if any(max(abs(place[i]) for place in supports) > half[i] for i in (0, 1)):
         yield "a support stands beside the block", ("supports", "at", 0)
     elif not _inside((u, v), supports):
-        message = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the stools"
+        message = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the supports"
         yield f"{message}: the block would tip", ("supports", "at", 0)
     for lug, p in given.lugs.items():
         depths = [h - abs(x) for h, x in zip(half, p, strict=True)]
