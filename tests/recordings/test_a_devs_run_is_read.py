@@ -38,7 +38,7 @@ class Clock(Atomic):
         self.hold_in(ms(1))
 
     def output(self) -> None:
-        self.message.send(Told(self.n, f"tick {self.n}", Inner(self.n / 4), maybe=0.5 if self.n else None))
+        self.told.send(Told(self.n, f"tick {self.n}", Inner(self.n / 4), maybe=0.5 if self.n else None))
         self.bell.send(Bell())
 
     def internal(self) -> None:

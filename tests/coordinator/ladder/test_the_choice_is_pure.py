@@ -118,7 +118,7 @@ def test_check_reports_what_is_remembered(
     asked = ["end=80 s", *ASKED[1:]]  # which does not cut the lift
     monkeypatch.setattr("sys.argv", ["heavylift", "check", "lift", *(x for s in asked for x in ("--set", s))])
     main()
-    assert "no error was measured yet" in capsys.readouterr().out
+    assert "errors are not measured yet" in capsys.readouterr().out
     answer = chosen(load("lift", asked)).answer
     main()
     assert str(answer) in capsys.readouterr().out

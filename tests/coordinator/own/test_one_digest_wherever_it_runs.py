@@ -89,11 +89,11 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run.watch import RunObserver
 from heavylift.nodes.scene import load
 from heavylift.recordings.write import sink
 
-class Doom(Watch):
+class Doom(RunObserver):
     def event(self, event):
         if event.t > 5 * 10**9:
             os.kill(os.getpid(), signal.SIGKILL)

@@ -74,18 +74,18 @@ def who_is_silent_next_stays_silent(patch: Patch) -> None:
 
 @mutant
 def granted_without_a_commit(patch: Patch) -> None:
-    patch.setattr(NodeState, "untold", property(lambda node: False))
+    patch.setattr(NodeState, "uncommitted", property(lambda node: False))
 
 
 @mutant
 def an_earlier_input_does_not_void_an_offer(patch: Patch) -> None:
-    patch.setattr(NodeState, "untold", property(lambda node: bool(node.offer) and not node.committed))
+    patch.setattr(NodeState, "uncommitted", property(lambda node: bool(node.offer) and not node.committed))
 
 
 @mutant
 def an_equal_input_voids_an_offer(patch: Patch) -> None:
     missing = property(lambda node: bool(node.offer) and not node.committed and node.next < node.hears)
-    patch.setattr(NodeState, "untold", missing)
+    patch.setattr(NodeState, "uncommitted", missing)
 
 
 @mutant

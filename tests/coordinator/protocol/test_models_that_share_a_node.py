@@ -92,7 +92,7 @@ def an_event_is_heard_once_for_each_coupling(patch: Patch) -> None:
         if source not in node.models:
             core._receivers.setdefault((source, port), []).append(node)
 
-    patch.setattr(Coordinator, "_hears", hears)
+    patch.setattr(Coordinator, "_receives", hears)
 
 
 def events_leave_though_something_is_said_inside_before(patch: Patch) -> None:

@@ -66,12 +66,12 @@ def test_a_node_whose_every_successor_is_killed_is_named(tmp_path):
 
 
 MISTAKE = """\
-from heavylift.nodes.models.parts.rigging import Supports
+from heavylift.nodes.models.parts.rigging import BlockSupports
 
 def notice(self, event):
     return self.closed_ / 0
 
-Supports.notice = notice
+BlockSupports.notice = notice
 """
 
 
@@ -89,7 +89,8 @@ def test_a_mistake_in_a_model_is_reported_with_its_model_and_its_time(tmp_path, 
     found = re.fullmatch(r"heavylift: block\.block-body\.supports at \((\S+) s, 0\): (.*)", text[0])
     assert found, text
     assert (
-        found[2] == "external() raised AttributeError: 'Stools' object has no attribute 'closed_' (sitecustomize.py:4)"
+        found[2]
+        == "external() raised AttributeError: 'BlockSupports' object has no attribute 'closed_' (sitecustomize.py:4)"
     )
     assert 9.0 < float(found[1]) < 30.0  # the first support opens during lift-off
     result = Recording(tmp_path / "lift.mcap").result

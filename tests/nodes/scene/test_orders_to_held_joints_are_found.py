@@ -21,7 +21,7 @@ def refused(scene, *settings):
 
 def test_a_traverse_leaves_the_plane_along_the_rails():
     assert refused("lift", "fidelity.motion=along") == [
-        ("lift.yaml:41", f"actions[3].trolleys: crane.upper-slide cannot move, 'motion: along' {SPATIAL}{LIKEWISE}")
+        ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, 'motion: along' {SPATIAL}{LIKEWISE}")
     ]
 
 
@@ -32,7 +32,7 @@ def test_a_travel_leaves_the_plane_across_them():
 
 def test_a_list_of_locked_joints_is_named_as_such():
     assert refused("lift", "fidelity.locked=[trolleys]") == [
-        ("lift.yaml:41", f"actions[3].trolleys: crane.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}")
+        ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}")
     ]
 
 

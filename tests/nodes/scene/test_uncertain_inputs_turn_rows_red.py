@@ -101,7 +101,14 @@ def test_at_worst_is_the_value_of_the_use(least: bool) -> None:
         bound, value, spread = (random.uniform(1.0, 9.0) for _ in range(3))
         unit = random.choice(("N", "m"))
         limit = RatedLimit(
-            subject="a", quantity="signal", unit=unit, value=bound, least=least, spread=spread, inputs="b"
+            subject="a",
+            quantity="signal",
+            unit=unit,
+            value=bound,
+            least=least,
+            spread=spread,
+            adds=unit == "m",
+            inputs="b",
         )
         worst = Use(limit, value, use=limit.use(value)).at_worst
         assert worst.value is not None

@@ -10,6 +10,7 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import UserModelNode
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.plan.user_models import Led, UserModel
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -117,7 +118,9 @@ class _Models:
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
         """The actuator that a port leads."""
-        found = self.targets.get(" ".join(target.split()), ())
+        words = " ".join(target.split())
+        found = self.targets.get(words, ())
+        found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine
         actor = found[0] if len(found) == 1 else None
         if actor is None or actor.kind not in LED_BY:
             known = [words for words, some in self.targets.items() if len(some) == 1 and some[0].kind in LED_BY]
