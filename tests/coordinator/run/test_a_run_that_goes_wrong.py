@@ -88,10 +88,8 @@ def test_a_mistake_in_a_model_is_reported_with_its_model_and_its_time(tmp_path, 
     assert text == error.splitlines()[-1:]
     found = re.fullmatch(r"heavylift: block\.block-body\.supports at \((\S+) s, 0\): (.*)", text[0])
     assert found, text
-    assert (
-        found[2]
-        == "external() raised AttributeError: 'BlockSupports' object has no attribute 'closed_' (sitecustomize.py:4)"
-    )
+    wrong = "external() raised AttributeError: 'BlockSupports' object has no attribute 'closed_'"
+    assert found[2] == f"{wrong} (sitecustomize.py:4)"
     assert 9.0 < float(found[1]) < 30.0  # the first support opens during lift-off
     result = Recording(tmp_path / "lift.mcap").result
     assert result["status"] == "failed"
