@@ -100,16 +100,8 @@ def test_at_worst_is_the_value_of_the_use(least: bool) -> None:
         random = Random(seed)
         bound, value, spread = (random.uniform(1.0, 9.0) for _ in range(3))
         unit = random.choice(("N", "m"))
-        limit = RatedLimit(
-            subject="a",
-            quantity="signal",
-            unit=unit,
-            value=bound,
-            least=least,
-            spread=spread,
-            adds=unit == "m",
-            inputs="b",
-        )
+        given = {"value": bound, "least": least, "spread": spread, "adds": unit == "m"}
+        limit = RatedLimit(subject="a", quantity="signal", unit=unit, inputs="b", **given)
         worst = Use(limit, value, use=limit.use(value)).at_worst
         assert worst.value is not None
         assert limit.use(worst.value) == pytest.approx(worst.use)
