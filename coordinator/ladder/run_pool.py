@@ -79,11 +79,11 @@ def _ran(task: tuple[bytes, bool]) -> Ran:
         measuring = Measuring(ASKABLE, lambda: LONGEST)
         look = as_it_is(plan, USUAL, measuring)
         spent = sum(x.cpu_s for x in measuring.spent.values())
-        return Shown(_told(measuring.figures(look.candidate).values()), spent, look.steps, look.model, look.missing)
+        return Shown(_at_the_end(measuring.figures(look.candidate).values()), spent, look.steps, look.model, look.missing)
     except HeavyliftError as error:
         return " ".join(str(error).split())
 
 
-def _told(found: Iterable[AskedFigure]) -> list[AskedFigure]:
+def _at_the_end(found: Iterable[AskedFigure]) -> list[AskedFigure]:
     """Of places those at the end."""
     return [f for f in found if f.quantity != "position" or f.name.endswith("at the end")]

@@ -5,6 +5,7 @@ from heavylift.kernel.description import (
     Brake,
     Bushing,
     Drive,
+    InputSignal,
     Joint,
     JointSpring,
     Line,
@@ -21,7 +22,6 @@ from heavylift.kernel.description import (
     Torsion,
     Wind,
 )
-from heavylift.kernel.description.forces import InputSignal
 from small_scenes import G, X, Y, Z, cube
 
 SEAT = tuple(tuple(1.0e3 if i == j else 100.0 + 20.0 * (i + j) for j in range(6)) for i in range(6))

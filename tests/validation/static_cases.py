@@ -8,8 +8,7 @@ from math import asin, cos, exp, pi, radians, sin, sqrt, tan
 import numpy as np
 from comparison import FORMS, Row, case
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from small_scenes import SECOND, G, Y, Z, cube, started
 
 TABLE, RULES = "Statics", "Worked examples of rules and tools"

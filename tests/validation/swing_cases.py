@@ -9,8 +9,7 @@ from math import acos, cos, pi, radians, sqrt
 import numpy as np
 from comparison import FORMS, Row, case
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description import Body, Drive, Joint, Line, Load, Point, Rope, System, Wind
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Line, Load, Point, Rope, System, Wind
 from small_scenes import SECOND, G, X, Y, Z, column, hand_over, started
 
 TABLE = "Swing"

@@ -155,17 +155,21 @@ def test_a_turn_over(tmp_path: Path) -> None:
     lugs, mass = found.lugs(), found.block("mass")
     a, b = lugs["A1"][1], lugs["B1"][1]
     hooks = found.design("hook")
+    hung = {row["item"]: row["mass each"] for row in found.rows("Rigger's list")}
+    below = (2 * hung["WR-96"] + 4 * hung["SH-200"]) / 1e3  # [t] of slings and shackles on each hook
     for crane in ("west", "east"):
         lying = mass * -a / (b - a) / 2.0
         low = hooks[f"{crane}.H3"]
         assert low["load at rest"] - 20.0 == pytest.approx(lying, rel=HAND)  # beside the loader of 20 t
         lateral = ((mass * (1.0 - a) / (b - a) / 2.0) + 20.0) / (lying + 20.0)
         assert low["cog"] == pytest.approx(lateral, rel=HAND)
-        assert low["design load"] == pytest.approx((lying + 20.0) * lateral * 1.03 * 1.02, rel=HAND)
+        rigging = 1.0 + below / (lying + 20.0)
+        assert low["rigging"] == pytest.approx(rigging, rel=HAND)
+        assert low["design load"] == pytest.approx((lying + 20.0) * rigging * lateral * 1.03 * 1.02, rel=HAND)
         for hook in ("H1", "H2"):
             standing = hooks[f"{crane}.{hook}"]
             assert standing["load at rest"] - 20.0 == pytest.approx(mass / 4.0, rel=HAND)
-            assert standing["design load"] == pytest.approx((mass / 4.0 + 20.0) * 1.03 * 1.02, rel=HAND)
+            assert standing["design load"] == pytest.approx((mass / 4.0 + 20.0 + below) * 1.03 * 1.02, rel=HAND)
     sling = found.design("sling")["loader-3.sling-1"]
     leg = mass * -a / (b - a) / 4.0 * TONNE
     assert sling["load at rest"] == pytest.approx(leg, rel=HAND)

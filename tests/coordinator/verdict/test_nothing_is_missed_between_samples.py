@@ -9,6 +9,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import (
     SHARP,
+    BodyTrack,
     Coarse,
     Minimum,
     Moving,
@@ -22,7 +23,6 @@ from heavylift.coordinator.verdict import (
     twists,
     whole,
 )
-from heavylift.coordinator.verdict.moving import BodyTrack
 from heavylift.kernel.description import Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import Solid, Strand

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from heavylift.kernel.algebra import skew
-from heavylift.kernel.constraints.complementarity import ROUNDS, pivot, round_of, solve, start_of
+from heavylift.kernel.constraints import ROUNDS, pivot, round_of, solve, start_of
 from heavylift.kernel.simulation.impacts import ContactProblem, settle, sweep
 
 EXACT = 1e-12  # of a well-conditioned problem of order one

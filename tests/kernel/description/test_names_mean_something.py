@@ -19,6 +19,7 @@ from heavylift.kernel.description import (
     Characteristic,
     Contact,
     Drive,
+    InputSignal,
     Joint,
     JointSpring,
     Line,
@@ -41,7 +42,6 @@ from heavylift.kernel.description import (
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.islands import simulate
 
 SIX = ((0.0,) * 6,) * 6

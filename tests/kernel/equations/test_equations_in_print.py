@@ -11,6 +11,7 @@ from heavylift.kernel.description import (
     Brake,
     Bushing,
     Characteristic,
+    InputSignal,
     Joint,
     JointSpring,
     Line,
@@ -22,7 +23,6 @@ from heavylift.kernel.description import (
     Torsion,
     UserLaw,
 )
-from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.equations import equations
 from heavylift.kernel.model import Program
 from heavylift.kernel.multibody import build_graph, composites, cut, joint_space_inertia

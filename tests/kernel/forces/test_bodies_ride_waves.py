@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Bushing, Drive, Joint, Load, Point, System, Wave
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Bushing, Drive, InputSignal, Joint, Load, Point, System, Wave
 from heavylift.kernel.equations import equations
 from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.simulation import Simulation

@@ -7,6 +7,7 @@ import pytest
 from heavylift.kernel.description import (
     Bushing,
     Characteristic,
+    InputSignal,
     Load,
     Point,
     Reeving,
@@ -16,7 +17,6 @@ from heavylift.kernel.description import (
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.forces import InputSignal
 from msgspec import structs
 from random_trees import random_system
 from small_scenes import SECOND, events, imbalance, started

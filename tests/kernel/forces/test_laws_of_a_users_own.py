@@ -8,8 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Characteristic, Joint, Load, Point, System, UserLaw
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Characteristic, InputSignal, Joint, Load, Point, System, UserLaw
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import native_state
 from scipy.integrate import solve_ivp

@@ -7,9 +7,8 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System, Wind, guard_of
-from heavylift.kernel.description.forces import InputSignal as Driven
-from heavylift.kernel.description.signals import ScalarSignal
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, ScalarSignal, System, Wind, guard_of
+from heavylift.kernel.description import InputSignal as Driven
 from heavylift.kernel.model import scalar
 from heavylift.kernel.simulation.native import reader
 from scipy.optimize import lsq_linear

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Beam, Body, Flexible, Joint, Load, Point, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Beam, Body, Flexible, InputSignal, Joint, Load, Point, System
 from heavylift.kernel.simulation import SampleRecorder
 from small_scenes import SECOND, hand_over, started
 

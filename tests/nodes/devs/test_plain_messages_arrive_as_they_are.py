@@ -7,8 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 from heavylift.kernel import ModelError
-from heavylift.nodes.devs import Message, messages
-from heavylift.nodes.devs.ports import travelling
+from heavylift.nodes.devs import Message, messages, travelling
 
 
 class Side(Enum):

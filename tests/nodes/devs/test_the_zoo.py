@@ -3,8 +3,7 @@
 from devs_stories import kinds
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Message, Simulator, Tag, seconds
-from heavylift.nodes.zoo import Colour, Light, LightMode, Show, Take, ring
-from heavylift.nodes.zoo.token_ring import RingStation
+from heavylift.nodes.zoo import Colour, Light, LightMode, RingStation, Show, Take, ring
 
 
 def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tuple[float, str]]:

@@ -8,8 +8,8 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.simulate import Result, simulate
+from heavylift.coordinator.run import Result, run
+from heavylift.coordinator.run.simulate import simulate
 from heavylift.nodes.scene import LoadedScene, parse
 
 G, HOOK_kg = 9.80665, 2500.0  # of the hook block of `overhead-100`

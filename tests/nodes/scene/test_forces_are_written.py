@@ -5,8 +5,17 @@ from pathlib import Path
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Bushing, Characteristic, Load, Point, Spring, Torsion, UserLaw, Wind
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import (
+    Bushing,
+    Characteristic,
+    InputSignal,
+    Load,
+    Point,
+    Spring,
+    Torsion,
+    UserLaw,
+    Wind,
+)
 from heavylift.nodes.plan import decode, encode
 from heavylift.nodes.scene import load, parse
 

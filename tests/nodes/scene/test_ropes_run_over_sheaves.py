@@ -2,8 +2,7 @@
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Line, Point, Reeving, Rope, Sheave
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import InputSignal, Line, Point, Reeving, Rope, Sheave
 from heavylift.nodes.plan import CrossingCondition, Move, SlingsCondition
 from heavylift.nodes.scene import parse
 

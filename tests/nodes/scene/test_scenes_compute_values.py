@@ -1,7 +1,7 @@
 """Values of a scene that begin with `=` are arithmetic over its parameters, in any file and setting, with units."""
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import bundled, load, parse
 
 LIFT = """heavylift: 1

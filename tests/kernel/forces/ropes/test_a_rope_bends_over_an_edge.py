@@ -5,8 +5,7 @@ from math import acos, atan2, cos, exp, hypot, pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Drive, Joint, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Point, Reeving, Sheave, System
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize

@@ -5,8 +5,18 @@ from math import hypot, pi
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import (
+    Body,
+    InputSignal,
+    Joint,
+    JointSpring,
+    Line,
+    Point,
+    Reeving,
+    Rope,
+    Sheave,
+    System,
+)
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, imbalance, started

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Drive, Joint, Load, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Load, Point, Reeving, Sheave, System
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, events, hand_over, imbalance, started, times

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, cube, started
 

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, Y, Z, cube, slider, started
 

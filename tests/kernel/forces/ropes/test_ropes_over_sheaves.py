@@ -8,8 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, cube, events, imbalance, slider, started
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from small_scenes import SECOND, G, Y, Z, column, cube, events, hand_over, imbalance, started
 
 MASS, EA, R = 1000.0, 2e6, 0.2

@@ -7,8 +7,19 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Beam, Body, Flexible, Joint, Line, Load, Nodal, Point, Rope, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import (
+    Beam,
+    Body,
+    Flexible,
+    InputSignal,
+    Joint,
+    Line,
+    Load,
+    Nodal,
+    Point,
+    Rope,
+    System,
+)
 from heavylift.kernel.multibody.flexible import beam_matrices, nodes_of
 from small_scenes import SECOND, Y, hand_over, started
 
