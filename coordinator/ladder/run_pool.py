@@ -75,11 +75,12 @@ def _ran(task: tuple[bytes, bool]) -> Ran:
         demand(functions(plan), "the scene")
         if not task[1]:
             run = play(plan, LONGEST)
-            return Shown(_told(figures(run)), run.cpu_s)
+            return Shown(_at_the_end(figures(run)), run.cpu_s)
         measuring = Measuring(ASKABLE, lambda: LONGEST)
         look = as_it_is(plan, USUAL, measuring)
         spent = sum(x.cpu_s for x in measuring.spent.values())
-        return Shown(_at_the_end(measuring.figures(look.candidate).values()), spent, look.steps, look.model, look.missing)
+        found = _at_the_end(measuring.figures(look.candidate).values())
+        return Shown(found, spent, look.steps, look.model, look.missing)
     except HeavyliftError as error:
         return " ".join(str(error).split())
 

@@ -121,5 +121,5 @@ def test_what_is_all_stated_at_one_instant_is_drawn_without_a_warning(
 
 
 def test_it_has_no_lift_to_report(recorded: Path, tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"run.mcap: a DEVS model lifts nothing to report; `heavylift info` tells"):
+    with pytest.raises(RecordingError, match=r"a DEVS model lifts nothing to report; `heavylift info` prints"):
         report(recorded, tmp_path / "report.html")

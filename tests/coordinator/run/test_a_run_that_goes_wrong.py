@@ -16,8 +16,8 @@ from heavylift.recordings import Recording
 
 
 def test_ctrl_c_finishes_the_recording_and_takes_all_processes_along(tmp_path):
-    run = start(tmp_path, "run", "turnover")
-    until(run, "travel")
+    run = start(tmp_path, "run", "turnover", "--rate", "100")
+    until(run, "load")
     processes = descendants(run.pid)
     assert len(processes) == 12  # the keeper, ten models, the kernel
     run.send_signal(signal.SIGINT)

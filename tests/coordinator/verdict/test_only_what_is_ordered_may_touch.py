@@ -15,6 +15,7 @@ from heavylift.nodes.models.commander import Machines, first_lugs, first_state
 from heavylift.nodes.plan import UnhookSling
 from heavylift.nodes.scene import LoadedScene, new_scene_with, parse
 from heavylift.nodes.scene.text import library
+from lifting import unstated
 from typer.testing import CliRunner
 
 HEAD = "name,mass [t],size x [m],size y [m],size z [m]\n"
@@ -35,7 +36,7 @@ def _here(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 def scene(crane: str, more: str = "", *edits: tuple[str, str]) -> LoadedScene:
     long, wide = size(crane)
     Path("blocks.csv").write_text(f"{HEAD}B,{100 if long > 6.0 else 10},{long},{wide},4\n", encoding="utf-8")
-    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
+    (text,) = map(unstated, new_scene_with("made", crane, "blocks.csv#B").values())
     for old, new in edits:
         assert old in text
         text = text.replace(old, new)

@@ -45,7 +45,7 @@ def scene(tmp_path: Path) -> Path:
 
 def meant(scene: LoadedScene) -> str:
     """The plan without the places of its text, and without what its uncertain inputs do to its limits."""
-    return re.sub(r"where='[^']*'|marks={[^}]*}|spread=[^,]*, inputs='[^']*'", "", repr(scene.plan))
+    return re.sub(r"where='[^']*'|marks={[^}]*}|spread=[^,]*, adds=[^,]*, inputs='[^']*'", "", repr(scene.plan))
 
 
 def refused(scene: Path, *settings: str) -> str:
