@@ -27,6 +27,8 @@ from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
 from .model_levels import Ladder, ModelLevel, at_level
 
+STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
+# as short, by which a method that has damped a swing away sees it
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
 HIDES = 0.25  # part of the errors of steps by which that of a level may be seen wrongly
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
@@ -132,10 +134,11 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
 
 
 def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> Look:
-    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run."""
+    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
+    level is wrong by more, or tighter steps change nothing for the better."""
     tolerances = [rung.plan.tolerance for rung in rungs]
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(rungs) - 1)
-    run, judged = [at], at
+    run, judged, before, stuck = [at], at, inf, 0
     while True:
         try:
             if not all(measuring.read_well(rungs[i], accuracy) for i in run):
@@ -169,7 +172,8 @@ def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measu
                 continue
             if richer or wrong > accuracy:
                 return best
-        if run[-1] + 1 >= len(rungs) or steps == 0.0:
+        before, stuck = steps, stuck + 1 if steps >= 0.5 * before else 0
+        if run[-1] + 1 >= len(rungs) or stuck >= STUCK or steps == 0.0:
             return best
         run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
 
