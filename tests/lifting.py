@@ -1,7 +1,28 @@
-"""What tests ask of a plan in which hooks lift something."""
+"""What tests ask of a plan in which hooks lift something, and lifts of which little is stated."""
+
+import re
+from collections.abc import Sequence
 
 from heavylift.kernel.description import Body, Reeving, Rope
 from heavylift.nodes.plan import Cargo, Mechanism, Plan, Tie
+from heavylift.nodes.scene import LoadedScene, bundled, parse
+
+SECTIONS = ("project", "gear", "practice", "factors", "limits")
+KEYS = ("lug capacity", "capacity")
+GEARED = r"(sling|shackle): \{gear: [^}]*\}"
+
+
+def unstated(text: str) -> str:
+    """A scene without what it states only for its checks: gear, capacities, factors, limits."""
+    text = re.sub(rf"^({'|'.join(SECTIONS)}):.*\n(?:[ #].*\n)*", "", text, flags=re.M)
+    text = re.sub(rf"^ +(?:(?:{'|'.join(KEYS)}):.*|{GEARED})\n", "", text, flags=re.M)
+    text = re.sub(rf", (?:capacity: [^}}]*|{GEARED})", "", text)
+    return re.sub(r"\n{3,}", "\n\n", text)
+
+
+def bare(name: str, settings: Sequence[str] = ()) -> LoadedScene:
+    """A bundled lift of which no more is stated than a run needs."""
+    return parse(unstated(bundled()[name].read_text(encoding="utf-8")), f"{name}.yaml", settings)
 
 
 def machine(plan: Plan, name: str) -> Mechanism:

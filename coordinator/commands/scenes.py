@@ -36,7 +36,10 @@ def check(
     check_steps(loaded)
     found, answer = examine(loaded, near_at_rest(loaded.plan, loaded.statics)), known(loaded)
     if as_json:
-        told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
+        told: dict[str, object] = msgspec.to_builtins(found)
+        own = {key: told.pop(key) for key in ("state", "line", "findings", "checks", "tables", "lines")}
+        del own["lines"]
+        told |= {"verdict": {"red": found.state == "red", **own}}  # as of a run
         told |= {"modelled": msgspec.to_builtins(answer) | {"told": str(answer)} if answer else None}
         typer.echo(msgspec.json.encode(told).decode())
     else:

@@ -7,7 +7,6 @@ sampling                 what the kernel tells models that listen
 session                  a run of a plan in this process; mechanics_at: the mechanics of a scene at one instant of it
 external                 nodes that programs of another kind play
 isolation                      globals that children share; in its node a child is alone
-transitions              of models, as a data topic
 
 Node processes import these modules one by one and nothing else of this room.
 """

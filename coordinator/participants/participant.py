@@ -3,6 +3,10 @@
 It is the models of its process, run by one simulator, or the kernel. WELCOME brings the part that the node plays
 (parts.py); the answer is HELLO with what the node declares: its share of the mechanics, the kernel's sample layout, or
 what its models are.
+
+Transitions of models in other processes: a node sends them as a data topic, the coordinator puts them in order.
+
+One batch per grant: [node's tag ns, [t, k, path, kind, bag, sent] ...], where bag and sent hold (port, type, bytes).
 """
 
 from __future__ import annotations
@@ -16,9 +20,10 @@ import msgspec
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.protocol.node import Node, failure
-from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.kernel.version import __version__
-from heavylift.nodes.devs import Simulator, Tag
+from heavylift.nodes.devs import Message, Simulator, Tag, Transition, encode
+from heavylift.nodes.devs import decode as decode_message
 
 from . import parts
 
@@ -125,7 +130,6 @@ class Participant:
         if isinstance(part, parts.ModelPart):
             from .building import couplings, declarations, with_children
             from .isolation import Commons, secluded
-            from .transitions import Transitions
 
             rebuilt = partial(with_children, part.build, self.models, f"node {self.name}")
             root = rebuilt()
@@ -156,3 +160,42 @@ class Participant:
 
         declared = msgspec.msgpack.encode([model.declare() for model in models])
         return Node(self.name, acting, waits), declared, parts.fingerprint(part.plan)
+
+
+_Said = tuple[str, str, bytes]  # port, class name, canonical bytes
+_Line = tuple[int, int, str, str, list[_Said], list[_Said]]
+_DECODER: msgspec.msgpack.Decoder[list[_Line]] = msgspec.msgpack.Decoder(list[_Line])
+
+
+class Transitions:
+    """Hears a node's transitions; `flush` sends what came since the last time."""
+
+    def __init__(self, publish: Callable[[bytes], None]) -> None:
+        self._publish = publish
+        self._lines: list[_Line] = []
+
+    def __call__(self, line: Transition) -> None:
+        self._lines.append((*line.tag, line.path, line.kind, _wire(line.bag), _wire(line.sent)))
+
+    def flush(self) -> None:
+        """Send the transitions noted so far."""
+        if self._lines:
+            self._publish(msgspec.msgpack.encode(self._lines))
+            self._lines.clear()
+
+
+def read(batch: bytes) -> list[Transition]:
+    """The transitions of a batch; ProtocolError if it holds none."""
+    try:
+        told = _DECODER.decode(batch)
+    except UNREADABLE as error:
+        raise ProtocolError(f"a log of transitions cannot be read ({error})") from None
+    return [Transition(Tag(t, k), path, kind, _messages(bag), _messages(sent)) for t, k, path, kind, bag, sent in told]
+
+
+def _wire(said: tuple[tuple[str, Message], ...]) -> list[_Said]:
+    return [(port, type(value).__name__, encode(value)) for port, value in said]
+
+
+def _messages(said: list[_Said]) -> tuple[tuple[str, Message], ...]:
+    return tuple((port, decode_message(name, payload)) for port, name, payload in said)

@@ -49,10 +49,12 @@ class Coordinator:
         end: Tag = FOREVER,
         finish: tuple[str, str] | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
+        outside: Iterable[tuple[str, str, str, str]] = (),
         microsteps: int = LIMIT,
         models: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
-        """`models` of each node; without them each is a model of its own. Couplings are those of models.
+        """`models` of each node; without them each is a model of its own. Couplings are those of models; `outside`:
+        those (source, port, model, its port) from sources that take part in no round.
 
         Run to events below `end`; an event on the port `finish` = (model, port) ends it with its time.
         """
@@ -77,6 +79,11 @@ class Coordinator:
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
         self._injected = set[str]()  # models that hear of somebody who is no node
+        for source, port, target, into in outside:
+            if target not in self._home:
+                raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {target}")
+            self._injected.add(target)
+            self._hears(source, port, self._home[target])
 
     def hello(self, name: str, hello: Hello) -> None:
         """(1) A node has started; the last of them opens the run."""

@@ -13,36 +13,14 @@ With `ready(horizon)` nothing is decided at or after the horizon, so that `safe`
 speak soon keeps the horizon near.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Tag
-from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.nodes.devs import Event, Tag
 
 from .core import Coordinator
 
 
 class OpenCoordinator(Coordinator):
-    """A coordinator with couplings whose sources are not nodes; `inject` brings their events."""
-
-    def __init__(
-        self,
-        nodes: Iterable[str],
-        couplings: Iterable[tuple[str, str, str, str]],
-        end: Tag = FOREVER,
-        finish: tuple[str, str] | None = None,
-        on_event: Callable[[Event], None] = lambda event: None,
-        outside: Iterable[tuple[str, str, str, str]] = (),
-        microsteps: int = LIMIT,
-        models: Mapping[str, Sequence[str]] | None = None,
-    ) -> None:
-        """`outside`: couplings (source, port, model, its port) from sources that take part in no round."""
-        super().__init__(nodes, couplings, end, finish, on_event, microsteps, models)
-        for source, port, target, into in outside:
-            if target not in self._home:
-                raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {target}")
-            self._injected.add(target)
-            self._hears(source, port, self._home[target])
+    """A coordinator with couplings `outside`, whose sources are not nodes; `inject` brings their events."""
 
     def extend(self, end: Tag) -> None:
         """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""

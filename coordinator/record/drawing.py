@@ -174,8 +174,10 @@ class _DrawnPortal:
 def _on_rails(plan: Plan) -> list[_DrawnPortal]:
     found = []
     for machine in (machine for machine in plan.levelled if machine.girders):
-        (joint, *_), (main, *_) = machine.system.joints, machine.system.bodies
-        found.append(_DrawnPortal(joint.p_PJ, machine.actuators[0], main))
+        body = {x.name: x for x in machine.system.bodies}[machine.girders[0].body]
+        joint = next(joint for joint in machine.system.joints if joint.child == body.name)
+        drive = next(drive.name for drive in machine.system.drives if drive.joint == joint.name)
+        found.append(_DrawnPortal(joint.p_PJ, next(a for a in machine.actuators if a.name == drive), body))
     return found
 
 

@@ -27,7 +27,7 @@ from heavylift.coordinator.participants import NODE_MODULE, parts
 from heavylift.coordinator.participants.building import built, couplings, declarations, difference, module, stopping
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import externals
-from heavylift.coordinator.participants.transitions import read
+from heavylift.coordinator.participants.participant import read
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.record.run_record import FileTape, Tape
 from heavylift.coordinator.supervision.failover import DEADLINE_s
@@ -233,7 +233,7 @@ def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts
 
 
 # what a node of models imports when it joins
-PRELOAD = ("build_check", "building", "isolation", "shared_globals", "transitions")
+PRELOAD = ("building", "isolation")
 
 
 def _preload(reference: str) -> list[str]:

@@ -95,7 +95,8 @@ class FoundLimit:
             return f"{self.path}: {self.wrong}"
         most, told = self.most, ""
         if isfinite(most.get("use", nan)):
-            when = f"in '{most['limit stage']}' at {clock(most['limit at [s]'], 1)}"
+            t = most["limit at [s]"]  # none of a design load
+            when = f"in '{most['limit stage']}'{'' if t is None else f' at {clock(t, 1)}'}"
             told = f", where {most['limit']} is used to {self.used} {when}"
         return f"{self.path}: green up to {self.limit}{told}; red at {self.shown(self.red)}: {self.why}"
 

@@ -234,7 +234,7 @@ def _row(one: FoundLimit) -> tuple[Cell, ...]:
     if one.wrong:
         return one.path, one.shown(one.green), one.shown(one.red), "", "", "", None, one.wrong
     most = one.most
-    where = str(most["limit"]), one.used, str(most["limit stage"]), float(most["limit at [s]"])
+    where = str(most["limit"]), one.used, str(most["limit stage"]), most["limit at [s]"]
     used = where if isfinite(most.get("use", nan)) else ("", "", "", None)
     return one.path, one.limit, one.shown(one.red), *used, one.why
 

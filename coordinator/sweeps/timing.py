@@ -21,7 +21,6 @@ from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedConditio
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene.construction.scene_builder import ramp_of
 from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
 from heavylift.nodes.scene.text.units import NUMBER
 from heavylift.recordings.sheets.sheet import Cell, Table, columns
@@ -72,15 +71,18 @@ class Step:
 
 def speeds(scene: LoadedScene) -> Iterator[Step]:
     """Orders up to the speeds of their drives, the boldest of an action first; a turn to a multiple of its rate."""
+    actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
-        moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and o.model in scene.scene.cranes]
+        moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
+        moves = [o for o in moves if VERBS[o.verb].units == "sliding"]
         paths = tuple(("actions", i, target) for target, phrase in action.orders.items() if phrase.speed > 0.0)
         if any(isinstance(o, Turn) for o in scene.plan.actions[i].orders):
             yield Step("speed", i, paths, 1.0, TURNS)
         elif len(moves) == len(scene.plan.actions[i].orders):
             creeps = _creeps(scene, i, moves)
             for loaded in (True,) if creeps else (False, True):
-                limits = {m: VERBS[m.verb].limit(scene.scene.cranes[m.model], loaded=loaded) or 0.0 for m in moves}
+                own = {m: actuators[m.actuator] for m in moves}
+                limits = {m: (loaded and x.loaded) or x.speed or 0.0 for m, x in own.items()}
                 limits |= {m: CREEP * limits[m] for m in moves if creeps and VERBS[m.verb].sign}
                 first = min(moves, key=lambda m: limits[m] / abs(m.speed))
                 factor = float(f"{limits[first] / abs(first.speed):.9g}")
@@ -108,7 +110,9 @@ def ramps(scene: LoadedScene) -> Iterator[Step]:
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and VERBS[o.verb].along]
         paths = tuple(("actions", i, target) for target, _ in along)
-        own = [ramp_of(scene.scene.cranes[m.model].ramp)[0] for m in moves]
+        own = [
+            a.accel for machine in scene.plan.machines for a in machine.actuators for m in moves if a.name == m.actuator
+        ]
         for words in (f"{min(own):g} m/s2 in two pulses", "one swing") if own else ():
             yield Step("ramp", i, paths, 0.0, 1.0, words, "the swing of what hangs there")
 

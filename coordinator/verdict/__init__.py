@@ -7,7 +7,6 @@ clearances  how near things came to one another, by
             between samples; coarse, stretches, together: which pairs and times need a closer look
 ground      and how near to the ground
 limits      worst values of all limits, for the report
-tables      what only the plan knows, for the report
 judging     all judges in one table, and the line
 
     judge(plan, history, conduct)  at the end of a run; `prepare` before it saves time there

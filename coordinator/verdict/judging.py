@@ -20,7 +20,7 @@ from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen,
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
-from heavylift.nodes.scene.factor_sheet import sources
+from heavylift.nodes.scene.factor_sheet import charts_used, hooks, rigging
 from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, Judged, recorded_verdict
@@ -30,7 +30,6 @@ from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run
-from .tables import charts_used, rigging, tables_of_plan
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
@@ -173,9 +172,9 @@ def judged_with_uses(
         line=line_of(checks),
         head=HEAD,
         rows=tuple(rows(checks)),
-        told=(*hoisting_foreseen(plan), *shared(plan), *sources(bench.uses)),
+        told=(*hoisting_foreseen(plan), *shared(plan)),
         dynamic=dynamics_foreseen(plan),
-        tables=(*tables_of_plan(plan), *charts_used(bench.reach), *(x for x in rigging(plan, bench.uses) if x.rows)),
+        tables=tuple(x for x in (hooks(plan), charts_used(bench.reach), *rigging(plan, bench.uses)) if x.rows),
         clearances=tuple(bench.clearances),
         not_looked_at=tuple(bench.not_looked_at),
         findings=tuple(findings),

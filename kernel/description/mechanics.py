@@ -5,6 +5,8 @@ SI units; rotations are row-major 3x3 tuples; a point is (body, position in that
 `p_PJ` is the position of joint J from parent P, expressed in P.  The body "world" is the ground.
 """
 
+from __future__ import annotations  # read late: kinds of forces may be added
+
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal

@@ -6,16 +6,13 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.findings import clock
 from heavylift.nodes.plan.limit import RatedLimit, Reach
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
-from .messages import percent
 from .reading import axis_of, read
 from .signals import SignalColumns, signals_of
 
-REACH = ("stage", "hook", "", "at", "radius [m]", "load [t]", "chart [t]", "used")
 WHEN = ("begins", "most", "ends")
 
 
@@ -62,9 +59,3 @@ class HookReach:
         return tuple(
             msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)
         )
-
-
-def reach_rows(found: Sequence[Reach]) -> list[tuple[str, ...]]:
-    """Cells under `REACH`."""
-    numbers = ((f"{x.radius:.2f}", f"{x.load / 1e3:.1f}", f"{x.capacity / 1e3:.1f}", percent(x.use)) for x in found)
-    return [(x.stage, x.hook, x.when, clock(x.t), *row) for x, row in zip(found, numbers, strict=True)]

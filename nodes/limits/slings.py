@@ -41,6 +41,7 @@ TERMINATIONS = {
     "cable-laid splice": Termination(None, 1.33),
     "grommet": Termination(None, 1.0),
 }
+SOCKETS = ("resin", "swaged")  # whose pins bend no rope
 
 
 class Terms(NamedTuple):
@@ -98,14 +99,15 @@ def _skewed(x: Terms, rated: Rated) -> Rated:
 def in_a_run(x: Terms) -> Rated:
     """Of its largest tension, dynamics included (0027/ND, 7.3 to 7.10)."""
     name = x.termination or "spliced"
-    bend = bending(x.pin / x.diameter) if x.pin and x.diameter else 1.0
+    bend = bending(x.pin / x.diameter) if x.pin and x.diameter and name not in SOCKETS else 1.0
     reduced = max(TERMINATIONS[name].factor, bend)
     wear = x.wear or YARD_WEAR
     whole = GROMMET if name == "grommet" else 1.0
     factor = partial_factor(termination=reduced, wear=wear) * whole
     end = f"{'hand splice' if name == 'spliced' else name}{'' if x.termination else ' assumed'}"
-    pins = f"bent over {x.pin / x.diameter:.3g} d" if x.pin and x.diameter else f"pins of {STRAIGHT:g} d assumed"
-    told = f"{ND_0027}, 7.3.1: {_force(x)} over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}, {pins}) x {wear:g}"
+    pins = f", bent over {x.pin / x.diameter:.3g} d" if x.pin and x.diameter else f", pins of {STRAIGHT:g} d assumed"
+    pins = "" if name in SOCKETS else pins
+    told = f"{ND_0027}, 7.3.1: {_force(x)} over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}{pins}) x {wear:g}"
     half = f" x {whole:g} (of a grommet half its quoted force counts, 7.2.3)" if whole > 1.0 else ""
     return Rated(factor, f"{told} (wear){half}, {factor:.4g}; {SUCCESSOR}")
 

@@ -10,14 +10,15 @@ from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import WORLD, Point, System, Vector
 
 from .actions import Item
+from .spellings import CALLED
 
 
 class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
     ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
 
-    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped; `held`: why
-    it cannot move, where its joint is not modelled.
+    `loaded`: the same with a load; `highest`: height of the hook where the winch stops; `emergency`: deceleration of a
+    stop; `held`: why it cannot move, where its joint is not modelled.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Actuator(Item, frozen=True, kw_only=True):
     pulses: int = 0
     verb: str = ""
     speed: float | None = None
+    loaded: float | None = None
     highest: float | None = None
     emergency: float | None = None
     held: str = ""
@@ -259,6 +261,21 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
     return (tie for tie in ties if tie.upper.body in joined)
 
 
+def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
+    """The hooks whose ropes leave a body or what joints of its machine carry on it, by the names of their ropes."""
+    joints = {joint.child: joint.parent for joint in reversed(machine.system.joints)}
+
+    def carries(other: str) -> bool:
+        return other == body or (other in joints and carries(joints[other]))
+
+    return sorted((hook for hook in machine.hooks if carries(hook.on)), key=lambda hook: hook.rope)
+
+
+def is_root(machine: Mechanism, body: str) -> bool:
+    """Whether no joint of a machine carries a body on another one."""
+    return all(joint.parent == WORLD for joint in machine.system.joints if joint.child == body)
+
+
 def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
     """Where the lugs of what is lifted are."""
     return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
@@ -266,8 +283,12 @@ def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
 
 def driven(actuator: str) -> str:
     """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
+    crane, called = called_of(actuator)
+    return f"the {called} of {crane}" if called else crane
+
+
+def called_of(actuator: str) -> tuple[str, str]:
+    """The machine of an actuator, and what it is called beside that; else its own name, and ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
-    if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):
-        return actuator
-    return crane if axis == "gantry" else f"the {axis.removesuffix('-slide')} trolley of {crane}"
+    return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
-RAILS = "goliath"
-"""Family of machine types whose cranes travel on rails with two trolleys, and beginning of the names of the bundled."""
+from typing import Any, Literal
 
 BEAMS = "loaders"
-"""Key of the lifting beams under `rig:`."""
+"""Key of the frames under `rig:`."""
 
 BEAM = "loader"
-"""Kind by which a recorded model of a lifting beam is asked for, and beginning of the names of new ones."""
+"""Kind by which a recorded model of such a frame is asked for, and beginning of the names of new ones."""
 
 BEAM_TYPE = f"block-{BEAM}"
-"""Type of a lifting beam that names none."""
+"""Type of a frame that names none."""
 
 BeamLoad = Literal["loader load"]
 BEAM_LOAD: BeamLoad = "loader load"
-"""Quantity of the limit of what the slings of a beam pull."""
+"""Quantity of the limit of what the slings of a frame pull."""
+
+CALLED = {"gantry": "", "upper-slide": "upper trolley", "lower-slide": "lower trolley"}
+"""What drives of these joints are called beside the name of their machine."""
+
+FAMILY = "goliath"
+BASE = f"{FAMILY}-900"
+
+
+def old_type(data: dict[str, Any]) -> bool:
+    """Have a type of the former family extend its smallest one, whose drives it has; whether it is one."""
+    if data.get("family") != FAMILY:
+        return False
+    del data["family"]
+    data["extends"] = BASE
+    data.pop("drives", None)
+    return True

@@ -8,11 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Kind = Literal[
-    "gantry", "trolley", "hook", "block", "load", "drive", "winch", "sling", "rope", "brake", "lock", "interlock",
-    "lift", "none",
-]  # fmt: skip
-Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait", "begin"]
+Kind = Literal["hook", "block", "load", "drive", "winch", "sling", "rope", "brake", "lock", "interlock", "lift", "none"]
+Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait", "begin", "own"]
 
 
 @dataclass(frozen=True)
@@ -26,33 +23,27 @@ class Verb:
     """Of the coordinate that it moves, as hoisting shortens a rope; 0: the number says it."""
     units: Literal["sliding", "turning", "either"] = "sliding"
     """Of way, speed and ramp."""
-    speeds: tuple[str, str] | None = None
-    """Keys of a crane with the highest speed, with a load and without."""
     along: Literal["", "x", "y"] = ""
     """Axis of the crane along which it carries what hangs there."""
     engages: bool = False
     ways: tuple[str, str] = ("", "")
     """Words for its ways along the coordinate, upwards and downwards."""
-
-    def limit(self, crane: object, *, loaded: bool) -> float | None:
-        """The highest speed of a scene's crane [m/s], if it has one."""
-        return float(getattr(crane, self.speeds[0 if loaded else 1])) if self.speeds else None
+    module: str = ""
+    """Of a verb with a meaning of its `own`: has `phrase(reader)`, what stands behind the verb, and
+    `orders(actors, phrase, where)`, the orders of the plan that it becomes."""
 
 
 FORWARD = ("forward", "back")
-HOISTING = ("hoist_speed", "empty_hoist_speed")
 
 VERBS: dict[str, Verb] = {
     verb.name: verb
     for verb in (
-        Verb("travel", ("gantry", "drive"), "move", speeds=("gantry_speed", "gantry_speed"), along="x", ways=FORWARD),
-        Verb(
-            "traverse", ("trolley", "drive"), "move", speeds=("trolley_speed", "trolley_speed"), along="y", ways=FORWARD
-        ),
+        Verb("travel", ("drive",), "move", along="x", ways=FORWARD),
+        Verb("traverse", ("drive",), "move", along="y", ways=FORWARD),
         Verb("slew", ("drive",), "move", units="turning", ways=("left", "right")),
         Verb("luff", ("drive",), "move", units="turning", ways=("in", "out")),
-        Verb("hoist", ("hook", "winch"), "move", sign=-1, speeds=HOISTING),
-        Verb("lower", ("hook", "winch"), "move", sign=1, speeds=HOISTING),
+        Verb("hoist", ("hook", "winch"), "move", sign=-1),
+        Verb("lower", ("hook", "winch"), "move", sign=1),
         Verb("drive", ("drive",), "move", units="either"),
         Verb("turn", ("block",), "turn", units="turning"),
         Verb("level", ("block", "load"), "level"),
@@ -64,8 +55,8 @@ VERBS: dict[str, Verb] = {
         Verb("release", ("brake", "sling", "rope"), "release"),
         Verb("bypass", ("interlock",), "brake"),
         Verb("restore", ("interlock",), "brake", engages=True),
-        Verb("stop", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either"),
-        Verb("hold", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either", engages=True),
+        Verb("stop", ("hook", "drive", "winch"), "stop", units="either"),
+        Verb("hold", ("hook", "drive", "winch"), "stop", units="either", engages=True),
         Verb("wait", ("none",), "wait"),
         Verb("begin", ("lift",), "begin"),
     )

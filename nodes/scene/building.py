@@ -63,7 +63,12 @@ def facts(scene: schema.Scene) -> SceneFacts:
         placement={node: process for process, hosting in scene.placement.items() for node in hosting.nodes},
         remote=[process for process, hosting in scene.placement.items() if hosting.host == "remote"],
         project=scene.project.model_dump(exclude_defaults=True) if scene.project else {},
-        tandem={name: crane.tandem for name, crane in scene.cranes.items() if len(scene.cranes) > 1},
+        tandem={
+            name: cell.tandem
+            for name, machine in scene.machines.items()
+            for cell in machine.load_cells.values()
+            if cell.tandem < 1.0 and len(scene.machines) > 1
+        },
     )
 
 

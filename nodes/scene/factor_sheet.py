@@ -1,86 +1,78 @@
-"""The factor sheet and the rigger's list, as numbers for reports and as texts for the terminal."""
+"""What a check and a report show of hooks, rigging and factors: tables of numbers, made once.
+
+Loads are in t, those of slings in kN.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 from heavylift.nodes.limits.factors import BASES, NAMES
-from heavylift.nodes.limits.messages import percent, shown
-from heavylift.nodes.plan.limit import RatedLimit, Use
+from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan
+from heavylift.recordings.sheets.sheet import Table, columns, trimmed
 
 
-class FactorLine(NamedTuple):
-    """A line of the sheet: loads in the unit of `limit`, `factors` by name, `met`: what a run has simulated."""
+def hooks(plan: Plan) -> Table:
+    """Hooks as their cranes have them: what they may carry, at which radius by a chart, and how they are reeved."""
+    rows = []
+    for machine in plan.machines:
+        for hook in machine.hooks:
+            most = hook.capacity / 1e3 if hook.capacity else max((load for _, load in hook.chart), default=0.0) / 1e3
+            reach = f"{hook.chart[0][0]:g} to {hook.chart[-1][0]:g} m" if hook.chart else ""
+            force = hook.breaking / 1e3 if hook.breaking else None
+            falls = hook.falls or None
+            rows.append((machine.name, hook.rope, hook.block_mass / 1e3, most or None, reach, falls, force))
+    heads = columns("crane", "hook", "hook block [t] .1", "rated [t] .1", "chart over radius", "falls .0",
+                    "breaking force of the rope [kN] .0")  # fmt: skip
+    return trimmed(Table("Hooks", heads, tuple(rows)))
 
-    limit: RatedLimit
-    rest: float
-    factors: dict[str, float]
-    design: float
-    most: float | None
-    use: float | None
-    met: float | None
-    stage: str
+
+def charts_used(found: Sequence[Reach]) -> Table:
+    """Radius and use of the chart in each stage."""
+    rows = tuple((x.stage, x.hook, x.when, x.t, x.radius, x.load / 1e3, x.capacity / 1e3, 100.0 * x.use) for x in found)
+    heads = columns("stage", "hook", "", "at [h:min:s]", "radius [m] .2", "load [t] .1", "chart [t] .1", "use [%] .1")
+    note = "Load with hook block and rigging; the next longer radius of the chart counts."
+    return Table("Radius and chart", heads, rows, (note,))
 
 
-def lines(uses: Sequence[Use]) -> list[FactorLine]:
-    """The factor sheet of uses of limits: a line for each hook, sling, shackle and lug."""
-    met = {(use.limit.subject, use.limit.quantity): use for use in uses}
-    found = []
-    for use in uses:
-        limit, rest = use.limit, use.limit.rest
-        if rest is not None and use.value is not None:
-            base = met.get((limit.subject, BASES[limit.quantity]))
-            most = use.value / use.use if use.value and use.use else None
-            simulated = base.value if base and not rest.alone else None
+def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
+    """From loads at rest to design loads, factor by factor, with what a run has met; and what riggers fetch."""
+    met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
+    for of, unit, told in (("", "kg", "t"), (" of slings", "N", "kN")):
+        mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []
+        named = [name for name in NAMES if any(x.name == name for use in mine for x in use.limit.factors)]
+        for use in mine:
+            limit, rest, value = use.limit, use.limit.rest, use.value
+            assert rest is not None
+            assert value is not None
             factors = {x.name: x.value for x in limit.factors}
-            found.append(FactorLine(limit, rest.value, factors, use.value, most, use.use, simulated, use.stage))
-    return found
-
-
-def named(found: Sequence[FactorLine]) -> list[str]:
-    """The factors of some lines, in order."""
-    return [name for name in NAMES if any(name in line.factors for line in found)]
-
-
-def sheet(uses: Sequence[Use]) -> tuple[tuple[str, ...], ...]:
-    """The same as a head and rows of texts; nothing without one."""
-    found = lines(uses)
-    names = named(found)
-    head = ("part", "", "load at rest", *names, "design load", "limit", "used", "met", "most loaded in")
-    rows = [
-        (
-            x.limit.quantity.partition(" ")[0], x.limit.subject, shown(x.limit, x.rest),
-            *(f"{x.factors[name]:.4g}" if name in x.factors else "" for name in names), shown(x.limit, x.design),
-            shown(x.limit, x.most), "" if x.use is None else percent(x.use),
-            "" if x.met is None else shown(x.limit, x.met), x.stage,
-        )
-        for x in found
-    ]  # fmt: skip
-    return (head, *rows) if rows else ()
+            simulated = None if rest.alone else met.get((limit.subject, BASES[limit.quantity]))
+            most = value / use.use if use.use else None
+            loads = (None if x is None else x / 1e3 for x in (value, most, simulated))
+            used = None if use.use is None else 100.0 * use.use
+            part = limit.quantity.partition(" ")[0]
+            rows.append((part, limit.subject, rest.value / 1e3, *map(factors.get, named), *loads, used, use.stage))
+        form = f"[{told}] .1"
+        heads = columns("part", "", f"load at rest {form}", *(f"{name} .3" for name in named), f"design load {form}",
+                        f"limit {form}", f"met {form}", "used [%] .1", "most loaded in")  # fmt: skip
+        yield trimmed(Table(f"Design loads{of}", heads, tuple(rows), tuple(sources(mine))))
+    heads = columns("item", "number .0", "kind", "WLL [t] .2", "mass each [kg] .1", "standard", "termination",
+                    "certificate", "where")  # fmt: skip
+    items = tuple(
+        (x.name, x.number, x.kind, x.WLL / 1e3 if x.WLL else None, x.mass or None, x.standard, x.termination,
+         x.certificate or "none", ", ".join(x.at))
+        for x in plan.gear
+    )  # fmt: skip
+    yield trimmed(Table("Rigger's list", heads, items))
 
 
 def sources(uses: Sequence[Use]) -> list[str]:
     """Where the factors of a sheet come from, each once."""
-    each = [x for use in uses for x in use.limit.factors]
     found: dict[tuple[str, str], list[float]] = {}
-    for x in each:
+    for x in (x for use in uses for x in use.limit.factors):
         found.setdefault((x.name, x.source), []).append(x.value)
     return [
         f"{name} {min(values):.4g}{f' to {max(values):.4g}' if max(values) - min(values) > 1e-4 else ''}: {source}"
         for (name, source), values in found.items()
     ]
-
-
-def gear(plan: Plan) -> tuple[tuple[str, ...], ...]:
-    """The rigger's list: head and a row for each item; nothing where the scene names none."""
-    head = ("item", "number", "kind", "WLL", "mass each", "standard", "termination", "certificate", "where")
-    rows = [
-        (
-            x.name, str(x.number), x.kind, f"{x.WLL / 1e3:g} t" if x.WLL else "", f"{x.mass:g} kg" if x.mass else "",
-            x.standard, x.termination, x.certificate or "none", ", ".join(x.at),
-        )
-        for x in plan.gear
-    ]  # fmt: skip
-    return (head, *rows) if rows else ()

@@ -207,10 +207,10 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         at, kind = inside[key]
         path = (*path, key)
     found = quantity(kind)
-    if found is None or isinstance(at, bool) or not isinstance(at, int | float | None):
-        raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
     if at is None:
         raise SceneError(f"input {name}: the scene gives it no value; write one from which to begin")
+    if found is None or isinstance(at, bool) or not isinstance(at, int | float):
+        raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
     dimension = found.dimension
     source = made(source) if path[:1] == ("machines",) else source
     text = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(source.at(path)))

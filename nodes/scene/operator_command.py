@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan import actions
-from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.machines import build_machines
 from heavylift.nodes.scene.construction.resolve import build_orders
 from heavylift.nodes.scene.language.grammar import read_order
@@ -67,12 +66,6 @@ def _refused(scene: LoadedScene, order: actions.Order) -> str:
     turned = {other.block for other in listed if isinstance(other, actions.Turn)}
     if isinstance(order, actions.Turn) and order.block not in turned:
         return "a block that the scene never turns cannot be turned"
-    crane = scene.scene.cranes.get(order.model) if isinstance(order, actions.Move) else None
-    if crane is not None and isinstance(order, actions.Move):
-        limit = VERBS[order.verb].limit(crane, loaded=False)
-        if limit is not None and abs(order.speed) > limit * (1 + 1e-9):
-            speeds = f"{abs(order.speed) * 60:g} m/min is faster than {order.model} can: {limit * 60:g} m/min"
-            return f"{order.verb} {speeds}"
     return ""
 
 

@@ -16,7 +16,7 @@ from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
-from heavylift.nodes.limits.reach import REACH, HookReach, reach_rows
+from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.models.machine import turning
@@ -27,8 +27,10 @@ from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, StaticState
 from heavylift.nodes.statics.goals import world
+from heavylift.recordings.sheets.sheet import Cell, Column, Table, words
+from heavylift.recordings.sheets.terminal import part_text
 
-from .factor_sheet import gear, sheet, sources
+from .factor_sheet import charts_used, rigging
 
 COLUMNS = 6  # of a table of ropes
 SHOWN, ROUND = pi / 6.0, 1e-6  # [rad] of a turn that has a row of its own
@@ -68,8 +70,7 @@ class SceneReport:
     checks: tuple[Check, ...] = ()  # all of that, and what is not checked, worst first
     line: str = ""  # how many checks have which state
     state: State = "amber"  # the worst
-    sheet: tuple[tuple[str, ...], ...] = ()  # from loads at rest to design loads: a head and a row for each part
-    gear: tuple[tuple[str, ...], ...] = ()  # the rigger's list, a head and a row for each item
+    tables: tuple[Table, ...] = ()  # static loads, radius and chart, design loads, the rigger's list
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
@@ -105,19 +106,26 @@ def report(
     loads = any(machine.cargo for machine in built.machines) and not built.lists
     if loads and hooks and all(hook.capacity for hook in hooks):
         rows = _rows(built, statics)
-        lines += _page(rows)
+        loads_at_rest = _page(rows)
+        if not rows:
+            lines += ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
     else:
-        lines += _ropes_at_rest(statics)
-    lines += _reached(built, statics)
+        loads_at_rest = _ropes_at_rest(statics)
+    first = [*loads_at_rest, _reached(built, statics)]
+    then = [table for table in rigging(built, uses) if table.rows]
+    lines += _printed(first)
+    if statics.why and not rows:
+        ends = _ends(statics)
+        lines += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
     lines += _limits(built, checks, findings) if checks else _lines(findings)
-    lines += _swing_free(built)
-    line = line_of(checks)
-    lines += ["", f"checks at rest: {line}"]
-    designed, listed = sheet(uses), gear(built)
-    told = [*table("Design loads:", designed), *(f"  {x}" for x in sources(uses)), *table("Rigger's list:", listed)]
-    lines[-2:-2] = told
+    lines += [*_swing_free(built), *_printed(then), "", f"checks at rest: {(line := line_of(checks))}"]
     judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
-    return SceneReport(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, sheet=designed, gear=listed)
+    tables = tuple(table for table in (*first, *then) if table.rows)
+    return SceneReport(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, tables=tables)
+
+
+def _printed(tables: Sequence[Table]) -> list[str]:
+    return [line for table in tables if table.rows for line in ("", *part_text(table).splitlines())]
 
 
 def _mobility(built: plan.Plan) -> Mobility:
@@ -182,51 +190,41 @@ def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
     return total
 
 
-def _page(rows: list[HookLoadRow]) -> list[str]:
+def _page(rows: list[HookLoadRow]) -> list[Table]:
+    """What slings of each hook carry in each stage in which it changes [t], and the largest load of each."""
     hooks = list(dict.fromkeys(row.hook for row in rows))
-    if not hooks:
-        return ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
-    lines = ["", _line("static sling load [t]", hooks)]
-    shown: list[str] = []
+    loads: list[tuple[Cell, ...]] = []
     for stage, group in groupby(rows, key=lambda row: row.stage):
-        cells = [f"{row.sling_load / 1e3:.1f}" for row in [*group][-len(hooks) :]]  # at its end
-        if cells != shown:
-            lines.append(_line(stage, cells))
-            shown = cells
-    largest = {hook: max((r for r in rows if r.hook == hook), key=lambda r: r.on_rope) for hook in hooks}
-    lines += [
-        "",
-        _line("largest load of the rope [t]", [f"{largest[h].on_rope / 1e3:.1f}" for h in hooks]),
-        _line("without the hook block [t]", [f"{largest[h].below_hook / 1e3:.1f}" for h in hooks]),
-        _line("use of the hook's capacity", [f"{largest[h].use:.0%}" for h in hooks]),
+        loads.append((stage, *(round(row.sling_load / 1e3, 1) for row in [*group][-len(hooks) :])))  # at its end
+    largest = [max((r for r in rows if r.hook == hook), key=lambda r: r.on_rope) for hook in hooks]
+    most: tuple[tuple[Cell, ...], ...] = (
+        ("load of the rope [t]", *(x.on_rope / 1e3 for x in largest)),
+        ("without the hook block [t]", *(x.below_hook / 1e3 for x in largest)),
+        ("use of the hook's capacity [%]", *(100.0 * x.use for x in largest)),
+    )
+    heads = [Column(hook, digits=1) for hook in hooks]
+    return [
+        Table("", (Column("static sling load [t]"), *heads), _changes(loads)),
+        Table("", (Column("largest"), *heads), most if rows else ()),
     ]
-    return lines
 
 
-def _reached(built: plan.Plan, path: Followed) -> list[str]:
-    """Radius and use of the chart of each hook that has one."""
-    found = reach_rows(HookReach(built).see_path(path.states)) if path.states else []
-    told = [REACH, *(row for before, row in pairwise([REACH, *found]) if before[4:] != row[4:])]
-    widths = [max(map(len, column)) for column in zip(*told, strict=True)]
-    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in told]
-    return ["", "Radius and chart:", *(f"  {line}" for line in lines)] if found else []
+def _changes(rows: Sequence[tuple[Cell, ...]]) -> tuple[tuple[Cell, ...], ...]:
+    """Rows whose numbers are not those of the one before."""
+    return tuple(row for i, row in enumerate(rows) if not i or row[1:] != rows[i - 1][1:])
 
 
-def _line(label: str, cells: list[str]) -> str:
-    return f"  {label:<28}" + "".join(f" {cell:>{max(9, len(cell))}}" for cell in cells)
-
-
-def table(title: str, rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """A table with its head as lines of text; nothing of an empty one."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    cells = ("  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)) for row in rows)
-    return ["", title, *(f"  {line}".rstrip() for line in cells)] if rows else []
+def _reached(built: plan.Plan, path: Followed) -> Table:
+    """Radius and use of the chart of each hook that has one, as they change."""
+    found = HookReach(built).see_path(path.states) if path.states else ()
+    numbers = [(f"{x.radius:.2f}", f"{x.load:.0f}", f"{x.capacity:.0f}") for x in found]
+    return charts_used([x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1]])
 
 
 def _limits(built: plan.Plan, checks: Sequence[Check], findings: Sequence[Finding]) -> list[str]:
     """The list of checks, worst first, and what standards foresee."""
     read = rows_of(checks)
-    lines = table("Checks on the path at rest:", [HEAD, *read]) if read else [""]
+    lines = _printed([words("Checks on the path at rest", HEAD, read)]) if read else [""]
     foreseen = dynamics_foreseen(built)
     lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
     lines += [f"  {line}" for line in (*hoisting_foreseen(built), *shared(built))]
@@ -264,18 +262,18 @@ def _lines(findings: Sequence[Finding]) -> list[str]:
     return [f"{f.severity}: {f.sentence}{at}{f' ({f.stage})' if f.stage else ''}" for f, at in found]
 
 
-def _ropes_at_rest(statics: Followed) -> list[str]:
+def _ends(statics: Followed) -> list[StaticState]:
+    """The states at the ends of actions."""
+    return [a for a, b in pairwise(statics.states) if a.action != b.action] + list(statics.states[-1:])
+
+
+def _ropes_at_rest(statics: Followed) -> list[Table]:
     """What the first ropes of a mechanism carry at rest, over sheaves their most loaded part, at the end of each
     action."""
-    ends = [a for a, b in pairwise(statics.states) if a.action != b.action] + list(statics.states[-1:])
+    ends = _ends(statics)
     ropes = list(ends[0].tensions)[:COLUMNS] if ends else []
-    lines = ["", _line("rope tension at rest [kN]", ropes)] if ropes else []
-    shown: list[str] = []
-    for state in ends if ropes else []:
-        cells = [f"{state.tensions[name] / 1e3:.1f}" for name in ropes]
-        if cells != shown:
-            lines.append(_line(state.stage, cells))
-            shown = cells
-    if statics.why:
-        lines += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
-    return lines
+    rows: list[tuple[Cell, ...]] = [
+        (x.stage, *(round(x.tensions[name] / 1e3, 1) for name in ropes)) for x in ends if ropes
+    ]
+    heads = (Column("rope tension at rest [kN]"), *(Column(name, digits=1) for name in ropes))
+    return [Table("", heads, _changes(rows))]

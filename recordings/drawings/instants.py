@@ -13,6 +13,7 @@ import numpy as np
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.viewer_messages import Box, corners, turned
+from heavylift.recordings.read.part import HANGING
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Clearance, Judged, recorded_peaks
 from numpy.typing import NDArray
@@ -144,10 +145,7 @@ def _instant(
     slings = {tie["rope"] for tie in machines.ties(plan)}
     eyes = {hook["eye"]["body"] for hook in hooks}
     hung = {
-        x["name"]
-        for machine in every
-        if machine["name"] in rec.fact("loaders", {})
-        for x in machine["system"]["bodies"]
+        x["name"] for machine in every if machine["name"] in rec.fact(HANGING, {}) for x in machine["system"]["bodies"]
     }
     frames = (hung | {tie["upper"]["body"] for tie in machines.ties(plan)}) - eyes
 

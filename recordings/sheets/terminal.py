@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from heavylift.recordings.format.text import GENERATOR, cell, table
 
-from .sheet import Notes, Sheet, Table, plain
+from .sheet import Notes, Part, Sheet, Table, plain
 
 
 def table_text(made: Table) -> str:
@@ -20,13 +20,17 @@ def table_text(made: Table) -> str:
 
 def text_of(sheet: Sheet) -> str:
     """A whole sheet but for its charts."""
-    parts = [f"{sheet.title}\n{sheet.lead}"]
-    for part in sheet.parts:
-        lines: Sequence[str] = part.lines if isinstance(part, Notes) else part.notes
-        body = table_text(part) if isinstance(part, Table) else ""
-        if body or (lines and not isinstance(part, Table)):
-            parts.append("\n".join(filter(None, (part.title, body, *(f"  {line}" for line in lines)))))
+    parts = [f"{sheet.title}\n{sheet.lead}", *filter(None, map(part_text, sheet.parts))]
     return "\n\n".join([*parts, f"made by {GENERATOR}\n"])
+
+
+def part_text(part: Part) -> str:
+    """A table or notes below their title; nothing of a table without rows."""
+    lines: Sequence[str] = part.lines if isinstance(part, Notes) else part.notes
+    body = table_text(part) if isinstance(part, Table) else ""
+    told = body or (lines and not isinstance(part, Table))
+    title = f"{part.title}:" if part.title and body else part.title
+    return "\n".join(filter(None, (title, body, *(f"  {line}" for line in lines)))) if told else ""
 
 
 def table_csv(made: Table) -> str:

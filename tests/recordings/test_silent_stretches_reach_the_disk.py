@@ -15,6 +15,7 @@ from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recorder, Recording, recover
 from heavylift.recordings.format import McapFile
 from heavylift.recordings.write import Waiting
+from lifting import unstated
 
 SWING = ["end=900 s", "samples=2 Hz"]
 ROWS = 1 + 2 * 900  # and all of them lie between two events
@@ -49,7 +50,7 @@ def test_rows_do_not_wait_for_the_next_event(in_process: bool, tmp_path: Path, m
 
 def test_rows_of_a_rest_neither_wait_nor_travel_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A lift to which nobody gives an order: its last 2000 rows are made when the run ends."""
-    text = bundled()["lift"].read_text()
+    text = unstated(bundled()["lift"].read_text())
     lift = parse(
         f"{text[: text.index('actions:')]}actions:\n  - wait: 12 s\n", overrides=["end=12 s", "samples=200 Hz"]
     )

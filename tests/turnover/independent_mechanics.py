@@ -95,12 +95,12 @@ class Mechanics:
 
         machines = self.scene["machines"]
         for crane in (m for m in machines if m.get("girders")):
-            c, (main, *trolleys) = crane["name"], crane["system"]["bodies"]
+            c, own = crane["name"], {body["name"]: body for body in crane["system"]["bodies"]}
             along = np.outer(rate(f"{c}.gantry.speed"), (1.0, 0.0, 0.0))
-            take(f"{c}.main", along, zero, main)
-            for trolley, own in zip(("upper", "lower"), trolleys, strict=True):
+            take(f"{c}.main", along, zero, own[f"{c}.main"])
+            for trolley in ("upper", "lower"):
                 across = np.outer(rate(f"{c}.{trolley}-slide.speed"), (0.0, 1.0, 0.0))
-                take(f"{c}.{trolley}", along + across, zero, own)
+                take(f"{c}.{trolley}", along + across, zero, own[f"{c}.{trolley}"])
         for loader in (m for m in machines if m.get("latches")):
             name, (top, low) = loader["name"], loader["system"]["bodies"]
             free(f"{name}.upper", f"{name}.free", top)

@@ -133,9 +133,8 @@ def test_a_loader_that_is_too_weak_reports_overload(smaller: Story) -> None:
 def test_a_trolley_stops_at_its_end_position(smaller: Story) -> None:
     def change(p: Plan) -> Plan:
         crane, *others = p.machines
-        gantry, upper, *rest = crane.actuators
-        short = changed(upper, upper=upper.start + 1.0)
-        return changed(p, machines=(changed(crane, actuators=(gantry, short, *rest)), *others))
+        short = [changed(x, upper=x.start + 1.0) if x.name == "crane.upper-slide.drive" else x for x in crane.actuators]
+        return changed(p, machines=(changed(crane, actuators=tuple(short)), *others))
 
     told = [e["value"] for e in smaller(change).said("crane", "report", "Limit")]
     assert told == [{"actor": "crane.upper-slide.drive", "limit": "travel limit", "position": 70.0}]

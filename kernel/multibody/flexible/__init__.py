@@ -1,7 +1,6 @@
 """Flexible bodies: linear elastic modes in a floating frame that moves freely.
 
-beam, modes              finite elements, their modes, shapes at stations
-rounding                 constants rounded to what is equal on every processor
+beam, modes              finite elements, rounded to what is equal on every processor; their modes
 small_deflections        where the theory ends: deflections and turns within a body
 buckling                 compression
 attachment               frames carried by the modes at a place; the kinetic energy of a flexible body

@@ -14,8 +14,7 @@ from heavylift.kernel.algebra.arrays import eigen, sizes, times, total
 from heavylift.kernel.algebra.eigenvalues import largest
 from heavylift.kernel.description.flexible import Beam
 
-from .beam import BENDING_Y, BENDING_Z
-from .rounding import rounded
+from .beam import BENDING_Y, BENDING_Z, rounded
 from .small_deflections import ModeShapes
 
 SHAPES = 8  # buckling modes, those of both planes

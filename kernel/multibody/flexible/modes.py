@@ -20,9 +20,8 @@ from heavylift.kernel.cache import remembered, sources
 from heavylift.kernel.description.flexible import Beam, Flexible, Modal
 from heavylift.kernel.errors import KernelError
 
-from .beam import beam_matrices, hermite, nodes_of, rigid_directions
+from .beam import beam_matrices, hermite, moves_freely, nodes_of, rigid_directions, rigid_motions, rounded, rounded_each
 from .buckling import FlexibleColumn
-from .rounding import moves_freely, rigid_motions, rounded, rounded_each
 from .small_deflections import Smallness, smallness
 
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others

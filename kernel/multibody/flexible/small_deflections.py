@@ -17,7 +17,7 @@ from heavylift.kernel.algebra.arrays import sizes
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
 from heavylift.kernel.description.flexible import WARNED, Flexible
 
-from .rounding import rounded
+from .beam import rounded
 
 TURNED = 4.5  # rad, for each part of the length
 PLACES = 8  # parts into which a beam is divided for this

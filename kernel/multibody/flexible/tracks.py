@@ -37,8 +37,8 @@ from heavylift.kernel.errors import KernelError
 from msgspec import Struct, structs
 
 from .attachment import Track
+from .beam import rigid_motions, rounded
 from .modes import FlexibleModes, modes_of
-from .rounding import rigid_motions, rounded
 
 SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials, sought and refused; shapes are 1 at most
 

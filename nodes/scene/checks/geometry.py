@@ -7,11 +7,11 @@ action list, the states before and after an action.  A subject is reported once 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, product
 from math import sqrt
 from typing import TypeAlias
 
-from heavylift.kernel.description.mechanics import Rope, Vector
+from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import lug_places
@@ -23,7 +23,7 @@ from heavylift.nodes.statics.state import StaticState
 
 from .findings import Findings, Violations
 
-SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
+X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 TOUCH = 1e-6  # [m]
 REACHED = 6e-3  # [m] by which a sling may be too short: it stretches more than that
 BESIDE = 0.05  # of its length, that a hook may hang beside the lug of a sling that is too short
@@ -37,21 +37,16 @@ def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]
     found.take("hooks", _under_hooks(scene, built))
     found.take("ropes", _ropes_overloaded(built))
     start = {a.name: a.start for machine in built.machines for a in machine.actuators}
-    for check in _PLACES:
-        found.take(check.__name__, check(scene, built, start, start))
+    found.take("meet", _meet(built, start, start))
     if not found.sentences:
         found.take("slings", _slings_reach(scene, built))
     return found.list()
 
 
-def goal_checks(
-    found: Findings, scene: schema.Scene, built: plan.Plan, before: StaticState, action: plan.Action
-) -> None:
+def goal_checks(found: Findings, built: plan.Plan, before: StaticState, action: plan.Action) -> None:
     """Where the moves of an action that have a known end must not lead to."""
     after = goal(built, action, before)
-    for check in _PLACES:
-        violations = check(scene, built, before.references, after.references)
-        found.take(check.__name__, violations, action.stage, action.where)
+    found.take("meet", _meet(built, before.references, after.references), action.stage, action.where)
 
 
 def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticState]) -> list[tuple[str, str]]:
@@ -73,7 +68,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
     """Some hook is above each block, where all are known."""
     hooks = [hook.ends for machine in built.machines for hook in machine.hooks]
     eyes = [ends[1] for ends in hooks if ends]
-    for name, block in scene.all_blocks.items() if scene.cranes and len(eyes) == len(hooks) else ():
+    for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
         (x, y, _), (a, b, _) = block.at, block.size
         if not any(abs(p[0] - x) <= a and abs(p[1] - y) <= b for p in eyes):
             message = f"the {_named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
@@ -145,32 +140,43 @@ def _overstretched(tie: plan.Tie, rope: Rope, beam: Vector, lug: Vector) -> str:
 # at the start and after each action
 
 
-def _portals(scene: schema.Scene, built: plan.Plan, before: Places, after: Places) -> Violations:
-    """Cranes on the same rails neither overlap nor pass through each other."""
-    cranes = [machine for machine in built.machines if machine.name in scene.cranes]
-    for one, two in combinations(cranes, 2):
-        least = (scene.cranes[one.name].width + scene.cranes[two.name].width) / 2
-        gantries = one.actuators[0].name, two.actuators[0].name
-        gap, was = (places[gantries[1]] - places[gantries[0]] for places in (after, before))
-        if abs(gap) < least - TOUCH or gap * was < 0:
-            message = f"the portals of {one.name} and {two.name} overlap: {abs(gap):g} m from centre to centre"
-            yield f"{one.name} {two.name}", two.where, f"{message}, but {least:g} m from buffer to buffer"
-
-
-def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: Places, after: Places) -> Violations:
-    """Trolleys of one level neither touch nor pass; on two levels the lower one passes beneath the upper."""
-    for crane in (machine for machine in built.machines if machine.name in scene.cranes):
-        given, (upper, lower) = scene.cranes[crane.name], crane.actuators[1:3]
-        if abs(given.upper_exit - given.lower_exit) >= SAME_LEVEL:
+def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
+    """What slides on the same rails or girder, so that it would meet, neither overlaps nor passes."""
+    sliding = [
+        (machine, joint, drive.name)
+        for machine in built.machines
+        for drive in machine.system.drives
+        for joint in machine.system.joints
+        if joint.name == drive.joint and joint.kind == "prismatic" and {drive.name} <= before.keys() & after.keys()
+    ]
+    for (one, a, drive), (two, b, other) in combinations(sliding, 2):
+        if (a.parent, a.axis) != (b.parent, b.axis) or a.axis not in (X, Y):
             continue
-        gap, was = (places[lower.name] - places[upper.name] for places in (after, before))
-        if abs(gap) < given.trolley_length - TOUCH or gap * was < 0:
-            message = f"the trolleys of {crane.name} run on one level and would go through each other"
-            least = f"{given.trolley_length:g} m from middle to middle, not {abs(gap):g} m"
-            yield crane.name, lower.where, f"{message}: they need {least}"
+        i, moved = (X, Y).index(a.axis), [places[other] - places[drive] for places in (after, before)]
+        met = []
+        for p, q in product(_boxes(one, a), _boxes(two, b)):
+            least = (p[1][i] + q[1][i]) / 2
+            gap, was = (way + q[0][i] - p[0][i] for way in moved)
+            beside = any(_between(p, q, k) >= -TOUCH for k in range(3) if k != i)
+            if not beside and (abs(gap) < least - TOUCH or gap * was < 0):
+                met.append((least - abs(gap), abs(gap), least))
+        if met:
+            _, gap, least = max(met)
+            names = (one.name, two.name) if a.parent == WORLD else (plan.driven(drive), plan.driven(other))
+            message = f"{names[0]} and {names[1]} overlap: {gap:g} m from middle to middle"
+            yield " ".join(names), two.where, f"{message}, but they need {least:g} m"
 
 
-_PLACES = (_portals, _trolleys_meet)
+def _boxes(machine: plan.Mechanism, joint: Joint) -> list[tuple[Vector, Vector]]:
+    """Middles and edges of what slides, where its coordinate is 0 [m]."""
+    at = joint.p_PJ
+    boxes = ((x.centre, x.size) for x in machine.shapes if x.body == joint.child)
+    return [((x + at[0], y + at[1], z + at[2]), size) for (x, y, z), size in boxes]
+
+
+def _between(p: tuple[Vector, Vector], q: tuple[Vector, Vector], i: int) -> float:
+    """How far two boxes are apart along an axis, negative if they are not."""
+    return abs(p[0][i] - q[0][i]) - (p[1][i] + q[1][i]) / 2
 
 
 def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:

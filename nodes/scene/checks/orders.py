@@ -108,8 +108,7 @@ def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[
         for check in CHECKS:
             for each in check(order):
                 found.take(f"{each[1]} {check.__name__}", iter([each]), where=each[1])
-        if scene.cranes:
-            goal_checks(found, scene, built, acted.before, action)
+        goal_checks(found, built, acted.before, action)
         if found.sentences:
             break
     return found.list()
@@ -236,38 +235,25 @@ def _drags(x: CheckedOrder) -> Violations:
 
 
 def _fast(x: CheckedOrder) -> Violations:
-    """No actuator is faster than it can, with or without a load."""
-    for m in (m for m in _moves(x, MOTIONS) if m.model in x.scene.cranes):
-        crane, verb = x.scene.cranes[m.model], VERBS[m.verb]
+    """No winch is faster than it can with a load."""
+    limits = {a.name: a.loaded for machine in x.machines.parts for a in machine.actuators if a.loaded is not None}
+    for m in (m for m in _moves(x, MOTIONS) if m.actuator in limits):
         moving = (state for state in x.states if abs(state.speeds.get(m.actuator, 0.0)) > 0.0)
-        loaded = verb.sign != 0 and any(x.loaded(state, m) for state in (x.before, *moving))
-        limit = verb.limit(crane, loaded=loaded)
-        if limit is not None and abs(m.speed) > limit * SAME:
-            with_ = " with a load" if loaded else ""
-            message = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can{with_}"
+        limit = limits[m.actuator]
+        if abs(m.speed) > limit * SAME and any(x.loaded(state, m) for state in (x.before, *moving)):
+            message = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can with a load"
             yield m.actuator, m.where, f"{message}: {limit * 60:g} m/min"
 
 
 def _follows(x: CheckedOrder) -> Violations:
     """No winch and no trolley has to follow a turn faster than it can."""
-    for order in x.action.orders:
-        if not isinstance(order, actions.Turn):
-            continue
-        drives: list[tuple[str, str, float | None]] = []
-        for machine in x.machines.parts:
-            if given := x.scene.cranes.get(machine.name):
-                _, upper, lower, *_ = machine.actuators
-                drives += [(h.rope, h.rope, given.hoist_speed) for h in machine.hooks]
-                trolleys = ((upper, "upper"), (lower, "lower"))
-                drives += [(f"{machine.name} {of}", each.name, given.trolley_speed) for each, of in trolleys]
-            else:
-                drives += [(each.name, each.name, each.speed) for each in machine.actuators]
-        for name, actuator, limit in drives:
-            if limit is not None:
-                speed = max((abs(state.speeds.get(actuator, 0.0)) for state in x.states), default=0.0)
-                if speed > limit * SAME:
-                    message = f"{name} would have to follow the turn at {speed * 60:.1f} m/min"
-                    yield name, order.where, f"{message}, it can {limit * 60:g} m/min"
+    drives = [(each.name, each.loaded or each.speed) for machine in x.machines.parts for each in machine.actuators]
+    for order in (order for order in x.action.orders if isinstance(order, actions.Turn)):
+        for name, limit in drives:
+            speed = max((abs(state.speeds.get(name, 0.0)) for state in x.states), default=0.0)
+            if limit is not None and speed > limit * SAME:
+                message = f"{plan.driven(name)} would have to follow the turn at {speed * 60:.1f} m/min"
+                yield name, order.where, f"{message}, it can {limit * 60:g} m/min"
 
 
 def _tips(x: CheckedOrder) -> Violations:

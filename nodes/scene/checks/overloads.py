@@ -20,6 +20,7 @@ from heavylift.nodes.statics import Followed, goal_states
 
 from .findings import Findings
 
+SAME = {"rope tension": "rope factor"}  # of hoist ropes, which are told once
 PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are moved to
 
 
@@ -46,5 +47,5 @@ def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
             if finding.severity == "red":
                 where, stage = (finding.where, finding.stage) if use.action else ("", "")
                 violation = (finding.subject, finding.where, finding.sentence)
-                found.take(use.limit.quantity, iter([violation]), stage, where)
+                found.take(SAME.get(use.limit.quantity, use.limit.quantity), iter([violation]), stage, where)
     return found.list()

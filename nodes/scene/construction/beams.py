@@ -1,15 +1,16 @@
-"""What hangs on the hooks of cranes on rails: hook rope, frame as its type makes it, slings.
+"""What hangs on the hooks of machines by `rig`: hook rope, frame as its type makes it, slings.
 
-Each hangs at rest below its trolley on its stretched rope, its slings slack by `slack`, straight or over edges.
+Each hangs at rest below its hook's place on its stretched rope, its slings slack by `slack`, straight or over edges.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import msgspec
 import numpy as np
+from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.kernel.description.mechanics import (
     WORLD,
@@ -26,47 +27,47 @@ from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
-from heavylift.nodes.scene.keys.parts.joints import Free
-from heavylift.nodes.scene.keys.parts.machines import FrameParts
+from heavylift.nodes.scene.keys.parts.joints import ABOVE, Free
+from heavylift.nodes.scene.keys.parts.machines import FrameParts, MachineKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path
+from numpy.typing import NDArray
 
-from .limiting import reeving, rope_factor
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
+from .rigging.hook_ratings import rope_factor
+from .rigging.hooks import check_drums, hoist_of, mass_of, winch_of
 from .rigging.slings import key_of, lugs_of, rated
-from .scene_builder import UPPER, SceneBuilder, by_beam, parts_of, ramp_of
+from .scene_builder import SceneBuilder, by_beam
 
 Edges = tuple[Sheave, ...]
 
 
-@dataclass(frozen=True)
-class OnHook:
-    """A hook with its rope and winch, and the beam that hangs on it."""
-
-    hook: str
-    rope: Rope
-    heavy: Heavy
-    winch: plan.Actuator
-    hoist: plan.Hoist
-    beam: plan.Mechanism
-
-
-def on_hook(yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys) -> OnHook:
-    """What hangs on the hook of a beam, which is there."""
+def on_hook(
+    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
+) -> tuple[plan.Mechanism, plan.Mechanism]:
+    """The hook of a frame, which is there, as a part of its machine, and the frame; `crane`: the machine without it."""
     path: Path = ("rig", BEAMS, name)
-    crane_name, hook = yard.hooks[name]
-    crane = yard.scene.cranes[crane_name]
-    leaves, known = parts_of(crane).hooks[hook], lugs_of(yard.scene)
-    frame = _frame(yard, name, given.parts, crane.hook_block)
+    called, known = ".".join(yard.hooks[name]), lugs_of(yard.scene)
+    hook = yard.scene.machines[crane.name].hooks[called]
+    check_drums(yard.source, ("machines", crane.name, "hooks", called), hook)
+    frame = _frame(yard, name, given.parts, hook.block)
+    raise_faults(yard.source, yard.source.faults)
     system, at = frame.system, kinematics.poses(frame.system)
-    top, mass = leaves.at[2], sum(body.mass for body in system.bodies)
+    start = kinematics.poses(crane.system)
+    x, y, top = kinematics.place(Point(hook.on, hook.at), start).tolist()
+    if hook.over_edges:
+        told = f"the rope of {called} bends over edges: hang `rigging` on it, no frame"
+        yard.source.fault((*path, "hook"), told)
+    drum = Point(hook.drum.body, hook.drum.at) if hook.drum else None
+    away = norm((kinematics.place(drum, start) - (x, y, top)).tolist()) / hook.falls if drum else 0.0
+    mass = sum(body.mass for body in system.bodies)
     ends, lugs = [Point(end.body, end.at) for end in given.parts.slings], [x for x in given.lugs or () if x in known]
     if given.lugs and len(given.lugs) != len(ends):
         yard.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it, which need as many lugs")
     lugs = by_beam(lugs, {lug: p.p[0] for lug, p in known.items()})
-    strain = mass * yard.scene.gravity / (crane.falls * crane.fall_EA)
+    strain = mass * yard.scene.gravity / (hook.falls * hook.fall_EA)
     if given.rope is not None:
         hangs = given.rope * (1 + strain)
     elif lugs:
@@ -74,46 +75,30 @@ def on_hook(yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.Fr
         height = -sum(float(kinematics.place(end, at)[2]) for end in ends) / len(ends)
         hangs = top - (lug_z + given.sling + height - rig.slack)
     else:
-        hangs = top - crane.highest_hook
-    x, y = crane.at + leaves.at[0], trolley_start(yard, name=crane_name, crane=crane, trolley=leaves.on)
+        hangs = top - hook.highest if hook.highest is not None else hook.shortest
     over: list[Edges] = [()] * len(ends)
     if given.over_edges:
         over, hangs = _over(yard, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
     pose = (x, y, top - hangs, 0.0, 0.0, 0.0, 1.0)
-    rope = _rope(yard, name, given, mass, hangs / (1 + strain))
-    winch = plan.Actuator(
-        name=rope.name, start=rope.L0, accel=ramp_of(crane.ramp)[0], lower=crane.shortest_rope, upper=crane.drum,
-        highest=crane.highest_hook, emergency=crane.emergency,
-    )  # fmt: skip
-    drums, efficiency, _ = reeving(crane)
-    part = crane.fall_breaking / rope_factor(crane)[0] - crane.fall_mass * yard.scene.gravity * rope.L0
-    n = len(rope.lines)
-    a, b, z = (sum(line.a.p[i] for line in rope.lines) / n for i in range(3))
-    ex, ey, ez = (sum(line.b.p[i] for line in rope.lines) / n + pose[i] for i in range(3))
-    hoist = plan.Hoist(
-        rope=rope.name,
-        eye=Point(given.parts.eye.body, (0.0, 0.0, 0.0)),
-        block_mass=crane.hook_block,
-        capacity=crane.hook_capacity,
-        on=f"{crane_name}.{leaves.on}",
-        line=crane.falls * crane.fall_mass,
-        ends=((a + crane.at, b + y, z), (ex, ey, ez)),
-        below=mass,
-        falls=crane.falls,
-        drum_ends=drums,
-        efficiency=efficiency,
-        breaking=crane.fall_breaking,
-        rated=max(crane.falls * part / lead_factor(crane.falls, drums, efficiency), 0.0),
-        where=yard.source.where((*path, "hook")),
-    )
-    assert hoist.ends is not None
+    rope = _rope(yard, called, hook, given, mass, (hangs + away) / (1 + strain), start[hook.on][1])
+    where, line = yard.source.where((*path, "hook")), mass_of(hook)
+    winch = winch_of(rope.name, hook, rope.L0, away, hook.shortest + away, "")
+    hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body, (0.0, 0.0, 0.0)), where)
+    part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * yard.scene.gravity * rope.L0
+    rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
+    falls = (x, y, top), pose[:3]
+    hoist = msgspec.structs.replace(hoist, line=line, ends=falls, below=mass, rated=rated)
     heavy = Heavy(
-        rope=rope.name, line=hoist.line, beside=tuple((line.b.p[0], 0.0, 0.0) for line in rope.lines),
-        ends=hoist.ends, below=hoist.below, on=hoist.on,
+        rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
+        ends=falls, below=mass, on=hook.on, lead=away,
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
     frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))
-    return OnHook(hook, rope, heavy, winch, hoist, _slung(yard, rig, name, given, frame, lugs, over))
+    hung = plan.Mechanism(
+        name=crane.name, system=System(ropes=(rope,)), actuators=(winch,), taut=(called,), hooks=(hoist,),
+        heavy=(heavy,),
+    )  # fmt: skip
+    return hung, _slung(yard, rig, name, given, frame, lugs, over)
 
 
 def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
@@ -215,63 +200,42 @@ def _over(
         return over, hangs
 
 
-def _rope(yard: SceneBuilder, name: str, given: schema.FrameKeys, carried: float, L0: float) -> Rope:
-    """The falls of a hook as two lines that are apart."""
-    crane_name, hook = yard.hooks[name]
-    crane, blocks = yard.scene.cranes[crane_name], yard.scene.all_blocks
-    leaves, half, eye = parts_of(crane).hooks[hook], given.parts.eye.apart / 2, given.parts.eye.body
-    x, _, z = leaves.at
-    lines = tuple(
-        RopeSpan(Point(f"{crane_name}.{leaves.on}", (x + d, 0.0, z)), Point(eye, (d, 0.0, 0.0)), 0.5)
-        for d in (-half, half)
-    )
+def _rope(
+    yard: SceneBuilder, name: str, hook: HookKeys, given: schema.FrameKeys, carried: float, L0: float,
+    R: NDArray[np.float64],
+) -> Rope:  # fmt: skip
+    """The falls of a hook as two lines apart along x, and what leads to its drum; `R`: attitude of what they leave."""
+    half, eye, blocks = given.parts.eye.apart / 2, given.parts.eye.body, yard.scene.all_blocks
+    lines = []
+    for d in (-half, half):
+        x, y, z = (p + d * along for p, along in zip(hook.at, R[0].tolist(), strict=True))
+        lines.append(RopeSpan(Point(hook.on, (x, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5))
+    if hook.drum:
+        lines.append(RopeSpan(Point(hook.on, hook.at), Point(hook.drum.body, hook.drum.at), 1.0 / hook.falls))
     carried += sum(block.mass for block in blocks.values()) / len(yard.hooks)
-    EA = crane.falls * crane.fall_EA
-    damping = 2 * crane.rope_damping * math.sqrt(EA / max(L0, 1e-3) * carried)
-    return Rope(f"{crane_name}.{hook}", lines, EA, L0, damping, winch=True)
+    EA = hook.falls * hook.fall_EA
+    damping = 2 * hook.damping * math.sqrt(EA / max(L0, 1e-3) * carried)
+    return Rope(name, tuple(lines), EA, L0, damping, winch=True)
 
 
-def trolley_start(yard: SceneBuilder, name: str, crane: schema.CraneKeys, trolley: str) -> float:
-    """y of a trolley at the start: as written, or above the mean of the lugs its beams carry [m]."""
-    written = crane.upper_trolley if trolley == UPPER else crane.lower_trolley
-    rig, known = yard.scene.rig, lugs_of(yard.scene)
-    if written is not None or rig is None:
-        return written if written is not None else sum(crane.girder) / 2
-    hung = [beam for beam, (c, h) in yard.hooks.items() if c == name and parts_of(crane).hooks[h].on == trolley]
-    lugs = [known[lug] for beam in hung for lug in rig.beams[beam].lugs or () if lug in known]
+def placed(yard: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
+    """A machine whose joints begin above the lugs that hang there, where they say so."""
+
+    def start(joint: str) -> dict[str, float]:
+        above = getattr(given.joints[joint], "start", 0.0) == ABOVE
+        return {"start": _above(yard, name, given, joint)} if above else {}
+
+    joints = {joint: x.model_copy(update=start(joint)) for joint, x in given.joints.items()}
+    return given.model_copy(update={"joints": joints})
+
+
+def _above(yard: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
+    """y above the mean of the lugs that the frames on a joint's child carry, else in the middle of its range [m]."""
+    rig, known, child = yard.scene.rig, lugs_of(yard.scene), given.joints[joint].child
+    hung = [frame for frame, (of, hook) in yard.hooks.items() if of == name and given.hooks[f"{of}.{hook}"].on == child]
+    lugs = [known[lug] for frame in hung if rig for lug in rig.beams[frame].lugs or () if lug in known]
     if not lugs:
-        return sum(crane.girder) / 2
+        return sum(next((x.range for x in given.drives.values() if x.joint == joint and x.range), (0.0, 0.0))) / 2
     blocks = yard.scene.all_blocks
     y = blocks[lugs[0].body].at[1]
     return y + sum(lug.p[1] + (blocks[lug.body].at[1] - y) for lug in lugs) / len(lugs)
-
-
-def spare_hooks(yard: SceneBuilder, crane: str = "") -> dict[str, HookKeys]:
-    """Hooks of cranes on rails, or of one of them, on which no beam hangs: rigging may."""
-    found, taken = dict[str, HookKeys](), {f"{owner}.{hook}" for owner, hook in yard.hooks.values()}
-    for name, given in yard.scene.cranes.items():
-        accel, _ = ramp_of(given.ramp)
-        for hook, leaves in parts_of(given).hooks.items() if crane in ("", name) else ():
-            if f"{name}.{hook}" not in taken:
-                found[f"{name}.{hook}"] = HookKeys.model_construct(
-                    on=f"{name}.{leaves.on}", at=leaves.at, falls=given.falls, block=given.hook_block,
-                    capacity=given.hook_capacity, fall_EA=given.fall_EA, fall_breaking=given.fall_breaking,
-                    mechanism_group=given.mechanism_group, speed=given.empty_hoist_speed, ramp=accel,
-                    emergency=given.emergency, shortest=given.shortest_rope, longest=given.drum,
-                    highest=given.highest_hook, damping=given.rope_damping,
-                )  # fmt: skip
-    return found
-
-
-def with_hooks(yard: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
-    """A crane with the hooks of rigging, too, which its load cells weigh."""
-    hooks, cells = hung.hooks, []
-    for cell in crane.cells:
-        own = [hook for hook in hooks if cell.body in (hook.on, crane.system.bodies[0].name)]
-        ropes, more = tuple(hook.rope for hook in own), sum(hook.block_mass for hook in own) * yard.scene.gravity
-        cells.append(msgspec.structs.replace(cell, ropes=cell.ropes + ropes, rated=cell.rated + more))
-    both = {
-        of: getattr(crane, of) + getattr(hung, of) for of in ("actuators", "taut", "heavy", "bends", "shapes", "ties")
-    }
-    both |= {"hooks": crane.hooks + hooks, "cells": tuple(cells)}
-    return msgspec.structs.replace(crane, system=merge([crane.system, hung.system], yard.scene.gravity), **both)

@@ -24,6 +24,7 @@ from heavylift.nodes.scene.text.units import Dimension
 from .checking import Checking
 from .scene_builder import ramp_of
 
+TOUCH = 1e-6  # [m, rad]
 KINDS = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake, "locks": k.Lock, "drives": k.Drive}
 
 
@@ -127,6 +128,10 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         where = checks.source.where((*checks.base, "drives", name))
         start = _start(checks, drive)
         accel, pulses = ramp_of(drive.ramp)
+        ordered = lower is not None and upper is not None and lower < upper
+        if drive.range and ordered and not drive.range[0] - TOUCH <= start <= drive.range[1] + TOUCH:
+            told = f"{plan.driven(name)} begins at {start:g}, past the end of its range, {lower:g} to {upper:g}"
+            checks.fault((*checks.base, "joints", drive.joint, "start"), told)
         found.append(
             plan.Actuator(
                 name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, verb=drive.verb or "",

@@ -5,38 +5,34 @@ A number that the scene gives is the scene's; one of a machine type is the type'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from heavylift.kernel.description.forces import Wind
-from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
-from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit
+from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
 from heavylift.nodes.plan.spellings import BEAM_LOAD
-from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .environment.footings import standing_limits, wind_limits
+from .rigging.hook_ratings import WAYS, hook_limits
 from .rigging.ratings import (
     bridle_limit,
-    hook_limits,
     lug_limits,
     rigging_limits,
     shackle_limit,
     sling_limits,
     tandem_limits,
 )
-from .scene_builder import LEVELS, LOWER, UPPER, SceneBuilder
+from .scene_builder import LOWER, UPPER, SceneBuilder
 
 
 def rated_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
-    rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
-    rows += [row for crane in yard.cranes for row in rigging_limits(yard, crane)]
-    rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    lifting = any(machine.hooks for machine in (*yard.machines, *mechanisms))
+    machines = [*yard.cranes, *mechanisms]
+    rows = [row for machine in machines for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
+    lifting = any(machine.hooks for machine in machines)
     rows += [
         *tandem_limits(yard, [*yard.machines, *mechanisms]),
         *_rig(yard),
@@ -51,10 +47,11 @@ def scene_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> It
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
     hooks = bool(yard.cranes) or any(machine.hooks for machine in mechanisms)
-    of_rails = set[str]() if yard.cranes else {"off_lead_along", "off_lead_across"}
-    judged = {"ropes", "wind", "signals", *(limits.model_fields_set - of_rails if hooks else ())}
+    keys = [hook for machine in yard.scene.machines.values() for hook in machine.hooks.values()]
+    ways = {way for way in WAYS if not any(getattr(hook, way) for hook in keys)}
+    judged = {"ropes", "wind", "signals", *(limits.model_fields_set - ways if hooks else ())}
     for key in sorted(limits.model_fields_set - judged):
-        told = "no crane travels on rails: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
+        told = "no hook has one of its own: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
         yard.source.fault(("limits", written(key)), f"nothing is judged by it, for {told}", on_key=True)
     if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
@@ -109,134 +106,6 @@ def _ropes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator
         if given.partial_factor and breaking:
             most, factor = breaking / given.partial_factor, given.partial_factor
             yield RatedLimit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
-
-
-def reeving(crane: schema.CraneKeys) -> tuple[int, float, str]:
-    """Drum ends and sheave efficiency of a crane's hoists, and their description with what is assumed."""
-    ends = drum_ends(crane.falls, crane.drum_ends)
-    efficiency = crane.sheave_efficiency or ROLLING
-    lead = lead_factor(crane.falls, ends, efficiency)
-    ways = f"{ends} drum end{'s' if ends > 1 else ''}{'' if crane.drum_ends else ' (assumed)'}"
-    sheaves = f"sheave efficiency {efficiency:g}{'' if crane.sheave_efficiency else ' (assumed)'}"
-    return ends, efficiency, f"{crane.falls} falls, {ways}, {sheaves}: lead part {lead:.3f} of the mean"
-
-
-def rope_factor(crane: schema.CraneKeys) -> tuple[float, str]:
-    """Design factor of a crane's hoist ropes, and its source."""
-    if crane.rope_factor is not None:
-        return crane.rope_factor, "the scene"
-    assumed = "" if "mechanism_group" in crane.model_fields_set else ", assumed"
-    return ROPE_FACTORS[crane.mechanism_group], f"{ISO_4308}, {crane.mechanism_group}{assumed}"
-
-
-def _crane(yard: SceneBuilder, crane: plan.Mechanism, given: schema.CraneKeys) -> Iterator[RatedLimit]:
-    path: Path = ("cranes", crane.name)
-    hooks, slides = sorted(crane.hooks, key=lambda hook: hook.rope), crane.actuators[1:3]
-    trolleys = [
-        (of, slide, tuple(hook.rope for hook in hooks if hook.on == f"{crane.name}.{of}"))
-        for of, slide in zip(LEVELS, slides, strict=True)
-    ]
-    every = tuple(hook.rope for hook in hooks)
-
-    def row(
-        subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object
-    ) -> RatedLimit:
-        own = key in given.model_fields_set
-        where = yard.source.where((*path, written(key))) if own else crane.where
-        message = {"source": "the scene" if own else f"type {given.type}", "where": where, **more}
-        return RatedLimit(subject=subject, quantity=quantity, unit=unit, elements=elements, **message)  # type: ignore[arg-type]
-
-    for hook in hooks:
-        chart = tuple(given.capacity_chart or ())
-        key = "capacity_chart" if chart else "hook_capacity"
-        value = None if chart else hook.capacity
-        over = "trolley" if chart else ""
-        yield row(
-            hook.rope, "hook load", "kg", key, (hook.rope,), value=value, chart=chart, over=over, where=hook.where
-        )
-    for of, slide, ropes in trolleys:
-        if ropes:
-            key, most = f"{of}_capacity", getattr(given, f"{of}_capacity")
-            yield row(f"{crane.name} {of}", "trolley load", "kg", key, ropes, value=most, where=slide.where)
-    capacity = next((cell.capacity for cell in crane.cells), given.capacity)
-    if every and capacity < given.capacity:
-        note = f"{given.tandem:.0%} of its {given.capacity / 1e3:g} t as two cranes lift together"
-        yield row(crane.name, "tandem load", "kg", "tandem", every, value=capacity, note=note, where=crane.where)
-    elif every:
-        yield row(crane.name, "crane load", "kg", "capacity", every, value=capacity, where=crane.where)
-    for hook in hooks:
-        yield from _hoist(hook, given, row)
-    for way in ("along", "across"):
-        for hook in hooks:
-            yield _off_lead(yard, crane, hook, given, way)
-    axes = [("gantry", crane.name, "along", every, crane.where)]
-    axes += [("trolley", f"{crane.name} {of}", "across", ropes, slide.where) for of, slide, ropes in trolleys]
-    for axis in axes:
-        yield from _pushes(given, row, *axis)
-    for hook in hooks:
-        most, ends = given.highest_hook, (given.shortest_rope, given.drum)
-        yield row(hook.rope, "hook height", "m", "highest_hook", (hook.rope,), value=most, where=hook.where)
-        yield row(hook.rope, "rope length", "m", "drum", (hook.rope,), between=ends, where=hook.where)
-    yield row(crane.name, "rails", "m", "rails", (f"{crane.name}.main",), between=given.rails, where=crane.where)
-    for of, slide, _ in trolleys:
-        body = f"{crane.name}.{of}"
-        yield row(f"{crane.name} {of}", "girder", "m", "girder", (body,), between=given.girder, where=slide.where)
-
-
-def _hoist(hook: plan.Hoist, given: schema.CraneKeys, row: Callable[..., RatedLimit]) -> Iterator[RatedLimit]:
-    """Rope and drum of a hook."""
-    (factor, source), (_, _, message) = rope_factor(given), reeving(given)
-    at = {"where": hook.where, "note": message}
-    yield row(
-        hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
-        breaking=given.fall_breaking, source=source, **at,
-    )  # fmt: skip
-    most = given.rope_partial_factor
-    own = {"rope_partial_factor": (most, "the scene", message)} if most else {}
-    yield from strength_limits("hoist rope", hook.rope, given.fall_breaking, hook.where, own, message)
-    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'", "source": ""}
-    yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, **pull})
-
-
-def _off_lead(
-    yard: SceneBuilder, crane: plan.Mechanism, hook: plan.Hoist, given: schema.CraneKeys, way: str
-) -> RatedLimit:
-    """How far a hook rope may lead off the vertical: its crane's own limit, or that of the scene."""
-    limits, key = yard.scene.limits, f"off_lead_{way}"
-    own, scene = getattr(given, key), getattr(limits, key)
-    path: Path = ("cranes", crane.name, written(key)) if own is not None else ("limits",)
-    value = own if own is not None else scene if scene is not None else limits.off_lead
-    given_there = own is not None or scene is not None or "off_lead" in limits.model_fields_set
-    quantity: Quantity = "off-lead along" if way == "along" else "off-lead across"
-    return RatedLimit(
-        subject=hook.rope,
-        quantity=quantity,
-        unit="rad",
-        value=None if value == "unknown" else value,
-        elements=(hook.rope,),
-        source="the scene" if given_there else "assumed",
-        note="" if value != "unknown" else "the machine's limit is unknown",
-        where=yard.source.where(path) if given_there else crane.where,
-    )
-
-
-def _pushes(
-    given: schema.CraneKeys,
-    row: Callable[..., RatedLimit],
-    axis: str,
-    subject: str,
-    way: str,
-    ropes: tuple[str, ...],
-    where: str,
-) -> Iterator[RatedLimit]:
-    """What ropes that lead off the vertical may pull on a drive and its brake."""
-    for what, does in (("drive", "moves"), ("brake", "holds")) if ropes else ():
-        force = getattr(given, f"{axis}_{what}")
-        note = f"its {what} {does}" if force else f"give '{axis} {what}'"
-        yield row(
-            subject, "side force", "N", f"{axis}_{what}", ropes, value=force, over=way, note=note, where=where,
-            source="the scene" if force else "",
-        )  # fmt: skip
 
 
 def _rig(yard: SceneBuilder) -> Iterator[RatedLimit]:

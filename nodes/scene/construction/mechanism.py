@@ -23,10 +23,12 @@ from heavylift.kernel.forces.table import check_force
 from heavylift.kernel.model.checks import check_inertia, check_joint
 from heavylift.kernel.multibody.graph import build_graph
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import Bend, Heavy
+from heavylift.nodes.plan.mechanism import Bend, Girder, Heavy
+from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.forces import CharacteristicKeys
 from heavylift.nodes.scene.keys.parts.rigging import Edge
+from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .checking import NONE, Checking, moments
@@ -61,8 +63,13 @@ def build_mechanism(
 
 
 class _Assembly(Checking):
+    @property
+    def called(self) -> str:
+        """The name of the machine."""
+        return str(self.base[-1]) if len(self.base) > 1 else self.given.name
+
     def build(self, gravity: float, tree: RiggingTree | None) -> plan.Mechanism:
-        given, called = self.given, str(self.base[-1]) if len(self.base) > 1 else self.given.name
+        given = self.given
         for key in ("bodies", "joints"):
             if not (getattr(given, key) or self.carried):
                 self.fault(self.base, f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
@@ -104,7 +111,7 @@ class _Assembly(Checking):
             self.checked(self.base, self._resisting, whole)
         taut, closed = self._carrying(system, kinematics.poses(whole)) if not self.source.faults else ((), ())
         return plan.Mechanism(
-            name=called,
+            name=self.called,
             system=system,
             actuators=(*actuators(self), *hung.actuators),
             taut=taut,
@@ -114,6 +121,7 @@ class _Assembly(Checking):
             ties=tuple(hung.ties),
             heavy=(*hung.heavy, *self._heavy(given.ropes)),
             bends=bends,
+            girders=tuple(self._girders()),
             footing=footing_of(self.source, self.base, given.stands, self.bodies, ""),
             where=self.source.where(self.base),
         )
@@ -164,6 +172,18 @@ class _Assembly(Checking):
                 flexible = Flexible(x.modes, beam, frame=x.frame, damping=x.damping)
                 yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
+    def _girders(self) -> Iterator[Girder]:
+        """What bends of its bodies, with the joints that slide on it."""
+        for key in ("girders", "load_cells"):
+            for name in getattr(self.given, key):
+                self.known((*self.base, written(key), name), name)
+        for name, x in self.given.girders.items():
+            for i, slide in enumerate(x.slides):
+                if slide not in self.joints:
+                    at = (*self.base, "girders", name, "slides", i)
+                    self.fault(at, f"there is no joint '{slide}'", closest(slide, self.joints))
+            yield Girder(body=name, **{**x.model_dump(), "slides": tuple(x.slides)})
+
     def _slices(self, bends: tuple[Bend, ...]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
         """Bodies without mass along each that bends: as which it is drawn and collides, but for its first part."""
         for bend in bends:
@@ -183,7 +203,8 @@ class _Assembly(Checking):
             self.known((*self.base, "shapes", name), name)
         for name, body in self.given.bodies.items():
             for drawn in self.given.shapes.get(name, ()):
-                yield plan.Shape(body=name, centre=drawn.at, size=drawn.size, part=drawn.part)
+                thing = f"{drawn.thing} of {self.called}" if drawn.thing else ""
+                yield plan.Shape(body=name, centre=drawn.at, size=drawn.size, thing=thing, part=drawn.part)
             if body.box and name not in self.given.shapes:
                 (x, y, z), (a, b, c) = body.com, body.box
                 n = SLICES if any(bend.body == name for bend in bends) else 1

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import msgspec
 from heavylift.kernel.description.mechanics import System, merge
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys.parts.mechanics import MechanismKeys, Parts
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, MechanismKeys, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.static_path import at_rest
 
-from .beams import spare_hooks, with_hooks
+from .beams import placed
 from .environment.obstacles import obstacles_machine
 from .environment.vessels import afloat, check_decks, vessel_machine
+from .machines import load_cells, with_hooks
 from .mechanism import build_mechanism
 from .rigging.tree import RiggingTree
 from .scene_builder import SceneBuilder
@@ -29,7 +31,10 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
     """Each is built about the bodies and joints that the lift, at rest as well as in a run, and those before it have;
     what is wrong is added to the faults of the scene."""
     source, scene = yard.source, yard.scene
-    bases: dict[Path, Parts[Any]] = {("machines", name): machine for name, machine in scene.machines.items()}
+    done = [machine.name for machine in yard.cranes]
+    bases: dict[Path, Parts[Any]] = {
+        ("machines", name): placed(yard, name, machine) for name, machine in scene.machines.items() if name not in done
+    }
     if scene.mechanism is not None:
         bases["mechanism",] = scene.mechanism
     fixed = bool(scene.obstacles or scene.floor)
@@ -41,7 +46,7 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
     around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
     built = [vessel_machine(yard, name) for name in scene.vessels]
-    built += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if not scene.cranes else []
+    built += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if not done else []
     if source.faults:
         return tuple(built)
     around = merge([around, *(block.system for block in built)], scene.gravity) if built else around
@@ -50,19 +55,23 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
         around = merge([around, built[-1].system], scene.gravity)
     if source.faults:
         return tuple(built)
-    tree = RiggingTree(source, scene, around, spare_hooks(yard)) if scene.rigging else None
-    for crane in yard.cranes if tree else ():
-        if own := {name: hook for name, hook in spare_hooks(yard, crane.name).items() if tree and tree.of_any(name)}:
+    taken = {".".join(words) for words in yard.hooks.values()}
+    tree = RiggingTree(source, scene, around, taken) if scene.rigging else None
+    for crane in yard.cranes:
+        spare = {name: x for name, x in scene.machines[crane.name].hooks.items() if name not in taken}
+        if own := _used(spare, tree):
             keys = MechanismKeys.model_construct(name=crane.name, hooks=own)
-            hung = build_mechanism(source, keys, scene.gravity, around, ("cranes", crane.name), tree, scene.edges)
+            hung = build_mechanism(source, keys, scene.gravity, around, ("machines", crane.name), tree, scene.edges)
             yard.machines[yard.machines.index(crane)] = with_hooks(yard, crane, hung)
             around = merge([around, hung.system], scene.gravity)
     if source.faults:
         return tuple(built)
     for base, given in bases.items():
+        given = given.model_copy(update={"hooks": _used(given.hooks, tree)})
         built.append(build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges))
         if source.faults:
             return tuple(built)  # what others name of it is not known
+        built[-1] = msgspec.structs.replace(built[-1], cells=load_cells(yard, built[-1]))
         around = merge([around, built[-1].system], scene.gravity)
     for base, name in tree.own() if tree else ():
         assert tree is not None
@@ -75,6 +84,11 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
     if (air := _wind(source, scene, around)) is not None:
         built.append(build_mechanism(source, air, scene.gravity, around, (WIND,)))
     return tuple(built)
+
+
+def _used(hooks: Mapping[str, HookKeys], tree: RiggingTree | None) -> dict[str, HookKeys]:
+    """Hooks without those that are left out where nothing hangs on them."""
+    return {name: x for name, x in hooks.items() if x.unused == "kept" or (tree is not None and tree.of_any(name))}
 
 
 def _wind(source: Source, scene: Scene, around: System) -> MechanismKeys | None:

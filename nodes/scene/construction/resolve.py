@@ -6,6 +6,7 @@ Two orders of one action for the same actor contradict each other and are refuse
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 
 import msgspec
 from heavylift.nodes.plan import actions, plan
@@ -78,7 +79,7 @@ class _Resolver:
 
     def _brakes(self, path: Path, found: tuple[OrderTarget, ...]) -> tuple[actions.Order, ...]:
         """The brakes of what is to be held, as they are engaged once it stands."""
-        systems = [(machine.name, machine.system) for machine in self.conditions.mechanisms]
+        systems = [(machine.name, machine.system) for machine in self.conditions.moving]
         names = {actor.name for actor in found}
         joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
         brakes = [(name, brake.name) for name, system in systems for brake in system.brakes if brake.joint in joints]
@@ -94,7 +95,7 @@ class _Resolver:
                 told = f"'{actor.name}' holds its height while its boom luffs: let it luff in the same action"
                 self.source.fault(path, told)
                 continue
-            kept = follow(self.conditions.mechanisms, move, actor.name, self.source.where(path))
+            kept = follow(self.conditions.moving, move, actor.name, self.source.where(path))
             if isinstance(kept, str):
                 self.source.fault(path, kept)
                 continue
@@ -157,6 +158,8 @@ class _Resolver:
             return self._rigging(path, slings, phrase, where)
         until = self.condition(path, phrase.until)
         match verb.becomes:
+            case "own":
+                return [*import_module(verb.module).orders(found, phrase, where)]
             case "wait":
                 return [actions.Wait(seconds=phrase.seconds, where=where)]
             case "turn":

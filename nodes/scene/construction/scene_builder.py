@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
 
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.parts.machines import PortalParts
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import Source
 
-Level: TypeAlias = Literal["upper", "lower"]
-UPPER: Level = "upper"
-LOWER: Level = "lower"
-LEVELS = UPPER, LOWER
+UPPER, LOWER = "upper", "lower"  # faces of a block
 
 PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that is known
 
@@ -28,21 +23,28 @@ class SceneBuilder:
 
     source: Source
     scene: schema.Scene
-    machines: list[plan.Mechanism] = field(default_factory=list)  # that are modelled on levels
-    hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # beam -> (crane, hook)
-    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> beams
+    machines: list[plan.Mechanism] = field(default_factory=list)  # whose moves are known before, and what they lift
+    hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # frame -> (machine, hook)
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> frames
     interlocks: tuple[plan.Interlock, ...] = ()
     limits: tuple[RatedLimit, ...] = ()  # where they are known before: of several lifts
 
     @property
     def cranes(self) -> list[plan.Mechanism]:
-        """Cranes on rails: the drive of the gantry is the first actuator, those of the trolleys the next two."""
-        return [machine for machine in self.machines if machine.girders]
+        """Those of them that lift."""
+        return [machine for machine in self.machines if machine.hooks or machine.girders]
 
     @property
     def ropes(self) -> list[str]:
         """Their hook ropes."""
-        return [f"{crane}.{hook}" for crane, hook in self.hooks.values()]
+        return [hook.rope for crane in self.cranes for hook in crane.hooks]
+
+    @property
+    def tandem(self) -> bool:
+        """Whether something hangs on hooks of several machines."""
+        words = (word for given in self.scene.rigging.values() for word in getattr(given, "holders", ()))
+        others = {word.replace(".", " ").split()[0] for word in words} - {*self.scene.rigging}
+        return len({machine for machine, _ in self.hooks.values()} | others) > 1
 
     @property
     def cargo(self) -> list[Cargo]:
@@ -64,12 +66,6 @@ def box(mass: float, size: Vector) -> Vector:
     """Moments of inertia of a uniform box about its centre [kg m2]."""
     x, y, z = (s * s for s in size)
     return (mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y))
-
-
-def parts_of(crane: schema.CraneKeys) -> PortalParts:
-    """What its type makes of a crane: bodies, drives, and where the ropes of its hooks leave the trolleys."""
-    assert crane.parts is not None
-    return crane.parts
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:

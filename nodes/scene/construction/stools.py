@@ -70,7 +70,7 @@ def block_machine(yard: SceneBuilder, base: Path) -> plan.Mechanism:
         check_inertia(Body(name, block.mass, inertia=rigid.inertia))
     except KernelError as error:
         yard.source.fault((*base, "inertia"), str(error))
-    for sentence, path in _misfits(block, name) if yard.scene.cranes else ():
+    for sentence, path in _misfits(block, name) if yard.scene.rig else ():
         yard.source.fault((*base, *path), sentence, on_key=True)
     flexible = flexible_of(yard, block, rigid, [s for of in supports.values() for s in of], base)
     stands, pose = supports[LOWER], _resting(block, yard.scene.vessels.get(block.on))

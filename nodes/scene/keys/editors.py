@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, RAILS
+from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.expressions import dimension_of
 from heavylift.nodes.scene.text.extending import SECTIONS
-from heavylift.nodes.scene.text.machine_types import machine_type
+from heavylift.nodes.scene.text.machine_types import library, machine_type
+from heavylift.nodes.scene.text.type_expansion import MachineType
 
 from .base import Base, comments
 from .quantities import MADE
@@ -21,12 +22,6 @@ from .schema import Scene
 
 Schema = dict[str, Any]
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in u.NAMED.values()}
-OTHER = {  # than those whose keys are known
-    "type": "object",
-    "description": "a crane of another type, with parameters of that",
-    "properties": {"type": {"type": "string", "not": {"pattern": f"^{RAILS}"}}},
-    "required": ["type"],
-}
 ALIKE = {
     "type": "object",
     "description": "another entry with differences",
@@ -35,7 +30,7 @@ ALIKE = {
 }
 ANSWERS = "rows of a table, such as barge.csv#loaded; columns period [s], heading [deg], surge [m/m], surge phase [deg]"
 SHORT = {  # what a scene may write shorter than its models require
-    "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
+    "ActionLine": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
 FILES = ({"type": "string"}, {"type": "array", "items": {"type": "string"}})
@@ -57,29 +52,35 @@ def json_schema() -> Schema:
             part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
-    cranes = schema["properties"]["cranes"]
-    cranes["additionalProperties"] = {"anyOf": [cranes["additionalProperties"], OTHER]}
+    crane = definitions["CraneKeys"]
+    crane["properties"] = own = {key: value for key, value in crane["properties"].items() if key not in MADE}
+    del crane["additionalProperties"]
+    crane["allOf"] = [
+        {
+            "if": {"properties": {"type": {"const": name}}},
+            "then": {"properties": own | _parameters(machine_type(name)), "additionalProperties": False},
+        }
+        for name in library()
+    ]
     for first, *rest in SECTIONS:
         part = definitions[schema["properties"][first]["anyOf"][0]["$ref"].rpartition("/")[2]] if rest else schema
         entries = part["properties"][rest[0] if rest else first]
         entries["additionalProperties"] = {"anyOf": [entries["additionalProperties"], ALIKE]}
     for name, key in (("Vessel", "responses"), ("Floating", "loads")):
         definitions[name]["properties"][f"{key} from"] = {"type": "string", "description": ANSWERS}
-    beams = definitions["Rig"]["properties"][BEAMS]["additionalProperties"]["anyOf"]
+    beams = definitions["RigKeys"]["properties"][BEAMS]["additionalProperties"]["anyOf"]
     beam = definitions[beams[0]["$ref"].rpartition("/")[2]]
     beam["required"] = [key for key in beam["required"] if key not in MADE]
     own = {key: value for key, value in beam["properties"].items() if key not in MADE}
-    for key, text in machine_type(BEAM_TYPE, frame=True).parameters.items():
-        if kind := dimension_of(text):
-            own[key] = {"type": ["string", "number"], "dimension": kind.name, "default": text}
-    beam["properties"] = own
+    beam["properties"] = own | _parameters(machine_type(BEAM_TYPE, frame=True))
     beam["additionalProperties"] = {"description": "a parameter of another type"}
     schema["properties"]["gear"] = {"anyOf": [schema["properties"]["gear"], *FILES]}
     for name in ("SlingType", "Frame", beams[0]["$ref"].rpartition("/")[2]):
         definitions[name]["properties"]["gear"] = {"type": "string", "description": GEAR}
     definitions["Frame"]["anyOf"] = [{"required": definitions["Frame"].pop("required")}, {"required": ["gear"]}]
     item = {"type": "object", "properties": {"gear": {"type": "string"}}, "required": ["gear"], "description": GEAR}
-    for name, key in (("Slings", "shackle"), ("Slings", "length"), ("Equaliser", "shackle"), ("Rig", "shackle")):
+    for place in ("SlingKeys.shackle", "SlingKeys.length", "Equaliser.shackle", "RigKeys.shackle"):
+        name, key = place.split(".")
         written = definitions[name]["properties"][key]
         definitions[name]["properties"][key] = {"anyOf": [written, item], "description": written.get("description", "")}
     block = definitions["Block"]
@@ -88,6 +89,16 @@ def json_schema() -> Schema:
     block["anyOf"] = [{"required": block.pop("required")}, *({"required": [key]} for key in TABLES)]
     schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _parameters(kind: MachineType) -> Schema:
+    """The parameters of a type as keys."""
+    found: Schema = {}
+    for key, text in kind.parameters.items():
+        measured = dimension_of(text)
+        found[key] = {"type": ["string", "number"], "dimension": measured.name} if measured else {}
+        found[key] |= {"default": text} if text is not None else {}
+    return found
 
 
 def with_unit(dimension: str, value: float) -> str | float:

@@ -13,6 +13,7 @@ keys below each ID.  What the same file writes beside `gear` wins over the item,
 from __future__ import annotations
 
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan.spellings import BEAM
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read, shown
@@ -21,7 +22,7 @@ from heavylift.nodes.scene.text.table_files import table, with_unit
 GEAR = "gear"
 SLING = ("EA", "breaking", "WLL", "termination", "diameter")
 FRAME = ("mass", "size")
-USED = {"sling": SLING, "frame": FRAME, "loader": ()}  # keys that each kind of place takes from an item
+USED = {"sling": SLING, "frame": FRAME, BEAM: ()}  # keys that each kind of place takes from an item
 
 
 def geared(source: Source) -> None:
@@ -72,7 +73,7 @@ def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: d
     if last in ("shackle", "length"):
         _whole(source, path, "WLL" if last == "shackle" else "length", item, name, mark)
         return
-    kind = "sling" if last == "sling" else "frame" if path[0] == "rigging" else "loader"
+    kind = "sling" if last == "sling" else "frame" if path[0] == "rigging" else BEAM
     taken = {key: item[key] for key in USED[kind] if key in item}
     if kind != "sling" and "WLL" in item:
         taken["capacity"] = item["WLL"]

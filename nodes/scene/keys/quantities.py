@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 from heavylift.nodes.scene.text.expressions import dimension_of, value_of
 from heavylift.nodes.scene.text.source import Fault, Path
@@ -31,10 +31,17 @@ def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
 
 
 def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
-    """Those of a type that are quantities."""
-    texts = getattr(at, "parameters", {}).items()
-    found = [(key, value_of(text), dimension_of(text)) for key, text in texts]
-    return {key: (value.number, Quantity(kind)) for key, value, kind in found if value and kind}
+    """Those of a type that are quantities, or places and ranges of them."""
+    found: dict[str | int, tuple[object, Kind]] = {}
+    for key, text in getattr(at, "parameters", {}).items():
+        values = [(value_of(x), dimension_of(x)) for x in (text if isinstance(text, list) else [text])]
+        known = [(value.number, Quantity(kind)) for value, kind in values if value and kind]
+        if isinstance(text, list) and len(known) == len(values):
+            kinds = tuple(Annotated[float, kind] for _, kind in known)
+            found[key] = tuple(number for number, _ in known), tuple[kinds]  # type: ignore[valid-type]
+        else:
+            found[key] = known[0] if known else (text, None)
+    return found
 
 
 def quantity(kind: Kind) -> Quantity | None:
@@ -65,11 +72,12 @@ def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
     return float(at), found
 
 
-def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated]) -> list[Fault]:
-    """Uncertainties of what is no quantity, or that make no sense of it."""
-    faults = []
+def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: Mapping[Path, Path]) -> list[Fault]:
+    """Uncertainties of what is no quantity, or that make no sense of it; `given`: as `Source.given`."""
+    faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():
-        found = quantity_at(scene, path)
+        at = put.get(path, path)
+        found = quantity_at(scene, at if at[0] == "machines" else path)
         try:
             if found is None:
                 raise ValueError("is no quantity that could be uncertain; write it without '+-', 'sd' or '..'")

@@ -1,7 +1,6 @@
 """The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
 
-A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in
-Python. Defaults of a crane are those of a credible 900 t yard; a scene overrides them with its own.
+A key of several words is written with blanks in YAML (`may touch: ...`) and with underscores in Python.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
 from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
-from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from .actions import ActionLine, Condition, InterlockKeys, Touching
 from .base import Base, Name, Place, ProjectKeys
@@ -23,8 +22,8 @@ from .described import keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, WindKeys
 from .nodes import ModelKeys, Process
 from .parts.flexible import Hull, ModeKeys
-from .parts.machines import FrameParts, MachineKeys, PartName, PortalParts
-from .parts.mechanics import Chart, MechanismGroup, MechanismKeys, Moments, Ramp
+from .parts.machines import FrameParts, MachineKeys, PartName
+from .parts.mechanics import MechanismKeys, Moments
 from .parts.rigging import Edge, GearKeys, Rigging, SlingType
 from .parts.standing import GroundKeys
 
@@ -35,12 +34,6 @@ RESERVED = (  # no machine and no group has such a name
 )
 
 
-def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
-    if pair[0] >= pair[1]:
-        raise ValueError(f"the first end must be below the second, but {pair[0]:g} m >= {pair[1]:g} m")
-    return pair
-
-
 def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
     if twice:
@@ -48,83 +41,14 @@ def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     return asked
 
 
-Range = Annotated[tuple[u.Length, u.Length], AfterValidator(_ordered)]
 OffLead = u.Swing | Literal["unknown"]
 
 
 class CraneKeys(Base):
-    """A crane on rails: portal along x; upper trolley (H1, H2) and lower trolley (H3) along y.
+    """A crane of a type; what else is written are parameters of that."""
 
-    What is left out its type says, `parts` it makes; the defaults are those of the smallest bundled one.
-    """
-
-    type: str  # of the family, or a file of it
-    at: u.Length  # x of its centre
-    upper_trolley: u.Length | None = None  # y; left out: where its lugs are
-    lower_trolley: u.Length | None = None
-    rails: Range = (0.0, 400.0)  # x that the centre can reach
-    span: u.Extent = u.LENGTH.read("150 m")  # rails at y = 0 and y = span
-    width: u.Extent = u.LENGTH.read("34 m")  # of the portal along x, over the buffers
-    girder: Range = (10.0, 140.0)  # y that the trolleys can reach
-    trolley_length: u.Extent = u.LENGTH.read("10 m")  # along y
-    main_mass: u.Mass = u.MASS.read("4200 t")  # with the girder
-    girder_mass: u.Mass = u.MASS.read("2500 t")
-    girder_stiffness: u.Stiffness = u.STIFFNESS.read("58.8 MN/m")  # at midspan, between the legs
-    girder_damping: u.Ratio = 0.01  # of critical, of its first mode; assumed
-    upper_mass: u.Mass = u.MASS.read("300 t")
-    lower_mass: u.Mass = u.MASS.read("150 t")
-    upper_exit: u.Extent = u.LENGTH.read("102 m")  # z where the ropes leave
-    lower_exit: u.Extent = u.LENGTH.read("88 m")
-    hook_spacing: u.Extent = u.LENGTH.read("6 m")  # H1, H2 at -+ this x from the centre
-    highest_hook: u.Extent = u.LENGTH.read("80 m")  # z of the hook eye at the upper limit
-    shortest_rope: u.Extent = u.LENGTH.read("8 m")
-    drum: u.Extent = u.LENGTH.read("100 m")  # longest rope
-    gantry_speed: u.Speed = u.SPEED.read("30 m/min")
-    trolley_speed: u.Speed = u.SPEED.read("20 m/min")
-    hoist_speed: u.Speed = u.SPEED.read("3 m/min")  # loaded
-    empty_hoist_speed: u.Speed = u.SPEED.read("10 m/min")
-    ramp: Ramp = u.ACCELERATION.read("0.05 m/s2")  # or of gantry and trolleys `one swing`, `0.1 m/s2 in two pulses`
-    emergency: u.Ramp | None = None  # deceleration by `stop` and interlocks; left out: the ramp
-    servo_frequency: u.Frequency = 1.0  # of the gantry and trolley drives
-    servo_damping: u.Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
-    hook_capacity: u.Mass = u.MASS.read("450 t")
-    capacity_chart: Chart | None = None  # of a hook by its trolley's y, instead of the hook capacity
-    upper_capacity: u.Mass = u.MASS.read("900 t")
-    lower_capacity: u.Mass = u.MASS.read("450 t")
-    capacity: u.Mass = u.MASS.read("900 t")
-    tandem: u.Ratio = 0.75  # of the capacity, where two cranes lift together
-    hook_block: u.Mass = u.MASS.read("25 t")
-    falls: Annotated[int, Field(ge=1)] = 20
-    drum_ends: Literal[1, 2] | None = None  # of the hook's rope; left out: two where the falls can be halved, assumed
-    sheave_efficiency: u.Efficiency | None = None  # of each sheave; left out: 0.98 with rolling bearings, assumed
-    drum_pull: u.Force | None = None  # that a drum end may pull; left out: not judged
-    gantry_drive: u.Force | None = None  # that moves the crane; left out: not judged
-    gantry_brake: u.Force | None = None  # that holds the crane; left out: not judged
-    trolley_drive: u.Force | None = None  # that moves a trolley; left out: not judged
-    trolley_brake: u.Force | None = None  # that holds a trolley; left out: not judged
-    off_lead_along: OffLead | None = None  # of its ropes along the rails; left out: that of the scene's limits
-    off_lead_across: OffLead | None = None  # of its ropes across the rails; left out: that of the scene's limits
-    fall_EA: u.Force = u.FORCE.read("93.5088 MN")  # 44 mm 6x36: 890.6 mm2, 105 GPa
-    fall_mass: u.MassPerLength = u.MASS_PER_LENGTH.read("7.92 kg/m")
-    fall_breaking: u.Force = u.FORCE.read("1351 kN")
-    rope_damping: u.Ratio = 0.03  # of critical, with what it carries at the start; assumed
-    mechanism_group: MechanismGroup = "M6"  # of the hoists: gives the rope factor by ISO 4308-1
-    rope_factor: u.Factor | None = None  # breaking force over its most loaded part; left out: by the mechanism group
-    rope_partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
-    parts: PortalParts | None = None  # made by the type, not to be written
-
-    @model_validator(mode="wrap")
-    @classmethod
-    def _of_its_type(cls, data: Any, handler: ModelWrapValidatorHandler[CraneKeys]) -> CraneKeys:
-        """Parameters of the type stand for keys that are left out, and do not count as set."""
-        theirs = data.get("parameters") if isinstance(data, dict) else None
-        if not isinstance(theirs, dict):
-            return handler(data)
-        own = {key: value for key, value in data.items() if key != "parameters"}
-        crane = handler({**theirs, **own})
-        kept = {name for name, field in cls.model_fields.items() if {name, field.alias} & {*own}}
-        object.__setattr__(crane, "__pydantic_fields_set__", kept)
-        return crane
+    type: str  # a bundled one, or a file of yours
+    parameters: dict[str, Any] = Field(default_factory=dict)  # which stand beside the type
 
 
 class Supports(Base):
@@ -261,7 +185,7 @@ class Scene(Base):
     seed: Annotated[int, Field(ge=0)] = 0
     microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop
     end: u.Duration | None = None
-    cranes: dict[Name, CraneKeys] = Field(default_factory=dict)  # of other types: their parameters
+    cranes: dict[Name, CraneKeys] = Field(default_factory=dict)  # as their types make them: `machines`
     block: Block | None = None
     blocks: dict[Name, Block] = Field(default_factory=dict)  # several, which machines made of parts lift
     rig: RigKeys | None = None

@@ -49,10 +49,12 @@ def validate(source: Source) -> Scene | None:
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
-        for message in error.errors(include_url=False):
-            source.faults.append(_fault(source, message))
+        # what is put at several places is told once
+        faults = [_fault(source, message) for message in error.errors(include_url=False)]
+        told = {source.written(x.path): x for x in faults if source.written(x.path) != x.path}
+        source.faults += [x for x in faults if told.get(source.written(x.path), x) is x]
         return None
-    source.faults += [*_reserved(scene), *uncertainty_faults(scene, stated)]
+    source.faults += [*_reserved(scene), *uncertainty_faults(scene, stated, source.given)]
     return scene
 
 
@@ -73,7 +75,7 @@ def uncertainties(source: Source) -> dict[Path, Stated]:
 def _reserved(scene: Scene) -> Iterator[Fault]:
     """No machine and no group has the name of a keyword of the language or of a part of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
-    named |= {("machines", name): name for name in scene.machines}
+    named |= {("machines", name): name for name in scene.machines if name not in scene.cranes}
     if scene.rig:
         named |= {("rig", BEAMS, name): name for name in scene.rig.beams}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}

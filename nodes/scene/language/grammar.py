@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from typing import Literal, TypeVar, cast
 
 import msgspec
@@ -56,6 +57,9 @@ def _order(r: PhraseReader) -> OrderPhrase:
         raise r.error(f"an order begins with a verb, not {r._found()}", closest(r.next, VERBS))
     verb = VERBS[name]
     match verb.becomes:
+        case "own":
+            own: OrderPhrase = import_module(verb.module).phrase(r)
+            return replace(own, verb=name)
         case "wait":
             return OrderPhrase(name, seconds=r.quantity(units.DURATION))
         case "hook":

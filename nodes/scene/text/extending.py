@@ -3,6 +3,7 @@ that are like others, with differences: `two: {like: one, hook: west H2, lugs: [
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path as FilePath
 
@@ -10,7 +11,6 @@ from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import scene_text, within
-from heavylift.nodes.scene.text.overlay import merged
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 from heavylift.nodes.scenes import bundled
 
@@ -95,3 +95,51 @@ def _copy(source: Source, theirs: Data, there: Path, own: dict[str, Data], here:
             n = len(there) + 1
             for marks in (source.keys, source.values):
                 marks |= {(*here, *at[n - 1 :]): mark for at, mark in marks.items() if at[:n] == (*there, key)}
+
+
+def merged(below: Source, above: Source) -> Source:
+    """A scene or type with another one laid over it: mappings key by key, lists and values replace."""
+    keys, values = dict(below.keys), dict(below.values)
+    found = Source(
+        above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files
+    )
+    laid = _overlay(found, above, below.data, above.data, ())
+    found.data = laid if isinstance(laid, dict) else {}
+    found.values[()] = above.mark(())
+    return found
+
+
+def _overlay(merged: Source, upper: Source, below: Data, above: Data, path: Path) -> Data:
+    if isinstance(below, dict) and isinstance(above, dict):
+        joined = dict(below)
+        for key, value in above.items():
+            joined[key] = _overlay(merged, upper, below.get(key), value, (*path, key))
+        if path:
+            _take(merged, upper, path)
+        return joined
+    forget(merged, path, below)
+    for found in _paths(above, path):
+        _take(merged, upper, found)
+    return above
+
+
+def _take(merged: Source, upper: Source, path: Path) -> None:
+    if path in upper.values:
+        merged.values[path] = upper.values[path]
+    if path in upper.keys:
+        merged.keys[path] = upper.keys[path]
+
+
+def forget(source: Source, path: Path, value: Data) -> None:
+    """Drop the marks of a value and of all in it."""
+    for found in _paths(value, path):
+        source.keys.pop(found, None)
+        source.values.pop(found, None)
+
+
+def _paths(value: Data, path: Path) -> Iterator[Path]:
+    """The path of a value and of all in it."""
+    yield path
+    below = value if isinstance(value, dict) else dict(enumerate(value)) if isinstance(value, list) else {}
+    for key, each in below.items():
+        yield from _paths(each, (*path, key))

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.errors import closest as closest
 
-from .source import Fault, Mark, Source, shown
+from .source import Fault, Mark, Path, Source, shown
 
 MOST = 200  # errors that are reported at once
 WIDEST = 400  # characters of a line that are shown
@@ -20,7 +20,7 @@ WIDEST = 400  # characters of a line that are shown
 def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
     """Raises one SceneError with the text of all faults, if there are any."""
     marked = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
-    texts = list(dict.fromkeys(_text(mark, fault) for mark, fault in marked[:MOST]))
+    texts = list(dict.fromkeys(_text(mark, fault, source.written(fault.path)) for mark, fault in marked[:MOST]))
     if texts:
         number = f"more than {MOST}" if len(marked) > MOST else f"{len(texts)}"
         count = f"{number} error{'s' if len(marked) > 1 else ''} in {source.name}"
@@ -36,11 +36,11 @@ def _order(source: Source, mark: Mark) -> tuple[bool, str, int, int]:
     return (mark.file != source.name, mark.file, mark.line, mark.column)
 
 
-def _text(mark: Mark, fault: Fault) -> str:
+def _text(mark: Mark, fault: Fault, path: Path) -> str:
     start = max(0, mark.column - WIDEST // 2) if len(mark.text) > WIDEST else 0
     text, column = mark.text[start : start + WIDEST], mark.column - start  # what stands around the place
     gutter = f"{mark.line:5d} | "
     blank = "".join("\t" if c == "\t" else " " for c in text[: column - 1]).ljust(column - 1)
     caret = f"{' ' * (len(gutter) - 2)}| {blank}^{' ' + fault.hint if fault.hint else ''}"
-    head = f"{mark.file}:{mark.line}:{mark.column}: error: {shown(fault.path)}: {fault.sentence}"
+    head = f"{mark.file}:{mark.line}:{mark.column}: error: {shown(path)}: {fault.sentence}"
     return f"{head}\n{gutter}{text}\n{caret}"

@@ -12,13 +12,15 @@ a fault names the line of the type file, or that of the scene where a parameter 
 
 from __future__ import annotations
 
+from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path as FilePath
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, RAILS
+from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, old_type
 from heavylift.nodes.scenes import frames_folder, types_folder
 
+from .extending import merged
 from .faults import closest, raise_faults
 from .files import content, within
 from .source import Data, Path, Source, read
@@ -46,7 +48,20 @@ def machine_type(name: str, frame: bool = False) -> MachineType:
         raise SceneError(f"there is no machine type '{name}': {closest(name, known)}")
     source = read(content(known[name]).decode(), f"{name}.yaml")
     raise_faults(source, source.faults)
-    return MachineType(name, source)
+    return extending(MachineType(name, source))
+
+
+def extending(kind: MachineType) -> MachineType:
+    """A type laid over that of the library which it extends, if it does."""
+    old = old_type(kind.source.data)
+    base = kind.data.get("extends")
+    if not isinstance(base, str):
+        return kind
+    below = deepcopy(machine_type(base, "frame type" in kind.data).source)
+    theirs, own = below.data.get("hooks"), kind.data.get("hooks")
+    if old and isinstance(own, dict) and isinstance(theirs, dict):  # which says where they are alone
+        below.data["hooks"] = {name: next(iter(theirs.values())) for name in own}
+    return MachineType(kind.name, merged(below, kind.source))
 
 
 def gather(source: Source) -> None:
@@ -97,8 +112,7 @@ def expand(source: Source) -> bool:
         except SceneError:
             known = frames() if frame else library()
             source.fault((*at, "type"), f"'{word}' is not known here", closest(word, [*known, *inline]))
-            if frame or not word.startswith(RAILS):  # of which the other keys are known
-                del source.at(at[:-1])[at[-1]]  # type: ignore[union-attr, arg-type]
+            del source.at(at[:-1])[at[-1]]  # type: ignore[union-attr, arg-type]
             continue
         header = "frame type" if frame else "machine type"
         if kind.data.get(header) != VERSION:
@@ -109,10 +123,8 @@ def expand(source: Source) -> bool:
         expansion = Expansion(source, at, entry, kind)
         if frame:
             expansion.attach(entry)
-        elif kind.data.get("family") == RAILS:
-            expansion.lay_under(entry)
         else:
-            expansion.run()
+            expansion.run(entry)
         computed &= expansion.computed
     return computed
 
@@ -123,7 +135,7 @@ def _inline(source: Source, name: str, data: Data) -> MachineType:
     keys, values = (
         {path[2:]: mark for path, mark in some.items() if path[:2] == at} for some in (source.keys, source.values)
     )
-    return MachineType(name, Source(name, data if isinstance(data, dict) else {}, keys, values))
+    return extending(MachineType(name, Source(name, data if isinstance(data, dict) else {}, keys, values)))
 
 
 def _cranes(source: Source) -> list[tuple[Path, dict[str, Data]]]:

@@ -1,6 +1,4 @@
-"""What is laid over the data of a scene: the scene that extends it, and settings of the command line.
-
-`extends: other.yaml` merges mappings key by key (lists and values replace); marks keep their own file.
+"""Settings of the command line, laid over the data of a scene.
 
 A path is written as errors print it: `cranes.west.at`, `actions[2].all hooks`, or of a part that a type makes
 `machines.jib.hooks.jib.main.speed`.  Beside that `block.com.x` is the first number of a place, `stage up/all hooks` a
@@ -10,9 +8,10 @@ key of the action of that name, and a word of an order, as in `stage up/all hook
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container
 from copy import deepcopy
 
+from .extending import forget
 from .faults import closest
 from .machine_types import expand
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
@@ -21,18 +20,6 @@ from .units import NUMBER
 AXES = {"x": 0, "y": 1, "z": 2}
 STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
 PART = re.compile(r"[^./\[\]]+")
-
-
-def merged(below: Source, above: Source) -> Source:
-    """A scene with another one laid over it."""
-    keys, values = dict(below.keys), dict(below.values)
-    found = Source(
-        above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files
-    )
-    laid = _overlay(found, above, below.data, above.data, ())
-    found.data = laid if isinstance(laid, dict) else {}
-    found.values[()] = above.mark(())
-    return found
 
 
 def override(source: Source, setting: str, default: Callable[[Source, Path], list[Data] | None]) -> None:
@@ -82,7 +69,7 @@ def override(source: Source, setting: str, default: Callable[[Source, Path], lis
     if isinstance(at, str) and (said := _said(at, str(last), text.strip())):
         override(source, f"{'.'.join(map(str, path[:-1]))}={said}", default)
         return
-    _forget(source, path, child(at, last))
+    forget(source, path, child(at, last))
     match at, last:
         case dict(), str():
             at[last] = value
@@ -144,38 +131,3 @@ def _said(phrase: str, word: str, text: str) -> str:
     """The phrase with another quantity behind a word; "" if there is none."""
     found, count = re.subn(rf"(\b{re.escape(word)}\s+){NUMBER}\s*[^\s\d]*", lambda m: m[1] + text, phrase, count=1)
     return found if count else ""
-
-
-def _overlay(merged: Source, upper: Source, below: Data, above: Data, path: Path) -> Data:
-    if isinstance(below, dict) and isinstance(above, dict):
-        joined = dict(below)
-        for key, value in above.items():
-            joined[key] = _overlay(merged, upper, below.get(key), value, (*path, key))
-        if path:
-            _take(merged, upper, path)
-        return joined
-    _forget(merged, path, below)
-    for found in _paths(above, path):
-        _take(merged, upper, found)
-    return above
-
-
-def _take(merged: Source, upper: Source, path: Path) -> None:
-    if path in upper.values:
-        merged.values[path] = upper.values[path]
-    if path in upper.keys:
-        merged.keys[path] = upper.keys[path]
-
-
-def _forget(source: Source, path: Path, value: Data) -> None:
-    for found in _paths(value, path):
-        source.keys.pop(found, None)
-        source.values.pop(found, None)
-
-
-def _paths(value: Data, path: Path) -> Iterator[Path]:
-    """The path of a value and of all in it."""
-    yield path
-    below = value if isinstance(value, dict) else dict(enumerate(value)) if isinstance(value, list) else {}
-    for key, each in below.items():
-        yield from _paths(each, (*path, key))

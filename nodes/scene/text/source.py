@@ -68,6 +68,8 @@ class Source:
     places: dict[str, Path] = field(default_factory=dict)
     root: FilePath = FilePath()  # the scene's folder, which holds all files that it may use
     files: tuple[str, ...] = ()  # the file, and before it those that it extends
+    given: dict[Path, Path] = field(default_factory=dict)  # what types put somewhere -> where the scene writes it
+    offered: dict[Path, str] = field(default_factory=dict)  # the same -> the parameter that it is
 
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
@@ -82,8 +84,14 @@ class Source:
             found = child(found, part)
         return found
 
+    def written(self, path: Path) -> Path:
+        """Where the scene writes what stands at a path: as a parameter of a type, or there."""
+        tops = (n for n in range(len(path), 0, -1) if path[:n] in self.given) if self.given else ()
+        return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
+
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
         """The mark of a path, or of the nearest thing above it that was written."""
+        path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)
             if found:

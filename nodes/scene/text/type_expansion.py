@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
 from .faults import closest
 from .source import Data, Path, Source
 
-HEADER = {"machine type", "frame type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
+HEADER = {"machine type", "frame type", "extends", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
     *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),
-    *("hooks", "elastic", "shapes"),
+    *("hooks", "elastic", "shapes", "girders", "load cells"),
 )
-BODIES, JOINTS = ("parent", "child", "body", "on", "radius from"), ("joint",)  # keys whose values name a body, a joint
+BODIES = "parent", "child", "body", "on", "radius from"  # keys whose values name a body
+JOINTS = "joint", "slides"  # or joints
 AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -46,24 +48,24 @@ class Expansion:
 
     def __init__(self, source: Source, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind
-        name = self.name
-        self.given = {key: value for key, value in crane.items() if key != "type"}
-        self.base: Path = ("machines", name)
-        self.prefix = f"{name}."
+        self.written = {key.replace("_", " "): key for key in crane if key != "type"}  # Python's names are keys, too
+        self.given = {key: crane[word] for key, word in self.written.items()}
+        self.base: Path = ("machines", self.name)
+        self.prefix = f"{self.name}."
         self.bodies: set[str] = set()
         self.joints: set[str] = set()
         self.computed = True
         self.known: dict[str, Value | None] = {}
         self.busy: list[str] = []
 
-    def run(self) -> None:
-        """The machine, below `machines` of the scene's data."""
+    def run(self, entry: dict[str, Data]) -> None:
+        """The machine, below `machines` of the scene's data; the entry keeps its parameters."""
         known = self.kind.parameters
-        for key in self.given:
-            if key not in known:
-                message = f"the type {self.kind.name} has no parameter '{key}'"
-                self.source.fault(("cranes", self.name, key), message, closest(key, known), on_key=True)
-        self._local()
+        for key in (key for key in self.given if key not in known):
+            message = f"the type {self.kind.name} has no parameter '{key}'"
+            self.source.fault((*self.at, self.written[key]), message, closest(key, known), on_key=True)
+            del entry[self.written[key]]
+        self._parameters(entry)
         keys, values = (
             {path: mark for path, mark in marks.items() if path[:2] == self.base and len(path) > 2}
             for marks in (self.source.keys, self.source.values)
@@ -72,38 +74,37 @@ class Expansion:
         self.source.keys |= keys
         self.source.values |= values
         machines = self.source.data.setdefault("machines", {})
-        cranes = self.source.data["cranes"]
-        if not isinstance(machines, dict) or not isinstance(cranes, dict):
+        if not isinstance(machines, dict):
             return  # which is reported elsewhere
         machines[self.name] = self._laid(machine, machines.get(self.name, {}), ())
-        del cranes[self.name]
-        self.source.keys[self.base] = self.source.mark(("cranes", self.name), on_key=True)
-        self.source.values[self.base] = self.source.mark(("cranes", self.name))
+        self.source.where(self.at)  # so that its place is called as the scene writes it
+        self.source.keys[self.base] = self.source.mark(self.at, on_key=True)
+        self.source.values[self.base] = self.source.mark(self.at)
 
     def attach(self, entry: dict[str, Data]) -> None:
         """Parts of a frame in its entry, and its parameters, whether written there or not."""
         self.base = (*self.at, "parts")
-        self._unmade(entry)
-        self.given = {key.replace("_", " "): x for key, x in self.given.items()}  # Python's names are keys, too
+        for key in (key for key in ("parameters", "parts") if key in entry):  # which the type makes
+            self.source.fault((*self.at, key), f"unknown key '{key}'", on_key=True)
+        self._parameters(entry)
+        entry["parts"] = self._sections()
+
+    def _parameters(self, entry: dict[str, Data]) -> None:
+        """All in one place of the entry, whether written there or not."""
         known = self.kind.parameters
         for key in [key for key in entry if key.replace("_", " ") in known]:
             del entry[key]
         entry["parameters"] = {**known, **{key: x for key, x in self.given.items() if key in known}}
         self._local()
-        entry["parts"] = self._sections()
-
-    def _unmade(self, entry: Mapping[str, Data]) -> None:
-        """Nobody writes what the type makes."""
-        for key in (key for key in ("parameters", "parts") if key in entry):
-            self.source.fault((*self.at, key), f"unknown key '{key}'", on_key=True)
 
     def _local(self) -> None:
         """What is given of the parameters, if it fits; names of bodies and joints."""
         known = self.kind.parameters
         for key, value in self.given.items():
-            if key in known and not _fits(value, known[key]):
-                self.source.fault((*self.at, key), f"'{value}' does not fit", f"in the type: {known[key]}")
-        self.given = {key: x for key, x in self.given.items() if key in known and _fits(x, known[key])}
+            if key in known and not self._fits(key, value):
+                path = (*self.at, self.written[key])
+                self.source.fault(path, f"'{value}' does not fit", f"in the type: {known[key]}")
+        self.given = {key: x for key, x in self.given.items() if key in known and self._fits(key, x)}
         local = {section: self._names(section) for section in NAMED}
         self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
 
@@ -118,19 +119,6 @@ class Expansion:
             else:
                 made[key] = self._laid(made.get(key), value, (*path, key))
         return made
-
-    def lay_under(self, crane: dict[str, Data]) -> None:
-        """Parameters of the type of a crane on rails and what it makes of them, below the keys of the crane."""
-        self.base, self.prefix = ("cranes", self.name, "parts"), ""
-        theirs = self.kind.parameters
-        self._unmade(crane)
-        written = {key.replace("_", " "): value for key, value in self.given.items()}  # Python's names are keys, too
-        self.given = {key: x for key, x in written.items() if key in theirs and _alike(x, theirs[key])}
-        crane["parts"] = self._sections()
-        crane["parameters"] = {key: value for key, value in theirs.items() if key not in written}
-        for key in theirs:
-            if key not in written and (mark := self.kind.source.values.get(("parameters", key))):
-                self.source.values["cranes", self.name, key] = mark
 
     def _sections(self) -> dict[str, Data]:
         """All of the type but what it says of itself; its interlocks join those of the scene."""
@@ -174,14 +162,19 @@ class Expansion:
     def _resolved(self, key: str, value: Data) -> Data:
         """A reference to a part of the machine, by its whole name."""
         local = self.bodies if key in BODIES else self.joints if key in JOINTS else ()
+        if isinstance(value, list) and local:
+            return [self._resolved(key, each) for each in value]
         return f"{self.prefix}{value}" if isinstance(value, str) and value in local else value
 
     def _computed(self, text: str, path: Path, to: Path) -> Data:
         word = " ".join(text[1:].split())
         if word in self.kind.parameters:
             raw = self._raw(word)
-            if value_of(raw) is None and not (isinstance(raw, str) and raw.startswith("=")):
-                return raw  # a word, a list or a place, as it is
+            self.source.offered[(*self.base, *to)] = word
+            if word in self.given:
+                self.source.given[(*self.base, *to)] = (*self.at, self.written[word])
+            if word in self.given or not (isinstance(raw, str) and raw.startswith("=")):
+                return raw
         try:
             return shown_as(evaluated(text[1:], self._parameter))
         except ExpressionError as error:
@@ -192,6 +185,16 @@ class Expansion:
             self.source.fault((*self.base, *to), str(error), own, column=column)
             self.computed = False
             return None
+
+    @cached_property
+    def arithmetic(self) -> list[str]:
+        """The expressions of the type that are more than one parameter."""
+        found, waiting = list[str](), [self.kind.source.data]
+        for data in waiting:  # which grows
+            waiting += data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()  # type: ignore[arg-type]
+            if isinstance(data, str) and data.startswith("=") and data[1:].strip() not in self.kind.parameters:
+                found.append(data)
+        return found
 
     def _raw(self, word: str) -> Data:
         return self.given.get(word, self.kind.parameters[word])
@@ -214,18 +217,20 @@ class Expansion:
             self.busy.pop()
         return self.known[word]
 
+    def _fits(self, key: str, given: Data) -> bool:
+        """Whether a value can stand for a parameter's own; what is computed there tells nothing of it, and what no
+        arithmetic uses may be whatever the keys read that it is put into."""
+        default = self.kind.parameters[key]
+        whole = value_of(given) is None and not any(key in text for text in self.arithmetic)
+        return value_of(default) is None or _alike(given, default) or whole
+
     def _mark(self, path: Path, to: Path) -> None:
-        """Where the text at `path` stands: in the type, or in the scene if it is a parameter that is given there."""
+        """Where the text at `path` stands in the type."""
         here, theirs = (*self.base, *to), self.kind.source
         if path in theirs.keys:
             self.source.keys[here] = theirs.keys[path]
         if path in theirs.values:
             self.source.values[here] = theirs.values[path]
-
-
-def _fits(given: Data, default: Data) -> bool:
-    """Whether a value can stand for a parameter's own; what is computed there tells nothing of it."""
-    return value_of(default) is None or _alike(given, default)
 
 
 def _alike(given: Data, default: Data) -> bool:

@@ -49,11 +49,14 @@ def test_the_schema_accepts_all_bundled_scenes_and_tells_what_is_wrong() -> None
 
 def test_the_schema_tells_units_defaults_and_meanings() -> None:
     schema = json_schema()
-    crane = schema["$defs"]["Crane"]["properties"]
+    types = schema["$defs"]["CraneKeys"]["allOf"]
+    crane = next(x["then"] for x in types if x["if"]["properties"]["type"]["const"] == "goliath-900")["properties"]
     assert crane["hook capacity"]["default"] == "450 t"
     assert crane["gantry speed"]["default"] == "30 m/min"
     assert crane["rails"]["default"] == ["0 m", "400 m"]
-    assert crane["highest hook"]["description"].startswith("z of the hook eye at the upper limit (length with its unit")
+    assert (crane["highest hook"]["default"], crane["highest hook"]["dimension"]) == ("80 m", "length")
+    off_lead = schema["$defs"]["LiftLimits"]["properties"]["off-lead"]
+    assert off_lead["description"].startswith("of ropes that carry a load; assumed")
 
 
 def test_the_installation_is_looked_at() -> None:

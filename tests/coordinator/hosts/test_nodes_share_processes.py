@@ -13,6 +13,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.models import node_names
 from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recording
+from lifting import unstated
 from typer.testing import CliRunner
 
 LIFT = ("commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel")
@@ -89,7 +90,7 @@ def test_one_process_and_several_are_not_both_meant(command: list[str], more: li
 
 
 def scene(placement: str) -> str:
-    return f"{bundled()['lift'].read_text()}\nplacement:\n{placement}"
+    return f"{unstated(bundled()['lift'].read_text())}\nplacement:\n{placement}"
 
 
 def test_a_scene_places_its_nodes() -> None:

@@ -77,7 +77,7 @@ def test_an_input_that_is_not_written_is_added() -> None:
     found = parse(text, "lift.yaml").scene
     assert found.block is not None
     assert (found.block.com, found.block.mass) == ((0.21, 0.0, 0.0), 306_100.0)
-    assert found.cranes["crane"].rope_damping == 0.05
+    assert found.machines["crane"].hooks["crane.H1"].damping == 0.05
     assert found.rig is not None
     assert found.rig.sling.EA == 440e6
     assert "#   block.com.x: 0.21 m +- 0.02 m" in text

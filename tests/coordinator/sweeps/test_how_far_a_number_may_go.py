@@ -69,7 +69,7 @@ def test_downwards_as_well(told) -> None:
 def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) -> None:
     def played(task, variant):
         (x,) = variant.values
-        row = {"use": x / 512.0, "use/hook": x / 512.0, "limit": "hook", "limit stage": "up", "limit at [s]": 30.0}
+        row = {"use": x / 512.0, "use/hook": x / 512.0, "limit": "hook", "limit stage": "up", "limit at [s]": None}
         return row | {"status": "done" if x <= 512.0 else "red", "verdict": "red: too heavy", "sentence": ""}
 
     monkeypatch.setattr(limiting, "played", played)
@@ -77,6 +77,8 @@ def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) 
     found = limiting.limits_of(lift, MASS)
     assert found.green <= 512.0 < found.red
     assert len(found.runs) == 8 + 2 + 3  # growing steps, one guess on either side, beyond
+    assert "in 'up'; red at" in str(found), "a design load has no time"
+    assert "hook" in table_text(limits_table([found]))
     assert found.half == pytest.approx(5.12)
     assert "green up to" in str(found)
     assert " +- 5.1 t, where hook is used to " in str(found)

@@ -93,7 +93,7 @@ def test_loads_are_lifted_off_and_set_down_with_creep_speed(crane: str) -> None:
     orders = [*up, "lower 0.05 m/min by 0.6 m", "lower 0.05 m/min by 0.2 m"]
     listed = f"actions=[{', '.join(f'{{all hooks: {x}}}' for x in orders)}]"
     scene = load("lift", [f"cranes.crane={{type: {crane}, at: 40 m, hook spacing: 6 m}}", "end=1 h", listed])
-    loaded = scene.scene.cranes["crane"].hoist_speed * 60.0
+    loaded = scene.scene.machines["crane"].hooks["crane.H1"].loaded_speed * 60.0
     most: dict[int, float] = {}
     for step in speeds(scene):
         most.setdefault(step.action, step.most * 0.05)

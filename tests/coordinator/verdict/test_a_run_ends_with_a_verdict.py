@@ -20,8 +20,9 @@ from heavylift.nodes.models.parts import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings import Recording, info, info_data, report
 from heavylift.recordings.read import Judged, recorded_verdict
+from lifting import unstated
 
-LIFT = bundled()["lift"].read_text()
+LIFT = unstated(bundled()["lift"].read_text())
 UP = "  - stage: up\n    all hooks: hoist 3 m/min by 1 m\n"
 SECOND = 0.5  # [s] between samples: what they show is known to one of them
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import bundled, load, parse
+from lifting import unstated
 
-LIFT = bundled()["lift"].read_text()
+LIFT = unstated(bundled()["lift"].read_text())
 SIDEWAYS = "    trolleys: traverse 20 m/min by 2 m\n"
 
 

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 from heavylift.coordinator.ladder import play
+from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Check
-from heavylift.nodes.scene import LoadedScene, new_scene_with, parse
+from heavylift.kernel.description import WORLD, Check, Point
+from heavylift.nodes.limits import UNKNOWN
+from heavylift.nodes.plan import lug_places
+from heavylift.nodes.scene import LoadedScene, bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
+from heavylift.nodes.statics import world
+from lifting import unstated
+from scipy.spatial.transform import Rotation
 
-LARGE = ("goliath", "twin", "mobile")
+MOVES = {"travel": "3 m/min by 2 m", "traverse": "3 m/min by 2 m", "slew": "0.5 deg/s by 12 deg"}
+FAST = {"travel": "15 m/min by 8 m", "traverse": "15 m/min by 8 m", "slew": "2 deg/s by 40 deg"}
 TYPES = sorted(library())
 
 
 def begun(crane: str, folder: Path) -> tuple[str, tuple[float, float, float]]:
     """A scene in which a crane of the type picks up a block, and half the block's length and its place in x and y."""
-    mass, long, wide = (200, 30, 24) if crane.startswith(LARGE) else (10, 6, 5)
+    mass, long, wide = (200, 30, 24) if crane.startswith(("goliath", "twin")) else (10, 6, 5)
+    mass, long, wide = (100, 20, 10) if crane.startswith("mobile") else (mass, long, wide)
     head = "name,mass [t],size x [m],size y [m],size z [m]\n"
     (folder / "blocks.csv").write_text(f"{head}B,{mass},{long},{wide},4\n", encoding="utf-8")
     (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
@@ -44,6 +54,12 @@ class Lift:
         """As far as the block hangs, and then something else."""
         return self.text[: self.text.index("  - stage: down")] + then
 
+    def moved(self, by: dict[str, str]) -> str:
+        """An order that moves what hangs on the crane sideways."""
+        found = {x.verb for machine in self.read().plan.machines for x in machine.actuators if x.verb in by}
+        verb = next(verb for verb in by if verb in found)
+        return f"crane: {verb} {by[verb]}"
+
 
 def red(scene: LoadedScene, word: str) -> list[Check]:
     return [c for c in scene.checks if c.state == "red" and c.quantity.startswith(word)]
@@ -69,6 +85,93 @@ def test_a_wall_beside_the_load_is_told(lift: Lift) -> None:
     scene = lift.read(f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], {wall}}}}}", text=lift.beginning("  - wait: 1 s\n"))
     found = play(scene.plan).verdict.findings
     assert [f for f in found if f.severity == "red" and f.kind == "clearance" and "wall" in f.sentence]
+
+
+def test_what_new_writes_is_green_on_the_merits(lift: Lift) -> None:
+    assert {c.state for c in lift.read().checks} <= {"green", "none"}
+    bare = lift.read(text=unstated(lift.text))
+    assert {"amber"} < {c.state for c in bare.checks}, "nothing is green that nobody stated"
+
+
+@pytest.mark.large(beyond=4)
+def test_in_a_run_nothing_is_open_but_errors(lift: Lift) -> None:
+    checks = play(lift.read().plan).verdict.checks
+    assert {(c.state, c.why) for c in checks} <= {("amber", UNKNOWN), ("none", "")}
+
+
+@pytest.mark.large(beyond=4)
+def test_an_emergency_stop_leaves_a_swing_that_is_judged(lift: Lift) -> None:
+    go = f"  - {{stage: go, {lift.moved(FAST)}}}\n  - {{stage: halt, when: after 8 s, crane: stop}}\n  - wait: 15 s\n"
+    run = play(lift.read("limits={off-lead: 0.05 deg}", text=lift.beginning(go)).plan)
+    found = [c for c in run.verdict.checks if c.state == "red" and c.quantity.startswith("off-lead")]
+    assert found
+    worst = max(found, key=lambda c: c.value or 0.0)
+    (hook,) = (hook for machine in run.plan.machines for hook in machine.hooks if hook.rope == worst.subject)
+    (rope,) = (r for machine in run.plan.machines for r in machine.system.ropes if r.name == worst.subject)
+    past = run.past.part(0, len(run.t))
+    lead = sum(ends(past.poses, line.a) - ends(past.poses, line.b) for line in rope.lines[:1])
+    angle = np.arctan2(np.hypot(lead[:, 0], lead[:, 1]), np.abs(lead[:, 2]))  # type: ignore[index]
+    assert hook.rope == worst.subject
+    assert 0.5 * float(angle.max()) <= (worst.value or 0.0) <= 1.05 * float(angle.max())
+
+
+def test_slings_through_a_beam_are_told(lift: Lift) -> None:
+    """A box half way up a sling as it carries."""
+    scene = lift.read()
+    (state,) = [x for x in scene.statics.states if x.stage == "up" and not x.grounded][-1:]
+    tie = next(x for machine in scene.plan.machines for x in machine.ties if x.rope in state.hooked)
+    lugs = lug_places(scene.plan.machines)
+    a, b = (world(state, x.body, x.p) for x in (tie.upper, lugs[tie.lug]))
+    x, y, z = ((p + q) / 2 for p, q in zip(a, b, strict=True))
+    beam = lift.read(f"obstacles={{beam: {{box: [0.3 m, 0.3 m, 0.3 m], at: [{x} m, {y} m, {z} m]}}}}")
+    found = [f for f in near_at_rest(beam.plan, beam.statics) if f.severity == "red" and "beam" in f.subject]
+    assert any(tie.rope in f"{f.subject} {f.sentence}" or tie.rope.split(".")[0] in f.subject for f in found)
+
+
+def test_a_block_that_is_driven_into_a_wall_is_told(lift: Lift) -> None:
+    text = lift.beginning(f"  - {{stage: go, {lift.moved(MOVES)}}}\n")
+    free = lift.read(text=text)
+    before, after = (next(x for x in free.statics.states if x.stage == stage) for stage in ("up", "go"))
+    last = [x for x in free.statics.states if x.stage == "go"][-1]
+    (p, _), (q, _) = before.poses["block"], last.poses["block"]
+    axis = max((0, 1), key=lambda i: abs(q[i] - p[i]))
+    size, way = free.scene.all_blocks["block"].size, 1.0 if q[axis] > p[axis] else -1.0
+    at = [p[0], p[1], 3.0]
+    at[axis] += way * (size[axis] / 2 + 0.7 + 0.5)
+    box = ["4 m", "4 m", "6 m"]
+    box[axis] = "1 m"
+    wall = f"obstacles={{wall: {{box: [{', '.join(box)}], at: [{', '.join(f'{x} m' for x in at)}]}}}}"
+    scene = lift.read(wall, text=text)
+    found = [f for f in near_at_rest(scene.plan, scene.statics) if f.severity == "red" and "wall" in f.sentence]
+    assert any("touched wall, which nothing orders" in f.sentence for f in found)
+    assert after.stage == "go"
+
+
+@pytest.mark.large(beyond=4)
+def test_a_drop_of_two_centimetres_is_told(lift: Lift) -> None:
+    text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
+    ropes = [tie.rope for machine in lift.read().plan.machines for tie in machine.ties]
+    parted = ", ".join(f"{rope}: release" for rope in ropes)
+    drop = f"  - all hooks: hoist 1 m/min by 20 mm\n  - wait: 5 s\n  - {{{parted}}}\n  - wait: 2 s\n"
+    run = play(lift.read(text=text + drop).plan)
+    (impact,) = (c for c in run.verdict.checks if c.quantity == "impact")
+    assert impact.state == "red"
+    assert (impact.use or 0.0) > 1.3
+
+
+@pytest.mark.parametrize("name", ["lift", "turnover"])
+def test_lifts_to_begin_with_are_green_on_the_merits(name: str) -> None:
+    assert name in bundled()
+    assert {c.state for c in load(name).checks} <= {"green", "none"}
+
+
+def ends(poses: Mapping[str, np.ndarray], point: Point) -> np.ndarray:
+    """(n, 3) where a point of a body is [m]."""
+    if point.body == WORLD:
+        return np.array(point.p)[None, :]
+    x, y, z, w = poses[point.body][:, 3:].T
+    R = Rotation.from_quat(np.stack([x, y, z, w], axis=1))
+    return poses[point.body][:, :3] + R.apply(point.p)
 
 
 def test_limits_of_the_scene_count_for_it(lift: Lift) -> None:

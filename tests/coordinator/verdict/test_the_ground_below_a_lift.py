@@ -8,13 +8,13 @@ from heavylift.coordinator.verdict import History, findings
 from heavylift.coordinator.verdict.clearances import clearances
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings.read import Clearance
-from lifting import machine, slings
+from lifting import machine, slings, unstated
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 STOOL, HALF = 0.2, 4.0  # [m]
 LOW = (
-    bundled()["lift"].read_text().replace("at: [40 m, 75 m, 6 m]", "at: [40 m, 75 m, 4.2 m]")
+    unstated(bundled()["lift"].read_text()).replace("at: [40 m, 75 m, 6 m]", "at: [40 m, 75 m, 4.2 m]")
     .replace("height: 2 m", "height: 0.2 m")
 )  # fmt: skip
 PLAN = parse(LOW).plan

@@ -12,6 +12,7 @@ from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Tag, seconds
 from heavylift.nodes.scene import LoadedScene, bundled, parse
+from lifting import unstated
 
 END = 45.0  # [s] the block is in the air by then
 SECOND = 1_000_000_000
@@ -27,7 +28,7 @@ EMPTY = """
 
 
 def scene(islands: str = "apart", end: float = END) -> LoadedScene:
-    given = bundled()["lift"].read_text()
+    given = unstated(bundled()["lift"].read_text())
     assert given.count(CRANE) == given.count(LOADER) == 1
     given = given.replace(CRANE, f"{CRANE}\n{IDLE}").replace(LOADER, LOADER + EMPTY)
     given = given.replace("all hooks:", "working hooks:").replace("all slings", "all working slings")
@@ -73,6 +74,6 @@ def test_it_is_one_run_in_one_process_or_in_ten(tmp_path: Path) -> None:
 
 
 def test_a_crane_from_which_nothing_hangs_is_drawn_all_the_same() -> None:
-    plan = parse(bundled()["lift"].read_text().replace(CRANE, f"{CRANE}\n{IDLE}")).plan
+    plan = parse(unstated(bundled()["lift"].read_text()).replace(CRANE, f"{CRANE}\n{IDLE}")).plan
     drawn = boxes(plan)
     assert {"idle.main", "idle.upper", "idle.lower"} <= {box.body for box in drawn}

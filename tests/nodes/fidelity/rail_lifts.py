@@ -161,10 +161,10 @@ def _crane(m: Mechanism) -> Crane:
     def axis(drive: Drive) -> Axis:
         return Axis(starts[drive.name], drive.kp, drive.kv)
 
-    main, upper, lower = m.system.bodies
+    lower, main, upper = m.system.bodies  # in the order of their names, as drives are
     gantry, *slides = map(axis, m.system.drives)
     hooks = tuple(Held(h.rope, h.on.rpartition(".")[2]) for h in sorted(m.hooks, key=lambda h: h.rope))
-    trolleys = Trolley("upper", upper, slides[0]), Trolley("lower", lower, slides[1])
+    trolleys = Trolley("upper", upper, slides[1]), Trolley("lower", lower, slides[0])
     return Crane(m.name, main, gantry, *trolleys, hooks, m.girders[0], m)
 
 

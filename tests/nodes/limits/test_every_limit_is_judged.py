@@ -111,6 +111,6 @@ def test_a_limit_that_nothing_is_judged_by_is_a_fault_of_the_scene() -> None:
         with pytest.raises(SceneError, match=f"limits.{key}: nothing is judged by it, for the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])
     with pytest.raises(
-        SceneError, match=r"limits\.off-lead along: nothing is judged by it, for no crane travels on rails"
+        SceneError, match=r"limits\.off-lead along: nothing is judged by it, for no hook has one of its own"
     ):
         load("jib", ["limits={off-lead along: 2 deg}"])

@@ -24,10 +24,11 @@ from heavylift.nodes.limits import (
 )
 from heavylift.nodes.plan import Use, plan
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys import Block, CraneKeys, Supports, comments
+from heavylift.nodes.scene.keys import Block, Supports, comments
 from heavylift.nodes.scene.keys.parts import SlingType
-from heavylift.nodes.scenes import frames_folder
-from lifting import hook_ropes
+from heavylift.nodes.scenes import frames_folder, types_folder
+from heavylift.recordings.read import Judged
+from lifting import bare, hook_ropes
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
 
@@ -58,7 +59,7 @@ def test_every_row_has_a_source_or_says_that_it_is_not_known(name: str) -> None:
 
 def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
     given = ["limits={clearance: 1.5 m, off-lead along: 2 deg}", "cranes.crane.hook capacity=500 t"]
-    rows = {(limit.subject, limit.quantity): limit for limit in load("lift", given).plan.limits}
+    rows = {(limit.subject, limit.quantity): limit for limit in bare("lift", given).plan.limits}
     told = {
         ("all", "clearance"): (1.5, "the scene"),
         ("crane.H1", "off-lead along"): (radians(2.0), "the scene"),
@@ -74,12 +75,13 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
-    for model in (CraneKeys, SlingType, Supports, Block):
+    for model in (SlingType, Supports, Block):
         found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}
-    assert len(found) == 5
-    parameters = (frames_folder() / "block-loader.yaml").read_text().partition("eye:")[0].splitlines()
+    assert len(found) == 2
+    files = frames_folder() / "block-loader.yaml", types_folder() / "goliath-900.yaml"
+    parameters = [line for file in files for line in file.read_text().partition("bodies:")[0].splitlines()]
     found |= {line.strip(): line for line in parameters if "damping:" in line}
     assert len(found) == 8
     assert all("assumed" in told for told in found.values()), found
@@ -93,11 +95,11 @@ def test_the_keys_are_written_as_planners_write_them() -> None:
     ]  # fmt: skip
     assert keys["off-lead"]["default"] == "3 deg"
     with pytest.raises(SceneError, match="unknown key 'off led'"):
-        load("lift", ["limits={off led: 2 deg}"])
+        bare("lift", ["limits={off led: 2 deg}"])
     with pytest.raises(SceneError, match="an angle must be greater than zero here, not -1 deg"):
-        load("lift", ["limits={off-lead: -1 deg}"])
+        bare("lift", ["limits={off-lead: -1 deg}"])
     with pytest.raises(SceneError, match="out of range: choose 50 % to 100 %"):
-        load("lift", ["cranes.crane.sheave efficiency=2 %"])
+        bare("lift", ["cranes.crane.sheave efficiency=2 %"])
 
 
 def test_a_chart_is_read_between_its_points() -> None:
@@ -111,20 +113,20 @@ def test_a_chart_is_read_between_its_points() -> None:
 
 
 def test_a_hook_is_judged_by_its_chart_where_its_trolley_stands() -> None:
-    scene = load("lift", [CHART])
+    scene = bare("lift", [CHART])
     use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
     assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"
     assert use.bound == pytest.approx(400e3 - 100e3 * 23 / 30), "at y = 83 m, where it goes at last"
     assert use.use == pytest.approx(170 / (400 - 100 * 23 / 30), rel=2e-3)
     with pytest.raises(SceneError, match=r"the hook crane\.H3 would carry 169\.8 t of 169\.\d+ t \(sideways\)"):
-        load("lift", ["cranes.crane.capacity chart=[[0 m, 175.4 t], [81 m, 175.4 t], [141 m, 0.01 t]]"])
+        bare("lift", ["cranes.crane.capacity chart=[[0 m, 175.4 t], [81 m, 175.4 t], [141 m, 0.01 t]]"])
     with pytest.raises(SceneError, match="the places of a chart rise, but 10 m comes after 60 m"):
-        load("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
+        bare("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
 
 
 def test_two_judgements_of_a_sling() -> None:
     """Its load against what it may carry, its peak against breaking force over partial factors."""
-    built = load("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
+    built = bare("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
     cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
     for peak, beyond in cases.items():
         uses = uses_of(built, [peaks_alone({"loader-1.sling-2": (peak, 12.5)})])
@@ -143,7 +145,7 @@ def test_two_judgements_of_a_sling() -> None:
 
 
 def test_the_first_that_is_beyond_is_told_and_the_others_named() -> None:
-    built = load("lift").plan
+    built = bare("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
     (told,) = likewise(judged(peaks, built))
     assert told.sentence.endswith("; likewise loader-2.sling-1, loader-3.sling-1")
@@ -152,7 +154,7 @@ def test_the_first_that_is_beyond_is_told_and_the_others_named() -> None:
 
 def test_what_a_load_cell_tells_between_samples_is_red() -> None:
     """The sum of three ropes is only sampled; the cell saw it pass its rated value."""
-    built = load("lift").plan
+    built = bare("lift").plan
     rated = (900e3 + 75e3) * built.gravity
     ropes = {name: np.array([0.3 * rated]) for name in hook_ropes(built)}
     quiet = SignalColumns(t=np.array([3.0]), tensions=ropes, dynamic=True)
@@ -165,16 +167,16 @@ def test_what_a_load_cell_tells_between_samples_is_red() -> None:
 
 
 def test_a_path_is_judged_as_the_scene_is() -> None:
-    scene = load("lift", ["rig.loaders.loader-3.capacity=140 t"])
+    scene = bare("lift", ["rig.loaders.loader-3.capacity=140 t"])
     (red,) = judge(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.severity, red.subject, red.stage, red.t) == ("red", "loader-3", "up", None)
     assert red.where == "lift.yaml:38:5", "where it carries most"
     assert "red: the slings of loader-3 would carry 1469 kN of 1373 kN (up)" in str(check(scene))
-    assert judge(load("lift").plan, uses_on_path(load("lift").plan, load("lift").states), dynamic=False) == []
+    assert judge(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
 
 
 def test_a_place_may_yield_a_little_at_its_end() -> None:
-    built = load("lift").plan
+    built = bare("lift").plan
     for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
         at = np.array([[400.0 + beyond, 0.0, 0.0]])
         signals = SignalColumns(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
@@ -207,7 +209,10 @@ def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     row = rows["crane.H3", "rope factor"]
     assert (row["limit"]["value"], row["limit"]["breaking"], row["stage"]) == (5.6, 1351e3, "lift off")
     assert row["value"] == pytest.approx(12.35, abs=0.005)
-    assert [(f["severity"], f["kind"], f["subject"]) for f in told["findings"]] == [("red", "overload", "loader-3")]
+    found = told["verdict"]["findings"]
+    assert [(f["severity"], f["kind"], f["subject"]) for f in found] == [("red", "overload", "loader-3")]
+    assert (told["verdict"]["state"], told["verdict"]["red"]) == ("red", True)
+    assert told["verdict"].keys() <= {*Judged.__struct_fields__}, "in the words of a run"
 
 
 def test_a_use_is_not_rounded_to_its_limit() -> None:
@@ -221,7 +226,7 @@ def test_rounding_decides_nothing_that_is_told() -> None:
     limits = [RatedLimit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
 
     def told(*uses: Use) -> tuple[str, ...]:
-        row = next(x for x in rows(checks_of(load("lift").plan, uses, [], None, [])) if x[1] == "side force")
+        row = next(x for x in rows(checks_of(bare("lift").plan, uses, [], None, [])) if x[1] == "side force")
         return row[2:4]
 
     for tiny in (0.0, 2e-4, -2e-4):

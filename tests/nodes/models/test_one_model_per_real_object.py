@@ -164,11 +164,11 @@ def test_changing_a_joint_a_body_or_an_actor_changes_what_is_declared() -> None:
     drive.laws = System(drives=(replace(before.drives[0], kp=1.0),))
     main.body = replace(main.body, mass=1.0)
     after = model.declare()
-    assert (after.joints[0].kind, after.drives[0].kp, after.bodies[0].mass) == ("fixed", 1.0, 1.0)
-    assert (after.joints[1:], after.drives[1:], after.bodies[1:]) == (
+    assert (after.joints[0].kind, after.drives[0].kp, after.bodies[1].mass) == ("fixed", 1.0, 1.0)
+    assert (after.joints[1:], after.drives[1:], after.bodies[2:]) == (
         before.joints[1:],
         before.drives[1:],
-        before.bodies[1:],
+        before.bodies[2:],
     )
 
 

@@ -36,9 +36,9 @@ ORDERS = {
     ),
     "verb that does not fit": (
         "lift",
-        [("    trolleys: traverse", "    crane: traverse")],
-        "traverse",
-        "actions[3].crane: 'crane' cannot traverse",
+        [("    trolleys: traverse", "    trolleys: travel")],
+        "travel",
+        "actions[3].trolleys: 'trolleys' cannot travel",
     ),
     "faster than the crane": (
         "lift",

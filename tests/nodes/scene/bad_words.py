@@ -12,7 +12,7 @@ WORDS = {
         "lift",
         [("type: goliath-900, at: 40 m", "type: goliath-900, att: 40 m, at: 40 m")],
         "att: 40",
-        "cranes.crane.att: unknown key 'att'",
+        "cranes.crane.att: the type goliath-900 has no parameter 'att'",
     ),
     "missing key": (
         "lift",
@@ -78,10 +78,7 @@ WORDS = {
         "turnover",
         [("at: 76 m", "at: 70 m")],
         "west: {type:",
-        (
-            "cranes.west: the portals of east and west overlap: 30 m from centre to centre, but 34 m "
-            "from buffer to buffer"
-        ),
+        ("cranes.west: east and west overlap: 30 m from middle to middle, but they need 34 m"),
     ),
     "negative mass": (
         "arm",

@@ -56,7 +56,7 @@ block:
     R1: [-2 m, -8 m, 3.2 m]
     R2: [2 m, -8 m, 3.2 m]
   supports: {height: 1 m, at: [[-7 m, -8 m], [7 m, -8 m], [-7 m, 8 m], [7 m, 8 m]]}
-cranes: {crane: {type: goliath-900, at: 40 m}}
+cranes: {crane: {type: CRANE, at: 40 m}}
 rig:
   slack: 0.1 m
   loaders:
@@ -114,10 +114,11 @@ def test_a_second_block_of_a_list_does_not_turn() -> None:
 
 
 @pytest.mark.parametrize("beam", ["block-loader", "bar.yaml"])
-def test_what_hangs_on_frames_of_any_type_turns(beam: str, tmp_path: Path) -> None:
-    """On two trolleys of a crane on rails, below hinged beams or plain bars of a user's own."""
+@pytest.mark.parametrize("crane", ["goliath-900", "twin-hook-600, upper: 83 m, lower: 67 m"])
+def test_what_hangs_on_frames_of_any_type_turns(crane: str, beam: str, tmp_path: Path) -> None:
+    """On two trolleys of any crane, below hinged beams or plain bars of a user's own."""
     (tmp_path / "bar.yaml").write_text(BAR)
-    (tmp_path / "scene.yaml").write_text(FRAMES.replace("BEAM", beam))
+    (tmp_path / "scene.yaml").write_text(FRAMES.replace("BEAM", beam).replace("CRANE", crane))
     scene = load(tmp_path / "scene.yaml")
     rests = [state for state in scene.statics.states if state.stage in ("turn", "still")]
     (p, _), (q, _) = rests[0].poses["block"], rests[-1].poses["block"]

@@ -24,7 +24,7 @@ class EddyBrake(Element, frozen=True, tag=True):
 Force = EddyBrake | '''
 LAW = '''
 from heavylift.kernel.description.forces import EddyBrake
-from .force_law import Answer, ForceLaw
+from .force_law import LawOutput, ForceLaw
 
 
 class EddyBrakeLaw(ForceLaw[EddyBrake]):
@@ -36,7 +36,7 @@ class EddyBrakeLaw(ForceLaw[EddyBrake]):
     def answer(self, f, p, ends, signal, joint, t):
         u = joint[1] / p[1]
         torque = 2.0 * p[0] * u / (1.0 + u * u) + p[2] * joint[1]
-        return Answer(effort=-torque, heat=torque * joint[1], shown=[])
+        return LawOutput(effort=-torque, heat=torque * joint[1], shown=[])
 '''
 SCENE = """\
 heavylift: 1
@@ -89,7 +89,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         kernel / "description" / "forces.py",
         ("\nForce = ", DESCRIPTION),
         ("from typing import Literal", "from typing import Annotated, Literal"),
-        ('"Bushing", "Char', '"Bushing", "EddyBrake", "Char'),
+        ('    "Bushing",', '    "Bushing",\n    "EddyBrake",'),
     )
     (kernel / "forces" / "eddy_brake.py").write_text(LAW)
     row = ("    kinds.Load: LoadLaw(),", "    kinds.Load: LoadLaw(),\n    kinds.EddyBrake: EddyBrakeLaw(),")

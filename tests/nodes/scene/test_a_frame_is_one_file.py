@@ -12,8 +12,9 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse, uncertain_inputs
 from heavylift.nodes.scene.inputs import inputs
 from heavylift.nodes.scenes import bundled, frames_folder
+from lifting import unstated
 
-LIFT = bundled()["lift"].read_text()
+LIFT = unstated(bundled()["lift"].read_text())
 LOADER = (frames_folder() / "block-loader.yaml").read_text()
 FOUR = """
 frame type: 1

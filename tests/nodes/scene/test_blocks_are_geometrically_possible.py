@@ -6,9 +6,9 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import geometry_findings, outside, passes_through
 from heavylift.nodes.scene import bundled, load, parse
-from lifting import hook_ropes, slings
+from lifting import hook_ropes, slings, unstated
 
-LIFT = bundled()["lift"].read_text()
+LIFT = unstated(bundled()["lift"].read_text())
 ROUNDING = 1e-12
 
 

@@ -9,7 +9,6 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.keys import CraneKeys, written
 from heavylift.nodes.scene.text import ExpressionError, Value, evaluated, library, machine_type, shown_as, value_of
 from lifting import cranes
 
@@ -106,7 +105,7 @@ def test_a_setting_overrides_a_parameter(tmp_path: Path) -> None:
         (TYPE.replace("=boom/2,", "=boom/2 + mass,"), SCENE, "crane.yaml:5:39: error: machines.crane"),
         (TYPE.replace("com: [=boom/2", "con: [=boom/2"), SCENE, "crane.yaml:5:23: error"),
         (TYPE.replace("child: boom", "child: beam"), SCENE, "crane.yaml:7:33: error"),
-        (TYPE.replace("mass: =mass", "mass: =boom"), SCENE, "crane.yaml:5:16: error"),
+        (TYPE.replace("mass: =mass", "mass: =boom"), SCENE, "own.yaml:5:35: error: cranes.crane.boom: '12 m'"),
         (TYPE.replace("=0.2 t/m*boom", "=2*mass"), SCENE, "the parameter 'mass' depends on itself"),
         (TYPE.replace("machine type: 1", "heavylift: 1"), SCENE, "own.yaml:5:17: error"),
         (
@@ -130,29 +129,39 @@ def test_faults_name_the_line_of_type_or_scene(tmp_path: Path, type_text: str, s
     assert told in str(refused.value)
 
 
-def test_the_goliath_is_a_file_whose_numbers_are_the_defaults_of_its_keys() -> None:
-    parameters = machine_type("goliath-900").parameters
-    keys = {written(name): field for name, field in CraneKeys.model_fields.items()}
-    left = {key for key, field in keys.items() if field.default is None or field.is_required()}
-    assert {*keys} - left <= {*parameters} <= {*keys}
-    for key, text in parameters.items():
-        value = value_of(text)
-        if value is not None and key not in left:
-            assert value.number == keys[key].default, key
+OLD = """\
+machine type: 1
+family: goliath
+name: mine
+parameters: {span: 120 m, main mass: 3900 t, girder: [10 m, 110 m]}
+bodies:
+  main: {mass: =main mass, com: [0 m, =span/2, =0.7*upper exit], box: [=width, =span, =upper exit]}
+drives:
+  gantry: {moves: [main, upper, lower], frequency: =servo frequency, damping: =servo damping}
+hooks:
+  H1: {on: upper, at: [=-hook spacing, 0 m, =upper exit]}
+  H2: {on: upper, at: [=hook spacing, 0 m, =upper exit]}
+  H4: {on: lower, at: [0 m, 0 m, =lower exit]}
+"""
+NEW = """\
+machine type: 1
+extends: goliath-900
+name: mine
+parameters: {span: 120 m, main mass: 3900 t, girder: [10 m, 110 m]}
+hooks: {H3: {falls: 18}}
+"""
 
 
-def test_another_goliath_is_another_file(tmp_path: Path) -> None:
-    text = library()["goliath-900"].read_text()
-    (tmp_path / "goliath.yaml").write_text(
-        text.replace("span: 150 m", "span: 120 m").replace("H3: {on: lower", "H4: {on: lower")
-    )
+@pytest.mark.parametrize(("text", "hook", "falls"), [(OLD, "H4", 20), (NEW, "H3", 18)])
+def test_a_type_is_laid_over_the_one_that_it_extends(tmp_path: Path, text: str, hook: str, falls: int) -> None:
+    (tmp_path / "mine.yaml").write_text(text)
     (tmp_path / "scene.yaml").write_text(
-        "extends: lift\nname: other\ncranes: {crane: {type: goliath.yaml, main mass: 4000 t}}\n"
-        "rig: {loaders: {loader-3: {hook: crane H4}}}\n"
+        "extends: lift\nname: other\ncranes: {crane: {type: mine.yaml, main_mass: 4000 t}}\n"
+        f"rig: {{loaders: {{loader-3: {{hook: crane {hook}}}}}}}\n"
     )
     (crane,) = cranes(load(tmp_path / "scene.yaml").plan)
-    assert [hook.rope for hook in crane.hooks] == ["crane.H1", "crane.H2", "crane.H4"]
-    main = crane.system.bodies[0]
+    assert [(x.rope, x.falls) for x in crane.hooks] == [("crane.H1", 20), ("crane.H2", 20), (f"crane.{hook}", falls)]
+    main = next(body for body in crane.system.bodies if body.name == "crane.main")
     assert (main.mass, main.com[1], crane.girders[0].span) == (4000e3, 60.0, 120.0)
     assert crane.system.drives[0].kp == (4000e3 + 300e3 + 150e3) * (2 * pi) * (2 * pi)
 

@@ -6,8 +6,9 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scenes import bundled
+from lifting import unstated
 
-LIFT = bundled()["lift"].read_text(encoding="utf-8")
+LIFT = unstated(bundled()["lift"].read_text(encoding="utf-8"))
 LOADERS = LIFT[LIFT.index("  loaders:") : LIFT.index("\n\n", LIFT.index("  loaders:"))]
 FIRST, *OTHERS = LOADERS.splitlines()[1:]
 

@@ -13,6 +13,7 @@ from heavylift.nodes.scene import loading
 from heavylift.nodes.scene.text import Dimension
 from heavylift.nodes.scene.text.units import DIMENSIONS
 from heavylift.nodes.scenes import bundled
+from lifting import unstated
 
 UNITS = [
     pytest.param(dimension, unit, id=f"{dimension.name} {unit}") for dimension in DIMENSIONS for unit in dimension.units
@@ -34,7 +35,7 @@ def test_each_unit_of_each_dimension(dimension: Dimension, unit: str) -> None:
 
 def _spoiled(value: str) -> Iterator[str]:
     """A small lift, each time with another one of its quantities."""
-    text = bundled()["lift"].read_text()
+    text = unstated(bundled()["lift"].read_text())
     for found in re.finditer(r"(?<![\w.-])\d+(?:\.\d+)?(?= (?:t|m|mm|m/min|s)\b)", text):
         if "#" not in text[text.rfind("\n", 0, found.start()) + 1 : found.start()]:
             yield f"{text[: found.start()]}{value}{text[found.end() :]}"

@@ -6,6 +6,7 @@ from heavylift.coordinator.participants import paused
 from heavylift.kernel.analysis import equilibrium
 from heavylift.nodes.scene import check, load, parse
 from heavylift.nodes.scenes import bundled
+from lifting import unstated
 
 FRICTION = 2e-3  # relative: how a run and the path have dragged pads and slings before the block hung
 LIFTED = """\
@@ -20,7 +21,7 @@ LIFTED = """\
 
 def lift(orders: str, end: str = "900 s"):
     """The bundled lift up to its third stage, then other orders."""
-    text = bundled()["lift"].read_text(encoding="utf-8").replace("end: 60 s", f"end: {end}")
+    text = unstated(bundled()["lift"].read_text(encoding="utf-8")).replace("end: 60 s", f"end: {end}")
     return parse(text[: text.index("actions:")] + "actions:\n" + LIFTED + orders)
 
 
@@ -88,7 +89,9 @@ def test_what_was_followed_is_kept_by_the_numbers_of_the_plan():
 
 
 def test_a_block_off_its_middle_begins_as_it_rests():
-    text = bundled()["lift"].read_text(encoding="utf-8").replace("  supports:", "  com: [1 m, 0.5 m, 0 m]\n  supports:")
+    text = unstated(bundled()["lift"].read_text(encoding="utf-8")).replace(
+        "  supports:", "  com: [1 m, 0.5 m, 0 m]\n  supports:"
+    )
     pose = lifting.pose(parse(text).plan, "block")
     assert pose[2] == pytest.approx(5.995, abs=1e-5), "on pads that give way by 5 mm"
     assert pose[4] == pytest.approx(5e-3 / 64.0 / 2.0, rel=1e-3), "about y, by 5 mm times u / (8 m)^2, half of it in q"

@@ -10,7 +10,6 @@ from heavylift.nodes.limits.ground import CORNERS, SIDES
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
-from heavylift.nodes.scene.keys.parts.machines import PortalParts
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, Parts
 from heavylift.nodes.scene.keys.parts.standing import Stands
 from heavylift.nodes.scene.text.faults import closest
@@ -63,11 +62,10 @@ def _set_up(yard: SceneBuilder, machine: Mechanism) -> Mechanism:
     return msgspec.structs.replace(machine, configuration=_configuration(machine, _parts(yard, machine)))
 
 
-def _configuration(machine: Mechanism, given: Parts[Any] | PortalParts | None) -> dict[str, str]:
+def _configuration(machine: Mechanism, given: Parts[Any] | None) -> dict[str, str]:
     """What its type says, booms, counterweights and bases of charts, falls, base, mats."""
-    found, hooks = dict[str, str](), dict[str, HookKeys]()
-    if isinstance(given, Parts):
-        found, hooks = {key: str(value) for key, value in given.configuration.items()}, dict(given.hooks)
+    found = {key: str(value) for key, value in given.configuration.items()} if given else {}
+    hooks: dict[str, HookKeys] = given.hooks if given else {}
     for name, hook in hooks.items():
         of = "" if len(hooks) == 1 else f" of {name.rpartition('.')[2]}"
         for key, size in (("boom", LENGTH), ("counterweight", MASS), ("outriggers", LENGTH)):
@@ -142,9 +140,7 @@ def _given(yard: SceneBuilder, machine: Mechanism) -> Stands | None:
     return parts.stands if parts else None
 
 
-def _parts(yard: SceneBuilder, machine: Mechanism) -> Parts[Any] | PortalParts | None:
+def _parts(yard: SceneBuilder, machine: Mechanism) -> Parts[Any] | None:
     """The keys of a machine."""
     scene = yard.scene
-    if machine.name in scene.cranes:
-        return scene.cranes[machine.name].parts
     return scene.machines.get(machine.name) or scene.mechanism

@@ -36,7 +36,7 @@ def obstacles_machine(yard: SceneBuilder, around: System) -> plan.Mechanism:
     if bends := next((name for name, block in blocks.items() if block.flexible), ""):
         told = f"'{bends}' bends, and only rigid blocks meet floor and obstacles: leave either away"
         source.fault((OBSTACLES if scene.obstacles else "floor",), told, on_key=True)
-    taken = {*scene.machines, *scene.cranes, *scene.vessels, *scene.rigging, *blocks}
+    taken = {*scene.machines, *scene.vessels, *scene.rigging, *blocks}
     for name, given in scene.obstacles.items():
         if name in taken:
             source.fault((OBSTACLES, name), f"the name '{name}' is given twice: a machine has it, too", on_key=True)

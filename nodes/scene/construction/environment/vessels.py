@@ -18,7 +18,6 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.shapes import HULL
-from heavylift.nodes.plan.spellings import RAILS
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder, box
 from heavylift.nodes.scene.keys.environment import Floating, Vessel, Waves
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -89,7 +88,7 @@ def _delay(yard: SceneBuilder, waves: Waves, at: Vector) -> float:
 
 
 def check_decks(yard: SceneBuilder) -> None:
-    """Blocks stand on vessels that are there, and no crane on rails lifts them."""
+    """Blocks stand on vessels that are there, and no frames of `rig` lift them."""
     scene = yard.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
@@ -98,8 +97,9 @@ def check_decks(yard: SceneBuilder) -> None:
         if block.on not in scene.vessels:
             told = f"there is no vessel '{block.on}'"
             yard.source.fault((*base, "on"), told, closest(block.on, [WORLD, *scene.vessels]))
-        elif scene.cranes:
-            yard.source.fault((*base, "on"), f"{RAILS}s lift from the ground: let a crane of another type lift it")
+        elif yard.cranes:
+            told = "what hangs on hooks by `rig` lifts from the ground: let `rigging` of another crane lift it"
+            yard.source.fault((*base, "on"), told)
 
 
 def afloat(yard: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:

@@ -13,11 +13,11 @@ from heavylift.nodes.limits.reeving import ROLLING, drum_ends
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Heavy, Tie
 from heavylift.nodes.scene.construction.checking import Checking
-from heavylift.nodes.scene.construction.scene_builder import box
+from heavylift.nodes.scene.construction.scene_builder import box, ramp_of
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import SlingKeys
-from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.text.source import Path, Source
 
 from .edges import along_edges
 from .tree import RiggingTree
@@ -63,11 +63,19 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
         if hook.over_edges and (hook.drum or hook.apart):
             told = "a hook rope over edges is one line: leave 'drum' and 'apart' away"
             checks.fault((*path, "over edges"), told, on_key=True)
+        check_drums(checks.source, path, hook)
         if hook.shortest >= hook.longest:
             checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
         if not checks.source.faults:
             _hang_one(checks, found, name, hook, tree, whole, at, gravity)
     return found
+
+
+def check_drums(source: Source, path: Path, hook: HookKeys) -> None:
+    """The falls of a hook are shared by the ends of its rope on drums."""
+    if hook.drum_ends and hook.falls % hook.drum_ends:
+        message = f"{hook.falls} falls cannot be shared by {hook.drum_ends} drum ends: give an even number of falls"
+        source.fault((*path, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
 
 
 def _hang_one(
@@ -120,25 +128,35 @@ def _hang_one(
             checks.fault(
                 path, f"its rope would be {why} than can be at the start: {length:.4g} m, of {ends}", on_key=True
             )
-    ends_at = hook.shortest + away, hook.longest + away
-    found.actuators.append(
-        plan.Actuator(
-            name=name, start=L0, accel=hook.ramp, lower=min(ends_at[0], L0), upper=ends_at[1], verb="hoist",
-            speed=hook.speed, highest=hook.highest, emergency=hook.emergency, where=where,
-        )
-    )  # fmt: skip
+    found.actuators.append(winch_of(name, hook, L0, away, min(hook.shortest + away, L0), where))
     for key, given in rigging.items():
         _slings(found, key, given, name, hook, tree)
-    line = hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
-    found.heavy.append(Heavy(rope=name, line=line, on=hook.on, beside=((0.0, 0.0, 0.0),) * (2 if hook.apart else 1)))
-    axis = k.Point(hook.radius_from) if hook.radius_from else None
-    found.hooks.append(
-        plan.Hoist(
-            rope=name, eye=k.Point(name), block_mass=hook.block, capacity=hook.capacity or 0.0, axis=axis,
-            chart=tuple(hook.chart or ()), on=hook.on, falls=hook.falls,
-            drum_ends=drum_ends(hook.falls), efficiency=ROLLING, breaking=hook.fall_breaking or 0.0, where=where,
-        )
+    beside = ((0.0, 0.0, 0.0),) * (2 if hook.apart else 1)
+    found.heavy.append(Heavy(rope=name, line=mass_of(hook), on=hook.on, beside=beside))
+    found.hooks.append(hoist_of(name, hook, k.Point(name), where))
+
+
+def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, where: str) -> plan.Actuator:
+    """The winch of a hook whose rope begins with a length, `away` of it on its way to the drum [m]."""
+    return plan.Actuator(
+        name=name, start=L0, accel=ramp_of(hook.ramp)[0], lower=lower, upper=hook.longest + away, verb="hoist",
+        speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency, where=where,
     )  # fmt: skip
+
+
+def hoist_of(name: str, hook: HookKeys, eye: k.Point, where: str) -> plan.Hoist:
+    """A hook with what its type tells of it."""
+    return plan.Hoist(
+        rope=name, eye=eye, block_mass=hook.block, capacity=hook.capacity or 0.0,
+        axis=k.Point(hook.radius_from) if hook.radius_from else None, chart=tuple(hook.chart or ()), on=hook.on,
+        falls=hook.falls, drum_ends=drum_ends(hook.falls, hook.drum_ends), efficiency=hook.sheave_efficiency or ROLLING,
+        breaking=hook.fall_breaking or 0.0, where=where,
+    )  # fmt: skip
+
+
+def mass_of(hook: HookKeys) -> float:
+    """Of all falls, where a level models it [kg/m]."""
+    return hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
 
 
 def _lines(name: str, hook: HookKeys) -> list[k.RopeSpan]:

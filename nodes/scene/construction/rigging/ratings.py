@@ -1,103 +1,27 @@
-"""Limits of what machines made of parts hold: hooks and their ropes, slings, shackles, frames, lugs."""
+"""Limits of what hooks hold: several machines together, slings, shackles, frames, lugs."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
-from heavylift.kernel.description.mechanics import WORLD, Vector
-from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
-from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, TANDEM, TANDEM_SOURCE, strength_limits
+from heavylift.nodes.limits.standards import TANDEM, TANDEM_SOURCE, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Quantity, RatedLimit
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
-from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.text.source import Path, shown
 
 from .slings import lugs_of, slings_of, terms
 
-WAYS: dict[Vector, tuple[Quantity, str]] = {(1.0, 0.0, 0.0): ("rails", "along"), (0.0, 1.0, 0.0): ("girder", "across")}
-
-
-def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
-    """Hooks of a machine made of parts: capacity or chart, rope, slings."""
-    for hook in machine.hooks:
-        given = _given(yard, machine, hook.rope)
-        at = {"subject": hook.rope, "unit": "kg", "elements": (hook.rope,), "where": hook.where, "source": "its type"}
-        if chart := hook.chart:
-            note = "with hook block and rigging; the next longer radius counts"
-            yield RatedLimit(quantity="hook load", chart=chart, over="radius", note=note, **at)  # type: ignore[arg-type]
-        else:
-            note = "" if given.capacity else "give its hook a 'capacity'"
-            yield RatedLimit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
-        yield _fall(given, at)
-        winch = next((a for a in machine.actuators if a.name == hook.rope), None)
-        ends = None if winch is None or winch.lower is None or winch.upper is None else (winch.lower, winch.upper)
-        yield from _hoist(yard, given, at, ends)
-    if len(machine.hooks) > 1:
-        every, where = tuple(hook.rope for hook in machine.hooks), machine.where
-        told = "its type states none of all its hooks together"
-        yield RatedLimit(subject=machine.name, quantity="crane load", unit="kg", elements=every, note=told, where=where)
-    yield from _travels(yard, machine)
-
-
-def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
-    """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
-    keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
-    joints = {joint.child: joint for joint in machine.system.joints}
-    driven = {drive.joint: drive.name for drive in machine.system.drives}
-    carried: dict[str, tuple[str, ...]] = {}  # body -> hooks that travel with it
-    for hook in machine.hooks:
-        body = hook.on
-        while (joint := joints.get(body)) is not None and joint.kind in ("prismatic", "fixed"):
-            carried[body], body = (*carried.get(body, ()), hook.rope), joint.parent
-        if body != WORLD:  # it turns
-            carried = {name: tuple(rope for rope in ropes if rope != hook.rope) for name, ropes in carried.items()}
-    for body, ropes in carried.items():
-        way = WAYS.get(joints[body].axis) if ropes and joints[body].kind == "prismatic" else None
-        name = driven.get(joints[body].name)
-        actuator = next((x for x in machine.actuators if x.name == name), None)
-        if way is None or actuator is None:
-            continue
-        quantity, over = way
-        subject = machine.name if joints[body].parent == WORLD else f"{machine.name} {body.rpartition('.')[2]}"
-        at = {"subject": subject, "where": actuator.where}
-        if actuator.lower is not None and actuator.upper is not None:
-            between = actuator.lower, actuator.upper
-            yield RatedLimit(quantity=quantity, unit="m", between=between, elements=(body,), source="its type", **at)  # type: ignore[arg-type]
-        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")):
-            most = getattr(keys.drives[name], key)
-            row = {"note": does, "source": "its type"} if most else {"note": f"its type states no '{key}' of {name}"}
-            yield RatedLimit(quantity="side force", unit="N", value=most, over=over, elements=ropes, **at, **row)  # type: ignore[arg-type]
-
-
-def _hoist(
-    yard: SceneBuilder, given: HookKeys, at: dict[str, Any], ends: tuple[float, float] | None
-) -> Iterator[RatedLimit]:
-    """How its rope may lead, its largest tension, and between which ends its winch moves."""
-    limits = yard.scene.limits
-    by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
-    most = None if limits.off_lead == "unknown" else limits.off_lead
-    note = "" if most is not None else "the machine's limit is unknown"
-    yield RatedLimit(quantity="off-lead", value=most, note=note, **{**at, "unit": "rad", "source": by})
-    if given.fall_breaking:
-        yield from strength_limits("hoist rope", at["subject"], given.fall_breaking, at["where"], {})
-    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "its type states none", "source": ""}
-    yield RatedLimit(quantity="drum pull", **{**at, "unit": "N", **pull})
-    high = {"value": given.highest} if given.highest is not None else {"note": "its type states none", "source": ""}
-    yield RatedLimit(quantity="hook height", **{**at, "unit": "m", **high})
-    if ends is not None:
-        yield RatedLimit(quantity="rope length", between=ends, **{**at, "unit": "m"})
-
 
 def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
     """Hooks of several machines that carry one load at the start: each may carry a part only of what it could alone."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
-    lugs, levelled = lug_places(mechanisms), {machine.name for machine in mechanisms if machine.levels}
+    lugs, keys = lug_places(mechanisms), yard.scene.machines
+    rated = {name for name, x in keys.items() if any(cell.tandem < 1.0 for cell in x.load_cells.values())}
     for machine in mechanisms:
         for hook in machine.hooks:
             for tie in ties_on(mechanisms, hook):
@@ -106,7 +30,7 @@ def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> I
     seen, own = set[str](), yard.scene.factors.tandem
     for hooks in (hooks for hooks in lifting.values() if len(hooks) > 1):
         more = own or TANDEM[min(len(hooks), max(TANDEM))]
-        mine = (hook for name, each in hooks.items() if name not in levelled for hook in each)  # others have rows
+        mine = (hook for name, each in hooks.items() if name not in rated for hook in each)  # others have rows
         for hook in (hook for hook in mine if hook.capacity or hook.chart):
             chart = tuple((radius, mass / more) for radius, mass in hook.chart)
             note = f"{1.0 / more:.1%} of what it may carry alone, as {len(hooks)} cranes lift together"
@@ -118,22 +42,6 @@ def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> I
                     source="the scene" if own else "assumed", where=hook.where,
                 )  # fmt: skip
             seen.add(hook.rope)
-
-
-def _fall(given: HookKeys, at: dict[str, Any]) -> RatedLimit:
-    """The rope of a hook at rest, all falls together, of which the one at the drum is loaded most; friction assumed."""
-    at = {**at, "unit": "N", "quantity": "rope tension"}
-    if not given.fall_breaking:
-        return RatedLimit(note="give its hook a 'fall breaking'", **{**at, "source": ""})
-    factor, ends = ROPE_FACTORS[given.mechanism_group], drum_ends(given.falls, None)
-    most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, ROLLING)
-    return RatedLimit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
-
-
-def _given(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> HookKeys:
-    """The keys of a hook."""
-    scene = yard.scene
-    return (scene.machines.get(machine.name) or scene.mechanism).hooks[rope]  # type: ignore[union-attr]
 
 
 def rigging_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:

@@ -7,7 +7,7 @@ to lugs belong to the machine of the hook; every other entry is a machine of its
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator
 from math import sqrt
 
 import numpy as np
@@ -18,7 +18,6 @@ from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.nodes.plan.mechanism import Tie
 from heavylift.nodes.scene.keys.base import BodyPoint
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
-from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, SlingKeys
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
@@ -31,9 +30,12 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """All rigging of a scene; what is wrong with it is added to the faults of its source."""
+    """All rigging of a scene; what is wrong with it is added to the faults of its source.
 
-    def __init__(self, source: Source, scene: Scene, around: k.System, spare: Mapping[str, HookKeys]) -> None:
+    `taken`: hooks on which frames hang by `rig`.
+    """
+
+    def __init__(self, source: Source, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
         for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
@@ -42,9 +44,9 @@ class RiggingTree:
         self.lugs = lugs_of(scene)
         self.coms = {body.name: body.com for body in around.bodies}
         parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
-        self.taken = {*scene.machines, *scene.cranes, *(scene.rig.beams if scene.rig else ()), *scene.models}
+        self.taken = {*scene.machines, *(scene.rig.beams if scene.rig else ()), *scene.models}
         self.taken |= {*(body.name for body in around.bodies), *([scene.mechanism.name] if scene.mechanism else [])}
-        self.hooks = {**spare, **{name: hook for machine in parts for name, hook in machine.hooks.items()}}
+        self.hooks = {name: x for machine in parts for name, x in machine.hooks.items() if name not in taken}
         self.frames = {name: given for name, given in self.rigging.items() if isinstance(given, Frame)}
         self.ends = {h.replace(".", " ", 1): k.Point(h, (0.0, 0.0, -x.height)) for h, x in self.hooks.items()}
         self.points = {name: k.Point(name) for name in self.frames}

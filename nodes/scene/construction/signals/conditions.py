@@ -13,6 +13,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Point, System
 from heavylift.kernel.description.signals import ScalarSignal, guard_of
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.language.quantities import QUANTITIES
@@ -31,6 +32,7 @@ class Conditions:
 
     def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
+        self.moving = (*yard.cranes, *mechanisms)
         self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
         self.subjects = Subjects(yard, mechanisms)
         self.thresholds = 0
@@ -153,10 +155,9 @@ class Conditions:
         if quantity in ("tension", "length"):
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):
-            along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
-            for crane in self.yard.cranes:
-                along |= {joint.name: (crane.name, joint.name, "", False) for joint in crane.system.joints}
-                along[crane.name] = along[crane.system.joints[0].name]
+            along = {words: (m.name, *x) for m in self.moving for words, x in _coordinates(m.system).items()}
+            drives = [drive for m in self.moving for drive in m.system.drives if called_of(drive.name) == (m.name, "")]
+            along |= {called_of(drive.name)[0]: along[drive.joint] for drive in drives}
             known = [*along]
             if of in along:
                 at, joint, coordinate, turns = along[of]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import msgspec
-import numpy as np
 from heavylift.kernel.algebra.dense import dot
 from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.mechanics import Point, System, merge
@@ -26,7 +25,7 @@ from .conditions import Conditions, unit_of
 RESETS = 0.03  # of the value: so far behind it an interlock is reset
 CLEARS = 0.1  # [m] the same, of heights and gaps
 LENGTHS = ("height", "height difference", "gap")
-MOVES = ("gantry", "trolley", "drive", "hook", "winch")  # kinds of actors that can be stopped
+MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Interlock, ...]:
@@ -155,9 +154,8 @@ class _Builder:
         boxes, sides = self.conditions.subjects.boxes, dict[bool, Array]()
         axis, poses = self._axis(actor)
         for model, point, _ in (boxes[name] for name in test.of.split() if test.quantity == "gap" and name in boxes):
-            starts = [crane.actuators[0].start for crane in self.yard.cranes if crane.name == model]
-            if starts or point.body in poses:
-                sides[model == actor.model] = point.p + np.array([starts[0], 0, 0]) if starts else place(point, poses)
+            if point.body in poses:
+                sides[model == actor.model] = place(point, poses)
         way = dot(axis, (sides[False] - sides[True]).tolist()) if len(sides) == 2 else 0.0
         if not way:
             told = "it is known of a gap between two machines, of which this one travels or traverses to the other"
@@ -166,7 +164,7 @@ class _Builder:
 
     def _axis(self, actor: OrderTarget) -> tuple[list[float], Poses]:
         """The direction in the world in which a drive moves at the start, if it is straight; where all machines are."""
-        whole = merge([m.system for m in self.mechanisms], self.yard.scene.gravity)
+        whole = merge([m.system for m in (*self.yard.machines, *self.mechanisms)], self.yard.scene.gravity)
         moved = System(whole.bodies, whole.joints)
         at = poses(moved) if not any(moved.outside) else {}
         joints = {drive.name: joint for drive in whole.drives for joint in whole.joints if joint.name == drive.joint}
@@ -174,7 +172,7 @@ class _Builder:
         if joint is not None and joint.kind == "prismatic" and joint.parent in at:
             x, y, z = (dot(row, joint.axis) for row in joint.R_PJ)
             return (place(Point(joint.parent, (x, y, z)), at) - place(Point(joint.parent), at)).tolist(), at
-        return [float(actor.kind == "gantry"), 0.0, 0.0], at
+        return [0.0, 0.0, 0.0], at
 
 
 def _emergency(given: Keys, actor: OrderTarget) -> float | None:

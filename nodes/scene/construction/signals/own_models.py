@@ -23,7 +23,7 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 from .conditions import Conditions
 
-LED_BY = {"gantry": "travel", "trolley": "traverse", "drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
+LED_BY = {"drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
 def build_models(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Own, ...]:
@@ -62,7 +62,7 @@ class _Models:
     def one(self, name: str, given: Keys) -> Own:
         path: Path = ("models", name)
         mechanisms = (mechanism.name for mechanism in self.conditions.mechanisms)
-        if name in (*self.yard.hooks, *self.yard.scene.cranes, *mechanisms):
+        if name in (*self.yard.hooks, *self.yard.scene.machines, *mechanisms):
             self.source.fault(path, f"the name '{name}' is given twice: one of the machines has it, too", on_key=True)
         signals = {port: self.signal((*path, "signals", port), text) for port, text in given.signals.items()}
         leads = (self.led((*path, "orders", port), name, port, target) for port, target in given.orders.items())
@@ -112,9 +112,7 @@ class _Models:
 
     def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
         """Joint and coordinate that a drive moves."""
-        if actor.kind in ("gantry", "trolley"):
-            return actor.name.removesuffix(".drive"), ""
-        drives = (drive for m in self.conditions.mechanisms for drive in m.system.drives)
+        drives = (drive for m in self.conditions.moving for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
@@ -132,7 +130,5 @@ class _Models:
 
     def move(self, actor: OrderTarget, where: str) -> Move:
         verb = VERBS[actor.verb or LED_BY[actor.kind]]
-        crane = self.yard.scene.cranes.get(actor.model)
-        most = verb.limit(crane, loaded=True) if crane and actor.speed is None else actor.speed
-        speed, name = most or 0.0, verb.name
+        speed, name = actor.loaded or actor.speed or 0.0, verb.name
         return Move(verb=name, model=actor.model, actuator=actor.name, speed=speed, accel=actor.accel, where=where)

@@ -15,7 +15,7 @@ from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
-from heavylift.nodes.scene.construction.scene_builder import SceneBuilder, parts_of
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 
 RATINGS = {
     "load": (*LOADS, BEAM_LOAD),
@@ -34,16 +34,17 @@ class Subjects:
         self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
         self.ropes = {rope.name: m.name for m in machines for rope in m.system.all_ropes}
         own = {beam: f"{crane}.{hook}" for beam, (crane, hook) in yard.hooks.items()}
-        own |= {m.name: m.hooks[0].rope for m in mechanisms if len(m.hooks) == 1}
+        named = [m for m in (*yard.cranes, *mechanisms) if not m.girders]  # whose parts are called by their own names
+        own |= {m.name: m.hooks[0].rope for m in named if len(m.hooks) == 1}
         self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
         self.points = {cargo.body: (cargo.body, Point(cargo.body)) for cargo in yard.cargo}
-        self.points |= {body.name: (m.name, Point(body.name)) for m in mechanisms for body in m.system.bodies}
+        self.points |= {body.name: (m.name, Point(body.name)) for m in named for body in m.system.bodies}
         of = self.ropes
         self.points |= {name: (of[x.rope], x.eye) for name, x in self.hooks.items() if name not in self.points}
         self.points |= {beam: (beam, self.hooks[beam].eye) for beam in yard.hooks if beam in self.hooks}
         bent = {rope.name for m in machines for rope in m.system.reevings}
         self.straight = [rope for rope in self.ropes if rope not in bent]
-        self.boxes = _boxes(yard, mechanisms)
+        self.boxes = _boxes(yard, named)
         self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
 
     def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
@@ -122,19 +123,20 @@ class Subjects:
         return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
 
 
-def _boxes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
+def _boxes(yard: SceneBuilder, named: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
     """Boxes of loads, of portals, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     for cargo in yard.cargo:
         found[cargo.body] = cargo.body, Point(cargo.body), _half(cargo.size)
-    for crane in yard.cranes:
-        keys = yard.scene.cranes.get(crane.name)
-        girder, width = crane.girders[0], max(shape.size[0] for shape in crane.shapes)
-        x, y, z = parts_of(keys).bodies.main.box if keys else (width, girder.span, girder.height)
-        found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
+    for crane, girder in [(x, girder) for x in yard.cranes for girder in x.girders]:
+        keys, com = yard.scene.machines.get(crane.name), {x.name: x.com for x in crane.system.bodies}[girder.body]
+        boxes = [(x.centre, x.size) for x in crane.shapes if x.body == girder.body]
+        size = (keys.bodies[girder.body].box if keys else None) or (around(boxes)[1] if boxes else None)
+        if size:  # it stands on the ground
+            found[crane.name] = crane.name, Point(girder.body, (com[0], com[1], size[2] / 2)), _half(size)
     if floor := yard.scene.floor:
         found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
-    for m in mechanisms:
+    for m in named:
         for body in dict.fromkeys(shape.body for shape in m.shapes):
             centre, size = around([(x.centre, x.size) for x in m.shapes if x.body == body])
             found[body] = m.name, Point(body, centre), _half(size)

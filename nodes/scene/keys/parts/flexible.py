@@ -79,6 +79,17 @@ class BeamKeys(Stiffness):
         return k.Flexible(self.modes, beam, frame=self.frame, damping=self.damping, loads=tuple(self.loads))
 
 
+class GirderKeys(Base):
+    """What of a body bends as a beam along its y where a level models it, between legs at y = 0 and `span`."""
+
+    slides: list[str] = Field(default_factory=list)  # joints of what slides on it
+    mass: u.Mass
+    stiffness: u.Stiffness  # at midspan
+    span: u.Extent
+    height: u.Length  # of its neutral axis
+    damping: u.Ratio = 0.01  # of critical, of its first mode
+
+
 class Elastic(Base):
     """A body that bends where the fidelity has `girder: elastic`: a uniform beam along its x from its frame on, alike
     about y and z; `length` left out: that of its box, `mass` left out: all of it."""

@@ -19,7 +19,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, Station, across, turned, unit, written
 from heavylift.nodes.scene.keys.described import keys_of, one
 from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
-from pydantic import Field, create_model
+from pydantic import Field, WrapValidator, create_model
 
 Range = tuple[Stroke, Stroke]
 ENDS = {key: one("range", Range, itemgetter(i)) for i, key in enumerate(("lower", "upper"))}  # of a stop
@@ -136,6 +136,10 @@ TYPES: dict[k.JointKind, tuple[str, dict[str, Any]]] = {  # of the other joints:
 }
 
 
+ABOVE: Literal["above its lugs"] = "above its lugs"
+"""Start of what slides along y: above the lugs that hang there at the start, else in the middle of its range."""
+
+
 def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
     """The keys of a type: its directions, and where its coordinates start."""
     turns = [JOINTS[kind].turns(i) for i in range(JOINTS[kind].n_q)]
@@ -143,7 +147,9 @@ def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
     fields |= {key: (each, None if NoneType in get_args(each) else ...) for key, each in own.items()}
     for key, slide, turn in (("start", Length, Angle), ("speed", Velocity, Rate)):
         each = tuple(turn if x else slide for x in turns)
-        if each:
+        if kind == "prismatic" and key == "start":
+            fields[key] = (Annotated[Length, WrapValidator(lambda x, read: x if x == ABOVE else read(x))], 0.0)
+        elif each:
             fields[key] = (tuple[each], (0.0,) * len(each)) if len(each) > 1 else (each[0], 0.0)  # type: ignore[valid-type]
     name = kind.title().replace("-", "")
     model: Any = create_model(name, __base__=AnyJoint, __doc__=about, **fields)

@@ -2,65 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, part_name
+from heavylift.nodes.scene.keys.base import Base, BodyPoint, part_name
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, Field
 
 from .mechanics import Parts
-from .standing import Stands
 
 PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machine `west`
-
-
-class PortalBody(Base):
-    """A body of a crane on rails: `main`, `upper` or `lower` trolley."""
-
-    mass: u.Mass
-    com: Place
-    box: tuple[u.Extent, u.Extent, u.Extent]
-
-
-class PortalDrive(Base):
-    """The servo of `gantry`, `upper` or `lower` trolley, with the bodies whose mass it moves."""
-
-    moves: list[Literal["main", "upper", "lower"]]
-    frequency: u.Frequency
-    damping: u.Ratio
-
-
-class PortalHook(Base):
-    """Where the ropes of a hook leave their trolley."""
-
-    on: Literal["upper", "lower"]
-    at: Place
-
-
-class PortalBodies(Base):
-    """The portal with its girder, the upper and the lower trolley."""
-
-    main: PortalBody
-    upper: PortalBody
-    lower: PortalBody
-
-
-class PortalDrives(Base):
-    """The servos of the gantry on its rails and of the trolleys on the girder."""
-
-    gantry: PortalDrive
-    upper: PortalDrive
-    lower: PortalDrive
-
-
-class PortalParts(Base):
-    """What the type of a crane on rails makes of its parameters."""
-
-    bodies: PortalBodies
-    drives: PortalDrives
-    hooks: dict[Name, PortalHook]
-    stands: Stands | None = None
-    wind: u.Speed | None = None  # up to which it works
 
 
 class MachineKeys(Parts[PartName]):

@@ -21,7 +21,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, GetC
 from pydantic_core import CoreSchema, core_schema
 
 from .contacts import ContactKeys
-from .flexible import BeamKeys, Elastic, Matrices
+from .flexible import BeamKeys, Elastic, GirderKeys, Matrices
 from .forces import Force as ForceElement
 from .joints import ENDS, Joint, Range
 from .standing import Stands
@@ -66,6 +66,7 @@ Moments = Annotated[
 ROUNDING = 1e-9  # relative, of lengths and masses that are the same
 PartKey = TypeVar("PartKey", bound=str)
 MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
+OwnOffLead = u.Swing | Literal["unknown", "as in limits"]
 Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(rising)]
 
 
@@ -194,6 +195,7 @@ class HookKeys(Base):
     block: u.Mass  # of the hook block
     height: u.Extent = u.LENGTH.read("2 m")  # of the hook block, from its ropes down to the slings
     capacity: u.Mass | None = None  # of what hangs below the hook block
+    capacity_by_place: Chart | None = None  # (y of what its rope leaves, mass below the hook block), instead
     capacity_chart: Chart | None = None  # (radius, mass with hook block and rigging): the next longer radius counts
     capacity_charts: list[BoomChart] = Field(default_factory=list)  # instead, by boom length and counterweight
     boom: u.Extent | None = None  # of which the chart is looked up: that of the next longer one
@@ -206,15 +208,23 @@ class HookKeys(Base):
     fall_mass: u.MassPerLength | None = None  # where the fidelity gives ropes a mass; left out: of steel wire so stiff
     fall_breaking: u.Force | None = None  # left out: the rope is not judged
     mechanism_group: MechanismGroup = "M6"  # gives the rope factor by ISO 4308-1
-    drum_pull: u.Force | None = None  # that its rope may pull at the drum
+    rope_factor: u.Factor | None = None  # breaking force over its most loaded part; left out: by the mechanism group
+    rope_partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: by EN 13001-3-2
+    drum_ends: Literal[1, 2] | None = None  # of its rope; left out: two where the falls can be halved, assumed
+    sheave_efficiency: u.Efficiency | None = None  # of each sheave; left out: 0.98 with rolling bearings, assumed
+    drum_pull: u.Force | None = None  # that its rope may pull at a drum end
+    off_lead_along: OwnOffLead | None = None  # of its ropes along x; left out: in any direction, as the limits say
+    off_lead_across: OwnOffLead | None = None  # of its ropes along y
     damping: u.Ratio = 0.03  # of critical, with what it carries at the start
     speed: u.Speed
-    ramp: u.Ramp
+    loaded_speed: u.Speed | None = None  # with a load; left out: the same
+    ramp: Ramp
     emergency: u.Ramp | None = None  # deceleration by limit switch, `stop` and interlocks; left out: the ramp
     shortest: u.Extent  # rope at the hook, unstretched
     longest: u.Extent
     highest: u.Length | None = None  # z of the hook where the upper limit switch trips
     over_edges: list[str] = Field(default_factory=list)  # that its rope bends over where it meets them
+    unused: Literal["kept", "left out"] = "kept"  # left out: it is not modelled where nothing hangs on it
     hangs: u.Extent | None = None  # below `at` at the start; left out: as its rigging asks, else as short as can be
 
     @property
@@ -238,6 +248,14 @@ class Drawn(Base):
     at: Place = (0.0, 0.0, 0.0)
     size: tuple[u.Extent, u.Extent, u.Extent]
     part: str = ""  # what of it that is
+    thing: str = ""  # what planners call it with its machine, if it is not the body: the `portal` of west
+
+
+class LoadCellKeys(Base):
+    """A load cell of all hooks that a body carries: what may hang below their blocks together."""
+
+    capacity: u.Mass
+    tandem: u.Ratio = 1.0  # of it, where machines lift together
 
 
 class Parts(Base, Generic[PartKey]):
@@ -257,6 +275,8 @@ class Parts(Base, Generic[PartKey]):
     contacts: dict[PartKey, ContactKeys] = Field(default_factory=dict)
     hooks: dict[PartKey, HookKeys] = Field(default_factory=dict)
     elastic: dict[PartKey, Elastic] = Field(default_factory=dict)  # bodies
+    girders: dict[PartKey, GirderKeys] = Field(default_factory=dict)  # bodies
+    load_cells: dict[PartKey, LoadCellKeys] = Field(default_factory=dict)  # bodies
     shapes: dict[PartKey, list[Drawn]] = Field(default_factory=dict)  # bodies
     configuration: dict[str, str | int | float] = Field(default_factory=dict)  # more of how it is set up, in words
     stands: Stands | None = None  # on what; left out: no pressure is judged

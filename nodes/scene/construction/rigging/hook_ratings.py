@@ -1,0 +1,209 @@
+"""Limits of machines with hooks: what each hook, a part or all may carry, ropes, how they lead, travel.
+
+What a parameter of the scene gives is the scene's; the rest is the type's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from heavylift.kernel.description.mechanics import WORLD
+from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
+from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.limit import Quantity, RatedLimit
+from heavylift.nodes.plan.mechanism import carried_hooks, is_root
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
+from heavylift.nodes.scene.keys.base import written
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
+from heavylift.nodes.scene.text.source import Path
+
+WAYS: dict[str, Quantity] = {"off_lead_along": "off-lead along", "off_lead_across": "off-lead across"}
+IN_LIMITS = "as in limits"  # how far a rope of one way may lead
+TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
+    (1.0, 0.0, 0.0): ("rails", "along"),
+    (0.0, 1.0, 0.0): ("girder", "across"),
+}
+
+
+def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+    """All of them of a machine."""
+    rows = _Rows(yard, machine)
+    hooks = [_Hook(rows, hook) for hook in sorted(machine.hooks, key=lambda hook: hook.rope)]
+    for hook in hooks:
+        yield hook.load()
+    yield from _together(rows)
+    for hook in hooks:
+        yield from hook.roped()
+    for hook in hooks:
+        yield from hook.leads()
+    yield from _travels(rows)
+    for hook in hooks:
+        yield from hook.ends()
+
+
+class _Rows:
+    """The keys of a machine, and rows of what they state."""
+
+    def __init__(self, yard: SceneBuilder, machine: plan.Mechanism) -> None:
+        self.yard, self.machine = yard, machine
+        self.keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
+        self.base: Path = ("machines", machine.name) if machine.name in yard.scene.machines else ("mechanism",)
+
+    def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
+        """A row of what a key states by a parameter of the scene, or a type, whose part stands at a place."""
+        at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
+        source = f"type {crane.type}" if crane else "its type"
+        if self.yard.source.written(at) != at:
+            source, place = "the scene", self.yard.source.where(at)
+        return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
+
+    def missing(self, path: Path, told: str) -> dict[str, str]:
+        """What to give for a row without a value: the parameter that is put there, else what is told."""
+        offered = self.yard.source.offered.get((*self.base, *path))
+        return {"note": f"give '{offered}'" if offered else told, "source": ""}
+
+    def part(self, body: str) -> str:
+        """What carries hooks, for planners: the machine, or a part of it."""
+        name = self.machine.name
+        return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
+
+
+class _Hook:
+    """A hook with its keys."""
+
+    def __init__(self, rows: _Rows, hook: plan.Hoist) -> None:
+        self.rows, self.yard, self.hook, self.name = rows, rows.yard, hook, hook.rope
+        self.given: HookKeys = rows.keys.hooks[hook.rope]
+
+    def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
+        """A row of it, as the type or the scene states a key."""
+        of = {"subject": self.name, "quantity": quantity, "unit": unit, "elements": (self.name,), **more}
+        return self.rows.row(("hooks", self.name, written(key)), self.hook.where, **of)
+
+    def load(self) -> RatedLimit:
+        """What hangs on it."""
+        given, hook = self.given, self.hook
+        if hook.chart:
+            note = "with hook block and rigging; the next longer radius counts"
+            return self.row("hook load", "kg", "capacity_chart", chart=hook.chart, over="radius", note=note)
+        if given.capacity_by_place:
+            chart = tuple(given.capacity_by_place)
+            return self.row("hook load", "kg", "capacity_by_place", chart=chart, over="trolley")
+        note = "" if given.capacity else "give its hook a 'capacity'"
+        return self.row("hook load", "kg", "capacity", value=given.capacity, note=note)
+
+    def roped(self) -> Iterator[RatedLimit]:
+        """Its rope and drum."""
+        given, (ends, efficiency, told) = self.given, reeving(self.given)
+        factor, source = rope_factor(given)
+        if given.fall_breaking:
+            most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, efficiency)
+            yield self.row(
+                "rope factor", "", "rope_factor", value=factor, least=True, factor=factor, source=source, note=told,
+                breaking=given.fall_breaking,
+            )  # fmt: skip
+            yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
+            partial = given.rope_partial_factor
+            by = self.row("rope peak", "N", "rope_partial_factor").source
+            own = {"rope_partial_factor": (partial, by, told)} if partial else {}
+            yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, told)
+        else:
+            yield self.row("rope tension", "N", "fall_breaking", note="give its hook a 'fall breaking'", source="")
+        none = self.rows.missing(("hooks", self.name, "drum pull"), "its type states none")
+        pull = {"value": given.drum_pull, "note": told} if given.drum_pull else none
+        yield self.row("drum pull", "N", "drum_pull", **pull)
+
+    def leads(self) -> Iterator[RatedLimit]:
+        """How far its rope may lead off the vertical, in its ways or in any."""
+        limits = self.yard.scene.limits
+        for key in [key for key in WAYS if getattr(self.given, key) is not None] or ["off_lead"]:
+            own, scene, found = getattr(self.given, key, IN_LIMITS), getattr(limits, key), dict[str, object]()
+            if own == IN_LIMITS:
+                own, written = limits.off_lead if scene is None else scene, {key, "off_lead"} & limits.model_fields_set
+                where = self.yard.source.where(("limits",)) if written else self.rows.machine.where
+                found = {"source": "the scene" if written else "assumed", "where": where}
+            note = "the machine's limit is unknown" if own == "unknown" else ""
+            value = None if own == "unknown" else own
+            yield self.row(WAYS.get(key, "off-lead"), "rad", key, value=value, note=note, **found)
+
+    def ends(self) -> Iterator[RatedLimit]:
+        """How high it may be, and between which ends its winch moves."""
+        if self.given.highest is not None:  # else its shortest rope is the upper end
+            yield self.row("hook height", "m", "highest", value=self.given.highest)
+        winch = next((a for a in self.rows.machine.actuators if a.name == self.name), None)
+        if winch is not None and winch.lower is not None and winch.upper is not None:
+            yield self.row("rope length", "m", "longest", between=(winch.lower, winch.upper))
+
+
+def reeving(given: HookKeys) -> tuple[int, float, str]:
+    """Drum ends and sheave efficiency of a hoist, and their description with what is assumed."""
+    ends = drum_ends(given.falls, given.drum_ends)
+    efficiency = given.sheave_efficiency or ROLLING
+    lead = lead_factor(given.falls, ends, efficiency)
+    ways = f"{ends} drum end{'s' if ends > 1 else ''}{'' if given.drum_ends else ' (assumed)'}"
+    sheaves = f"sheave efficiency {efficiency:g}{'' if given.sheave_efficiency else ' (assumed)'}"
+    return ends, efficiency, f"{given.falls} falls, {ways}, {sheaves}: lead part {lead:.3f} of the mean"
+
+
+def rope_factor(given: HookKeys) -> tuple[float, str]:
+    """Design factor of a hoist rope, and its source."""
+    if given.rope_factor is not None:
+        return given.rope_factor, "the scene"
+    own = "mechanism_group" in given.model_fields_set
+    return ROPE_FACTORS[given.mechanism_group], f"{ISO_4308}, {given.mechanism_group}{'' if own else ', assumed'}"
+
+
+def _together(rows: _Rows) -> Iterator[RatedLimit]:
+    """What hooks may carry together: those of a part, and all, of several machines less."""
+    machine, cells = rows.machine, rows.keys.load_cells if rows.keys else {}
+    for body, x in sorted(cells.items(), key=lambda item: is_root(machine, item[0])):
+        ropes = tuple(hook.rope for hook in carried_hooks(machine, body))
+        of = {"subject": rows.part(body), "unit": "kg", "elements": ropes}
+        key, most, quantity, note = "capacity", x.capacity, "crane load", ""
+        if not is_root(machine, body):
+            quantity = "trolley load"
+        elif rows.yard.tandem and x.tandem < 1.0:
+            key, most, quantity = "tandem", x.capacity * x.tandem, "tandem load"
+            note = f"{x.tandem:.0%} of its {x.capacity / 1e3:g} t as two cranes lift together"
+        if ropes:
+            path = ("load cells", body, key)
+            yield rows.row(path, machine.where, value=most, quantity=quantity, note=note, **of)
+    if len(machine.hooks) > 1 and not cells:
+        every, told = tuple(hook.rope for hook in machine.hooks), "its type states none of all its hooks together"
+        yield RatedLimit(
+            subject=machine.name, quantity="crane load", unit="kg", elements=every, note=told, where=machine.where
+        )
+
+
+def _travels(rows: _Rows) -> Iterator[RatedLimit]:
+    """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
+    machine, driven = rows.machine, {drive.joint: drive.name for drive in rows.machine.system.drives}
+    actuators = {actuator.name: actuator for actuator in machine.actuators}
+    turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
+    for joint in machine.system.joints if machine.hooks or machine.girders else ():
+        way = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
+        actuator = actuators.get(driven.get(joint.name, ""))
+        ropes = tuple(hook.rope for hook in carried_hooks(machine, joint.child) if hook.rope not in turned)
+        if actuator is None or rows.keys is None or way is None or not (ropes or machine.girders):
+            continue
+        (quantity, over), drive, subject = way, rows.keys.drives[actuator.name], rows.part(joint.child)
+        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if ropes else ():
+            path, most = ("drives", actuator.name, key), getattr(drive, key)
+            none = rows.missing(path, f"its type states no '{key}' of {actuator.name}")
+            of = {"quantity": "side force", "unit": "N", "over": over, "elements": ropes}
+            told = {"note": does} if most else none
+            yield rows.row(path, actuator.where, subject=subject, value=most, **of, **told)
+        if actuator.lower is not None and actuator.upper is not None:
+            of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}
+            between, path = (actuator.lower, actuator.upper), ("drives", actuator.name, "range")
+            yield rows.row(path, actuator.where, subject=subject, between=between, **of)
+
+
+def _straight(machine: plan.Mechanism, body: str) -> bool:
+    """Whether only joints that slide or hold carry a body on the world."""
+    joint = next((joint for joint in machine.system.joints if joint.child == body), None)
+    return body == WORLD or (
+        joint is not None and joint.kind in ("prismatic", "fixed") and _straight(machine, joint.parent)
+    )

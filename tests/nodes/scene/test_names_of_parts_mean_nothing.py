@@ -1,0 +1,66 @@
+"""The turn-over with its machines and frames in plain parts, under other names, is the same lift."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.record import boxes
+from heavylift.nodes.scene import load
+from heavylift.nodes.scene.text import expand, read
+from heavylift.nodes.scenes import bundled, frames_folder
+
+SCENE = "turnover"
+NAMES = {  # that are in the same order
+    "east": "ebb", "west": "way", "loader": "hanger", "main": "mid", "gantry": "along", "hinge": "pin",
+    "upper": "top", "lower": "low",
+}  # fmt: skip
+
+
+def renamed(text: str) -> str:
+    return re.sub(r"\b(" + "|".join(NAMES) + r")\b", lambda found: NAMES[found[0]], text)
+
+
+def plain(folder: Path) -> Path:
+    """The bundled scene with no type of a crane and another type of frame."""
+    source = read(bundled()[SCENE].read_text(), "turnover.yaml")
+    actions, rig = source.data["actions"], source.data["rig"]
+    assert isinstance(actions, list)
+    assert isinstance(rig, dict)
+    loaders = {name: {"type": "hanger.yaml", **given} for name, given in dict(rig["loaders"]).items()}
+    rig = json.loads(renamed(json.dumps({key: x for key, x in rig.items() if key != "loaders"})))
+    rig["loaders"] = json.loads(renamed(json.dumps(loaders)))
+    assert expand(source)
+    machines = renamed(json.dumps(source.data["machines"]))
+    assert "goliath" not in machines
+    for action in actions:
+        if phrase := action.pop("lower trolleys", None):
+            action |= {f"{crane} low-slide.drive": phrase for crane in ("ebb", "way")}
+    frame = (frames_folder() / "block-loader.yaml").read_text()
+    (folder / "hanger.yaml").write_text(renamed(frame.replace("name: block-loader", "name: hanger")))
+    data = {key: source.data[key] for key in ("heavylift", "name", "block")}
+    data |= {"machines": json.loads(machines), "rig": rig, "actions": actions}
+    (folder / "plain.yaml").write_text(json.dumps(data))
+    return folder / "plain.yaml"
+
+
+def findings(run: Played) -> list[tuple[str, str, float | None]]:
+    rows = ((renamed(use.limit.subject), use.limit.quantity, use.value) for use in run.uses)
+    return sorted(rows, key=repr)
+
+
+@pytest.mark.large
+def test_other_names_of_the_same_parts_are_the_same_lift(tmp_path: Path) -> None:
+    old, new = load(SCENE).plan, load(plain(tmp_path)).plan
+    one, other = play(old), play(new)
+    assert one.times.tolist() == other.times.tolist()
+    assert np.array_equal(one.rows, other.rows)
+    assert [(t, stage) for t, _, stage in one.conduct.stages] == [(t, stage) for t, _, stage in other.conduct.stages]
+    assert findings(one) == findings(other)
+    assert [(renamed(x.body), x.centre, x.size, x.colour) for x in boxes(old)] == [
+        (x.body, x.centre, x.size, x.colour) for x in boxes(new)
+    ]
