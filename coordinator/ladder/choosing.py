@@ -27,6 +27,8 @@ from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
 from .model_levels import Ladder, ModelLevel, at_level
 
+STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
+# as short, by which a method that has damped a swing away sees it
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
 HIDES = 0.25  # part of the errors of steps by which that of a level may be seen wrongly
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
@@ -134,10 +136,11 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
 def _climbed(
     ladder: Ladder, candidates: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool
 ) -> Look:
-    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run."""
+    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
+    level is wrong by more, or tighter steps change nothing for the better."""
     tolerances = [candidate.plan.tolerance for candidate in candidates]
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(candidates) - 1)
-    run, checked = [at], at
+    run, checked, before, stuck = [at], at, inf, 0
     while True:
         try:
             if not all(measuring.read_well(candidates[i], accuracy) for i in run):
@@ -171,7 +174,8 @@ def _climbed(
                 continue
             if richer or wrong > accuracy:
                 return best
-        if run[-1] + 1 >= len(candidates) or steps == 0.0:
+        before, stuck = steps, stuck + 1 if steps >= 0.5 * before else 0
+        if run[-1] + 1 >= len(candidates) or stuck >= STUCK or steps == 0.0:
             return best
         run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
 
