@@ -104,6 +104,7 @@ def test_cuts_anywhere(several: bytes, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("turned", [0x01, 0x55, 0x80])
+@pytest.mark.large(beyond=1)
 def test_a_byte_turned_anywhere(turned: int, several: bytes, tmp_path: Path) -> None:
     data, rng = several, random.Random(turned)
     end = next(place for opcode, place, _ in records(data) if opcode == DATA_END)

@@ -103,6 +103,7 @@ class Watched:
 
 
 @pytest.mark.parametrize("name", SCENES)
+@pytest.mark.large(beyond=12)
 def test_it_answers_and_samples_as_its_predecessor(name: str) -> None:
     plan = load(name).plan
     wires = wiring(plan)

@@ -13,6 +13,7 @@ CASES = {"jib": ("jib main", "legs"), "hall": ("hall main", "legs"), "crawler": 
 
 
 @pytest.mark.parametrize("name", sorted(CASES))
+@pytest.mark.large(beyond=1)
 def test_a_drop_of_a_bit_is_red_and_as_hard_as_samples_show(name: str) -> None:
     who, slings = CASES[name]
     drop = f'{{{who}: "hoist 1 m/min by 20 mm"}}, {{wait: 5 s}}, {{{slings}: release}}, {{wait: 2 s}}'

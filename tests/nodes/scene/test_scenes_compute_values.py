@@ -48,6 +48,7 @@ def test_a_parameter_that_depends_on_itself_is_refused():
 
 
 @pytest.mark.parametrize("name", sorted(bundled()))
+@pytest.mark.large(beyond=8)
 def test_any_bundled_scene_may_compute(name: str):
     plain = load(name, ["gravity=8 m/s2"]).plan
     assert load(name, ["parameters.g=4 m/s2", "gravity==2*g"]).plan == plain
