@@ -93,7 +93,7 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Whose data named a function, "" if that is reported elsewhere; None if only this program did."""
+    """Whose data named a function, "" if that is known elsewhere; None if only this program did."""
     return _named.get(reference)
 
 

@@ -30,14 +30,14 @@ def drive(
     simulator.start()
     timed = ((_tag(model, when, port), port, value) for when, port, value in inputs)
     waiting = sorted(timed, key=lambda entry: entry[0])
-    text: list[Said] = []
+    outputs: list[Said] = []
     while True:
         due = simulator.next_time
         tag = min(due, waiting[0][0]) if waiting else due
         if tag.t >= until:
-            return text
+            return outputs
         if tag == due:
-            text += [(event.tag, event.port, event.value) for event in _twice(simulator)]
+            outputs += [(event.tag, event.port, event.value) for event in _twice(simulator)]
         while waiting and waiting[0][0] == tag:
             _, port, value = waiting.pop(0)
             simulator.inject(port, value)

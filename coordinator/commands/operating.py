@@ -46,9 +46,9 @@ def watch(
             lines.of(event)
         elif as_json:
             stage, value = lines.of(event)
-            message = {"number": number, "t_ns": event.t, "microstep": event.k, "stage": stage}
-            message |= {"source": event.source, "port": event.port, "index": event.index, "type": event.type}
-            typer.echo(msgspec.json.encode({**message, "value": value}).decode())
+            row = {"number": number, "t_ns": event.t, "microstep": event.k, "stage": stage}
+            row |= {"source": event.source, "port": event.port, "index": event.index, "type": event.type}
+            typer.echo(msgspec.json.encode({**row, "value": value}).decode())
         else:
             typer.echo(lines.text(event))
     ended = observer.ended

@@ -91,8 +91,8 @@ def devs(
         external=external or (),
     )
     if as_json:
-        message = {**msgspec.to_builtins(run, enc_hook=str), "outcome": run.outcome.name.lower()}
-        typer.echo(msgspec.json.encode(message).decode())
+        row = {**msgspec.to_builtins(run, enc_hook=str), "outcome": run.outcome.name.lower()}
+        typer.echo(msgspec.json.encode(row).decode())
         return
     typer.echo(f"last event at {run.sim_s:g} s; {run.outcome.value}")
     typer.echo(f"{run.grants} grants in {run.wall_s:.2f} s\ndigest {run.digest}")

@@ -116,32 +116,32 @@ def _publish(
             raise RecordingError(f"{run.path}: --paused waits for keys, but there is no terminal; leave it out")
         keys = "; space pauses, s steps, + - rate, q ends" if keyboard.there else ""
         typer.echo(f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.run}{keys}", err=True)
-        text = 0
-        state = ReplayPage(run, page, asked.start) if page is not None else None
+        count = 0
+        replay_page = ReplayPage(run, page, asked.start) if page is not None else None
         with _watching(run) as progress:
 
             def say(one: PublishedItem) -> None:
                 publisher.say(one)
                 if one.event is not None:
                     progress.event(one.event)
-                    if state is not None:
-                        state.event(one.event)
+                    if replay_page is not None:
+                        replay_page.event(one.event)
 
             def message(t_ns: int) -> None:
                 progress.progress(t_ns)
-                if state is not None:
-                    state.reached(t_ns)
+                if replay_page is not None:
+                    replay_page.reached(t_ns)
 
-            player = Player(say, rate, paused, keyboard, message=message)
+            player = Player(say, rate, paused, keyboard, on_time=message)
             while True:
-                text += player.play(asked)
-                if not text and not player.over:
+                count += player.play(asked)
+                if not count and not player.over:
                     raise RecordingError(f"{run.path}: nothing was recorded in this time; give an earlier --from")
                 if player.over or not loop:
                     break
-        if state is not None:
-            state.end()
-    typer.echo(f"replayed {text} messages of {len(asked.topics)} topics")
+        if replay_page is not None:
+            replay_page.end()
+    typer.echo(f"replayed {count} messages of {len(asked.topics)} topics")
 
 
 def _watching(run: RecordedRun) -> AbstractContextManager[RunObserver]:

@@ -152,7 +152,7 @@ def _climbed(
             if len(run) == 1 and run[0] + 1 < len(candidates):
                 run.append(_next(tolerances, run[0], 0.1))
                 continue
-            samples = _candidates([candidates[i] for i in run], model, pair, measuring)
+            results = _candidates([candidates[i] for i in run], model, pair, measuring)
         except HeavyliftError as error:
             if CUT in str(error):
                 raise
@@ -160,16 +160,16 @@ def _climbed(
                 run, checked = [at + 2], at + 2
                 continue
             return Look(candidates[run[-1]], why=str(error).splitlines()[0])
-        if kept := next((look for look in samples if largest(look.error) <= accuracy), None):
-            hidden = times(HIDES, samples[run.index(checked)].steps)
+        if kept := next((look for look in results if largest(look.error) <= accuracy), None):
+            hidden = times(HIDES, results[run.index(checked)].steps)
             if candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy:
                 return kept
             checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by
             continue
-        best = samples[-1]
+        best = results[-1]
         steps, wrong = largest(best.steps), largest(best.model)
         if wrong > steps:
-            if checked != run[-1] and largest(samples[run.index(checked)].steps) > HIDES * wrong:
+            if checked != run[-1] and largest(results[run.index(checked)].steps) > HIDES * wrong:
                 checked = run[run.index(checked) + 1]  # its steps may be all that is seen of its level
                 continue
             if richer or wrong > accuracy:

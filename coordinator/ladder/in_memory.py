@@ -152,7 +152,7 @@ class _Kernel(KernelNode):
         super().__init__(config, lambda batch: None)
         self.looks = DenseRows(self.simulation, instants)
         self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
-        self.message: list[tuple[int, str]] = []
+        self.sentences: list[tuple[int, str]] = []
         self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
         self._allowed, self._deadline = allowed, time.perf_counter() + allowed
 
@@ -163,7 +163,7 @@ class _Kernel(KernelNode):
 
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         self.kept += [(self.simulation.method, row) for row in rows]
-        self.message += [(t_ns, sentence) for _, t_ns, sentence in notes]
+        self.sentences += [(t_ns, sentence) for _, t_ns, sentence in notes]
 
     def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
         shown = published(lift.method, np.array([row for _, row in rows]))
@@ -215,7 +215,7 @@ def play(
     slackens = any(e.what == "slack" and e.name.partition("~")[0] in hooks for _, e in kernel.simulation.log)
     return Played(
         plan, kernel.mechanics, msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout), times, rows,
-        events, rigs, kernel.of_lifts, kernel.message, slackens,
+        events, rigs, kernel.of_lifts, kernel.sentences, slackens,
         max(times[-1].item(), events[-1].t if events else 0), unfinished,
         kernel.looks.finish(), session.grants, prepared - began, started - start, wall, cpu, errors or {},
     )  # fmt: skip

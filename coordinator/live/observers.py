@@ -227,12 +227,12 @@ class Lines:
     def _words(self, type_: str, value: dict[str, Any]) -> str:
         actor = value.get("actor", value.get("actuator"))
         units = self._units.get(type_, {})
-        message = {name: x for name, x in value.items() if x is not actor and x is not None}
-        if isinstance(what := message.pop("what", None), dict):  # an order: its kind and what it says
-            message = (
-                {"to": what["type"]} | message | {name: x for name, x in what.items() if name != "type" and x != actor}
+        fields = {name: x for name, x in value.items() if x is not actor and x is not None}
+        if isinstance(what := fields.pop("what", None), dict):  # an order: its kind and what it says
+            fields = (
+                {"to": what["type"]} | fields | {name: x for name, x in what.items() if name != "type" and x != actor}
             )
-        text = ", ".join(f"{name} {_number(x)}{self._unit(units.get(name, ''), actor)}" for name, x in message.items())
+        text = ", ".join(f"{name} {_number(x)}{self._unit(units.get(name, ''), actor)}" for name, x in fields.items())
         return "".join([f" {actor}" if actor else "", f": {text}" if text else ""])
 
     def _unit(self, unit: str, actor: str | None) -> str:

@@ -1,7 +1,7 @@
 """Inputs of a scene that a log tells: weighted least squares of model and log, and which of them it does not tell.
 
 The unknowns are scaled, x = p / scale; the log's offset is one of them unless it was given.  Weights are the channels'
-scatter.  A direction of x is not reported by the log where two standard uncertainties along it, from the singular
+scatter.  The log says nothing of a direction of x where two standard uncertainties along it, from the singular
 values of the weighted Jacobian, are more than the scale: inputs in it are named and not fitted.  Uncertainty of what
 is left: the scatter of the residuals, widened where they hang together; and what all rows of a sensor have in common,
 for its stated uncertainty is taken as that of its calibration, which no number of rows averages out.

@@ -7,7 +7,7 @@ child becomes a node.
 What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
 
 A declaration holds, of each child of a node, its ports and a fingerprint of each attribute of each model in it, before
-`start`; of the root, its children and couplings, told by the first of them.  What cannot be reported by bytes, such as
+`start`; of the root, its children and couplings, told by the first of them.  What bytes cannot tell apart, such as
 a lambda, stands for its class.
 """
 

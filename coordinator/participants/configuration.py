@@ -38,8 +38,8 @@ class Wiring(NamedTuple):
 def wiring(plan: Plan) -> Wiring:
     """How the models of a plan are coupled."""
     wires = [Coupling(*wire) for wire in couplings(plan)]
-    message = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
-    return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), message)
+    notices = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
+    return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), notices)
 
 
 def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:

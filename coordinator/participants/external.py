@@ -1,4 +1,4 @@
-"""Nodes that programs of another kind play: what they are reported, and what each of their messages must keep.
+"""Nodes that programs of another kind play: what they are sent, and what each of their messages must keep.
 
 Such a program builds no model of ours, so what heavylift's own nodes declare is taken from the coordinator's build, and
 what their simulator checks is checked here: ports, types, and bytes that are those of any other node (WIRE.md).
@@ -32,8 +32,8 @@ class External:
             for model in models
         }
         self._paths = tuple(model.path for model in models)
-        message = [wire for wire in couplings if wire[2] in self._types]
-        self.config = part(ExternalPart({model.name: _message(model) for model in models}, message, microsteps))
+        incoming = [wire for wire in couplings if wire[2] in self._types]
+        self.config = part(ExternalPart({model.name: _message(model) for model in models}, incoming, microsteps))
         """What its WELCOME carries."""
 
     def checked(self, message: m.AnyMessage) -> m.AnyMessage:

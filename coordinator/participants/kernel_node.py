@@ -3,8 +3,8 @@
 Zero lookahead.  `next_time` is the tag of the next located event that a model subscribed to, or a silent tag in the
 last microsteps before the nanosecond in which the tentative step ends, so that where steps and grants end never shows
 in the tags of events.  A committed event is a transition; an input inside the tentative step discards it.  What a
-command has changed at once (a lock that stops a joint) is reported at the next microstep, before any work ahead.
-Samples come from committed steps only and leave through `publish`, numbered.  What models listen to is reported at
+command has changed at once (a lock that stops a joint) is sent at the next microstep, before any work ahead.
+Samples come from committed steps only and leave through `publish`, numbered.  What models listen to is sent at
 tags of its own (see `sampling`), which change nothing of the rest.
 """
 

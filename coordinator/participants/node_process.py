@@ -46,7 +46,7 @@ def serve(link: NodeLink) -> str:
     link.answer(life_sign(lambda: sum(participant.steps for participant in everybody)))
     while playing:
         name, message = link.receive()
-        if name in playing:  # one that has failed is reported to stop, too
+        if name in playing:  # one that has failed is sent STOP, too
             playing[name].handle(message)
             if playing[name].over:
                 failed = failed or playing[name].failed

@@ -1,6 +1,6 @@
 """A kernel with a past that stands in a recording: it says what was said, and goes on from a checkpoint.
 
-Up to the checkpoint its events and samples are those of the recording and what it is reported is passed over, since
+Up to the checkpoint its events and samples are those of the recording and what it is sent is passed over, since
 that comes again: models that say something else are noticed by who compares events.  From there on it is a `KernelNode`
 that is brought to that state, or, without a checkpoint, one that begins at the start.  What it samples itself is
 compared with what was recorded, as far as that goes.

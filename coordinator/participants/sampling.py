@@ -45,8 +45,8 @@ class Sampling:
                 if period * self.done[period] == t
                 for port, read in readers.items()
             }
-            text = [Event(t, 0, KERNEL, port, 0, "Sample", encode(Sample(float(x)))) for port, x in ports.items()]
-            self._said = t, text
+            events = [Event(t, 0, KERNEL, port, 0, "Sample", encode(Sample(float(x)))) for port, x in ports.items()]
+            self._said = t, events
         return self._said[1]
 
     def renew(self) -> None:

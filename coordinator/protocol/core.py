@@ -216,7 +216,7 @@ class Coordinator:
 
     def held(self, name: str) -> list[tuple[int, str]]:
         """Nodes that blocked this one since the last call, each with the number of the DONE from which on."""
-        return self._node(name).message()
+        return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:
         if name not in self._nodes:

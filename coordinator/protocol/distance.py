@@ -223,7 +223,7 @@ class NodeState:
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
 
-    def message(self) -> list[tuple[int, str]]:
+    def blocked_by(self) -> list[tuple[int, str]]:
         """The nodes that blocked this one since the last call, each with the number of the DONE."""
         held, self._held = self._held, []
         return held

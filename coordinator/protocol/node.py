@@ -118,13 +118,13 @@ class Node:
             while first == tag:
                 bag.append(heappop(kept))
                 first = kept[0].tag if kept else FOREVER
-            text = [] if tag != due else model.outputs() if links else self._offer
-            if text:
+            outputs = [] if tag != due else model.outputs() if links else self._offer
+            if outputs:
                 stop = min(stop, succ(tag) if self._samples else max(succ(tag), plus(tag, grant.echo)))
                 if not offered:
                     if tag < own:
-                        self._check(text, own, heard)
-                    spoken += text
+                        self._check(outputs, own, heard)
+                    spoken += outputs
             offered, self._last = False, tag
             self.steps += 1
             if len(spoken) >= SPOKEN or self.steps == last:
@@ -134,7 +134,7 @@ class Node:
                 spoken += among
                 mixed = True
             due = model.next_time
-            links += (tag, bag, text, due)
+            links += (tag, bag, outputs, due)
         if links:
             self._hash = blake2b(_ENCODER.encode((self._hash, links)), digest_size=16).digest()
         if mixed:
@@ -164,8 +164,8 @@ class Node:
 
     def _results(self, stop: Stop) -> list[AtomicResult]:
         """Results of its models; none for a run that was aborted."""
-        message = {} if stop.why else self.model.results(stop.end)
-        return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in message.items()]
+        results = {} if stop.why else self.model.results(stop.end)
+        return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in results.items()]
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
         """Next tag, offer, quiet."""

@@ -221,16 +221,16 @@ class Record(FileRecorder):
             return RecordedVerdict(red=True, state="red", line=message)
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        message = {"reason": str(error)}
+        result = {"reason": str(error)}
         try:
             if isinstance(error, HeavyliftError) and not self.worthless():
                 error.verdict = verdict = self._verdict_of_failure(error)
                 self.facts = {"verdict": msgspec.to_builtins(verdict)}
-                message["verdict"] = verdict.line
+                result["verdict"] = verdict.line
         finally:
             super().__exit__(kind, error, trace)
         if error is not None:
-            self._end_for_all("failed", message)
+            self._end_for_all("failed", result)
 
     def _verdict_of_failure(self, error: HeavyliftError) -> RecordedVerdict:
         text = self._conduct

@@ -34,10 +34,8 @@ class Deviation(msgspec.Struct, frozen=True):
     now: object
 
     def __str__(self) -> str:
-        message = [msgspec.json.encode(x).decode() if x is not None else "nothing" for x in (self.recorded, self.now)]
-        return (
-            f"at {Tag(self.t_ns, self.microstep)} on {printable(self.topic)}: recorded {message[0]}, now {message[1]}"
-        )
+        values = [msgspec.json.encode(x).decode() if x is not None else "nothing" for x in (self.recorded, self.now)]
+        return f"at {Tag(self.t_ns, self.microstep)} on {printable(self.topic)}: recorded {values[0]}, now {values[1]}"
 
 
 class ReplayResult(msgspec.Struct, frozen=True):

@@ -128,21 +128,21 @@ class Player:
     paused: bool = False
     keyboard: Keyboard = field(default_factory=Keyboard)
     clock: Callable[[], float] = time.monotonic
-    message: Callable[[int], None] = lambda t_ns: None
+    on_time: Callable[[int], None] = lambda t_ns: None
     over: bool = False
 
     def play(self, replay: Replay) -> int:
         """Play once from start to end; returns the number of items."""
-        text, self._sim_ns, self._wall = 0, replay.start, self.clock()
+        count, self._sim_ns, self._wall = 0, replay.start, self.clock()
         for t, group in replay:
             self._wait(t)
             if self.over:
                 break
             for one in group:
                 self.say(one)
-            text += len(group)
-            self.message(t)
-        return text
+            count += len(group)
+            self.on_time(t)
+        return count
 
     def _wait(self, t: int) -> None:
         """Wait until `t` is due, a key skips it, or the replay ends."""

@@ -118,8 +118,8 @@ def _of_model(reference: str, by: str, microsteps: int, stop: str) -> RecordedMo
 
 def _alone(model: Model, wires: Wiring, microsteps: int) -> Simulator:
     """A simulator of one model that reports all its outputs as if others received them."""
-    text = [(model.name, port.name, "", "") for port in model.ports.values() if isinstance(port, OutPort)]
-    return Simulator(model, microsteps=microsteps, wires=[*wires.all, *text])
+    outputs = [(model.name, port.name, "", "") for port in model.ports.values() if isinstance(port, OutPort)]
+    return Simulator(model, microsteps=microsteps, wires=[*wires.all, *outputs])
 
 
 def _microsteps(rec: Recording) -> int:

@@ -47,5 +47,5 @@ class ReplayPage:
     def end(self) -> None:
         """End of the replay: send the peaks of the whole run."""
         peaks = recorded_peaks(self._recording)
-        message = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
-        self._page.end("replayed", {}, message, str(self._recording.path))
+        rows = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
+        self._page.end("replayed", {}, rows, str(self._recording.path))

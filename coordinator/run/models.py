@@ -152,13 +152,13 @@ def run_models(
             played = time.perf_counter()
             last = min(talk.core.end, end)
             left = talk.dismiss(last if last < FOREVER else talk.core.last)
-            message = [result for bye in left.values() for result in bye.results]
+            gathered = [result for bye in left.values() for result in bye.results]
         except BaseException as error:
             talk.abort(error)
             raise
         wall_s = time.perf_counter() - started
         sim_s, digest = recorder.last_ns / 1e9, recorder.digest.hexdigest()
-        results = {result.path: result.value for result in sorted(message, key=lambda result: result.path.split("."))}
+        results = {result.path: result.value for result in sorted(gathered, key=lambda result: result.path.split("."))}
         kept = {path: {"type": type(x).__name__, "value": msgspec.to_builtins(x)} for path, x in results.items()}
         facts = {"sim_s": sim_s, "wall_s": wall_s, "grants": talk.grants, "outcome": outcome.value, "results": kept}
         recorder.close(facts)

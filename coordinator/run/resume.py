@@ -83,8 +83,8 @@ class Beginning:
             message = "is damaged" if made == __version__ else f"is of heavylift {made}, this is {__version__}"
             message = f"its scene {message} ({error or type(error).__name__})"
             raise RecordingError(f"{part}: {message}; {instead}") from None
-        text = {TimedCommand(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
-        commands = text.union(journaled(part.with_name(part.name.removesuffix(PART))))
+        commanded = {TimedCommand(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
+        commands = commanded.union(journaled(part.with_name(part.name.removesuffix(PART))))
         return cls(scene, left.events, sorted(commands), left.recording.version)
 
 

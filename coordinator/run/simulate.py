@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Again = Callable[[list[int]], dict[str, Signal]]  # signals of the same run at other instants [ns]
-Command = Callable[[CommandTarget], object]  # what is reported to the simulation
+Command = Callable[[CommandTarget], object]  # what is done with the simulation
 
 SINCE_A_SAMPLE = ("rope/peak", "rope/peak_time")  # what they show is not a state
 SAMPLES = 1000  # of a system that nobody asks for others
@@ -262,7 +262,7 @@ def _of_system(
 
     def run(instants: Sequence[int] = ()) -> tuple[Simulation | Islands, DenseRows]:
         s = choice.simulate(system, tolerance, period, frozenset(), method, step)
-        candidates = DenseRows(s, instants)
+        rows = DenseRows(s, instants)
         s.start()
         for t, order in orders:
             if seconds(t) >= end:
@@ -272,12 +272,12 @@ def _of_system(
             s.settle()
         s.interrupt(end)
         s.settle()
-        return s, candidates
+        return s, rows
 
     def again(instants: list[int]) -> dict[str, Signal]:
-        s, candidates = run(instants)
+        s, rows = run(instants)
         check_same(trail_of(s.rows), trail)
-        return _kept(_signals(np.array(instants) / 1e9, candidates.finish(), channels(s.method), ("*",)), keep)
+        return _kept(_signals(np.array(instants) / 1e9, rows.finish(), channels(s.method), ("*",)), keep)
 
     s, _ = run()
     trail = trail_of(s.rows)

@@ -167,8 +167,8 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         self._run = SteppableRun(plan, answer)
         text = {"causality": Fmi2Causality.input, "variability": Fmi2Variability.discrete}
         self.register_variable(String("command", start="", **text))
-        message = {**text, "causality": Fmi2Causality.output}
-        self.register_variable(String("answer", getter=lambda: self._run.refused, **message))
+        of_outputs = {**text, "causality": Fmi2Causality.output}
+        self.register_variable(String("answer", getter=lambda: self._run.refused, **of_outputs))
         for rope in self._run.peaks:
             self._register(f"tension.{rope}", "[N]", partial(self._run.__getitem__, f"rope/tension/{rope}"))
             self._register(f"peak.{rope}", "[N], so far", partial(self._run.peaks.__getitem__, rope))

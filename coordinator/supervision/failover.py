@@ -60,7 +60,7 @@ class Succession(Hub):
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node, at once or when its process is there."""
         life = self._lives[node]
-        life.log.message(payload)
+        life.log.sent(payload)
         if life.ready:
             self._report(node, life, payload)
 
@@ -215,7 +215,7 @@ class Succession(Hub):
         if any(len(life.losses) >= LOSSES for life in lives):
             raise self.gone(process, f"{how}, as did its predecessors at this point, {LOSSES} of them")
         self._held += self._fresh()
-        self.tell(f"{self.message(process, 'replaced')}: {how}")
+        self.tell(f"{self.loss(process, 'replaced')}: {how}")
         awaited = process in self.placement.awaited
         if not awaited:
             self._crew.kill(process, self._check_keeper)

@@ -4,7 +4,7 @@ of a model that answers the replay otherwise than before.
 What one node was told and what it answered: enough to bring a successor to the same point.
 
 WELCOME and HELLO stay in memory; all later messages stand in a journal, each behind the answer to the one before it, so
-that one write per message does.  A checkpoint takes the place of all that was reported before it.
+that one write per message does.  A checkpoint takes the place of all that was sent before it.
 """
 
 import time
@@ -24,7 +24,7 @@ _LENGTH = Struct("<I")
 
 
 class ReplayLog:
-    """`last`: what was reported last; `open`: it waits for an answer; `answer`: the last one after HELLO; `welcome` and
+    """`last`: what was sent last; `open`: it waits for an answer; `answer`: the last one after HELLO; `welcome` and
     `hello` are None until they are said."""
 
     def __init__(self, path: Path) -> None:
@@ -34,7 +34,7 @@ class ReplayLog:
         self.last, self.open = b"", False
         self.answer = b""
 
-    def message(self, message: bytes) -> None:
+    def sent(self, message: bytes) -> None:
         """Record a message before it is sent."""
         if self.welcome is None:
             self.welcome = message

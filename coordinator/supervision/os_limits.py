@@ -2,7 +2,7 @@
 
 An overdue process is probed before it is replaced: it may be in a long step, or held by a debugger.
 
-after NOTICE_s      a process in state T is reported of: whoever has stopped it may continue it
+after NOTICE_s      a process in state T is reported: whoever has stopped it may continue it
 after each deadline it is asked; a thread of its own answers how many steps it has done (alive.py)
     no answer, or none that it could give since it is stopped      lost
     no step since it was asked before                              lost, with the place where it hangs

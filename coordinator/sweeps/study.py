@@ -45,7 +45,7 @@ class StudyPlan:
 
     def about(self, task: Task) -> dict[str, Any]:
         """Plain data as stored in the folder."""
-        text = [asdict(task), [v.settings for v in self.variants], self.design, __version__]
+        identity = [asdict(task), [v.settings for v in self.variants], self.design, __version__]
         return {
             "heavylift study": 1,
             "scene": self.scene.plan.name,
@@ -58,7 +58,7 @@ class StudyPlan:
             "limit": f"{task.limit_s:g} s",
             "keep": task.keep,
             "judged": task.judged,
-            "fingerprint": sha256(json.dumps(text).encode()).hexdigest(),
+            "fingerprint": sha256(json.dumps(identity).encode()).hexdigest(),
         }
 
 

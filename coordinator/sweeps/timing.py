@@ -232,8 +232,8 @@ class FoundTiming:
         assert self.run_after is not None
         after = {number: lasts for number, _, lasts in _stages(self.run_after)}
         for number, name, lasts in _stages(self.run_before):
-            message = [x for step, x in self.why.items() if step.action == number]
-            yield name, lasts, after.get(number, 0.0), "; ".join(dict.fromkeys(message))
+            reasons = [x for step, x in self.why.items() if step.action == number]
+            yield name, lasts, after.get(number, 0.0), "; ".join(dict.fromkeys(reasons))
 
 
 def last_wait(actions: Sequence[Action]) -> int:

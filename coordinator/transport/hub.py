@@ -212,13 +212,13 @@ class Hub(Exchange):
 
     def gone(self, process: str, how: str) -> ProtocolError:
         """The sentence about a lost process."""
-        return ProtocolError(f"{self.message(process, 'gone')}: {how}; start the run again")
+        return ProtocolError(f"{self.loss(process, 'gone')}: {how}; start the run again")
 
-    def message(self, process: str, what: str) -> str:
+    def loss(self, process: str, what: str) -> str:
         """Beginning of a sentence: the nodes that were lost or replaced, and when."""
         host = self._gate.hosts.get(process, "") if self._gate else ""
         at = self.when()
-        return f"{self.placement.message(process, host)} {what}{' at ' + at if at else ''}"
+        return f"{self.placement.described(process, host)} {what}{' at ' + at if at else ''}"
 
     def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
         """Hand the queries on a topic of the run to `answer`, which a thread of the bus calls."""

@@ -115,7 +115,7 @@ class LivenessMonitor:
 
     def _look(self) -> None:
         woken: float | None = None
-        message = 0
+        count = 0
         while not self._closed.is_set():
             try:
                 gone = self._bell.get(timeout=0.005 if self._lost else TICK_s)
@@ -126,8 +126,8 @@ class LivenessMonitor:
             self._check_losses()
             deadline = self.deadline
             due = deadline is not None and deadline != woken and time.monotonic() >= deadline
-            if due or message != self._reports:
-                woken, message = deadline if due else woken, self._reports
+            if due or count != self._reports:
+                woken, count = deadline if due else woken, self._reports
                 self._wake()
 
     def _check_losses(self) -> None:

@@ -89,7 +89,7 @@ class Placement:
         """Node -> its process."""
         return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
-    def message(self, process: str, host: str = "") -> str:
+    def described(self, process: str, host: str = "") -> str:
         """Subject of a sentence about all nodes of a process: "node west is", or "nodes a, b (process yard) are"."""
         nodes, at = self.processes[process], f" on host {host}" if host else ""
         if nodes == (process,):

@@ -77,9 +77,9 @@ def clearances(
                     nearest[i] = _described(things, i, m)
             for x, sunk in ground.look(shapes, coarse, part, known.message):
                 lowest[x.shape.shape.thing, sunk] = _lowest(x)
-    message = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
-    message = sorted([*message, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
-    return [c for i, c in enumerate(message) if i < smallest or _red(c)]
+    kept = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
+    kept = sorted([*kept, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
+    return [c for i, c in enumerate(kept) if i < smallest or _red(c)]
 
 
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Finding]:

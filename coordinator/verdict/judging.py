@@ -120,9 +120,9 @@ def _conduct(context: CheckContext) -> None:
     """Check the conduct of the run against the action list."""
     tripped = {name for _, name, _ in context.conduct.tripped}
     context.uses = [x for x in context.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
-    message = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in context.uses if use.at_worst.beyond}
+    beyond = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in context.uses if use.at_worst.beyond}
     context.findings += [
-        f for f in conduct_findings(context.plan, context.conduct) if (f.kind, f.subject) not in message
+        f for f in conduct_findings(context.plan, context.conduct) if (f.kind, f.subject) not in beyond
     ]
 
 

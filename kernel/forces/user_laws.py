@@ -219,5 +219,5 @@ def _digest(law: Function) -> str:
             return "(" + ",".join(map(written, x)) + ")"
         return x.name if isinstance(x, Function) else names[x] if is_sym(x) else repr(x)
 
-    text = [f"{n.op}{written(n.args)}" for n in law.nodes] + [f"{k}={written(v)}" for k, v in law.outputs.items()]
-    return hashlib.sha256("\n".join(text).encode()).hexdigest()[:16]
+    lines = [f"{n.op}{written(n.args)}" for n in law.nodes] + [f"{k}={written(v)}" for k, v in law.outputs.items()]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]

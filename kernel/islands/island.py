@@ -65,7 +65,7 @@ class Island(Simulation):
         super().__init__(system, **options)
         self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
         self.cuts = RecompileBudget(0.0 if cut_at_once else PRICE)
-        self.message = 0, 0  # entries of log and notes that are in the common ones
+        self.merged = 0, 0  # entries of log and notes that are in the common ones
         self.stand()
 
     def settle(self) -> None:

@@ -266,7 +266,7 @@ class Islands(RunningAhead):
     def snapshot(self) -> Snapshot:
         """All state that the future depends on."""
         self.order.check_begun()
-        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept(), "noted": p.message[1]} for p in self.parts]
+        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept(), "noted": p.merged[1]} for p in self.parts]
         return {
             "parts": parts,
             "loose": sorted(self.loose),
@@ -286,7 +286,7 @@ class Islands(RunningAhead):
         for p, part in zip(self.parts, snapshot["parts"], strict=True):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
-            p.message = len(p.log), part["noted"]
+            p.merged = len(p.log), part["noted"]
         write(self, copied(snapshot["common"]))
         for lift, rows in zip(self.lifts, snapshot["lifts"], strict=True):
             lift.rows[:] = rows

@@ -1,7 +1,7 @@
 """Islands run ahead of each other for a span of time, each for itself; one that is told something before goes back.
 
 What is known of all is the time up to which none of them has an event that was not taken (Jefferson, Virtual time, ACM
-TOPLAS 7, 1985); samples, log and notes become those of all once nothing that may still be reported can change them.
+TOPLAS 7, 1985); samples, log and notes become those of all once no command that may still come can change them.
 
 Islands advance in threads: their machine code runs without the interpreter's lock.
 

@@ -173,19 +173,19 @@ class Joining(Merge):
 def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
     """New log entries of the islands."""
     for p in parts:
-        entries, noted = p.message
+        entries, noted = p.merged
         if len(p.log) > entries:
             yield from p.log[entries:]
-            p.message = len(p.log), noted
+            p.merged = len(p.log), noted
 
 
 def noted(parts: Sequence[Island], until_ns: int) -> list[Note]:
     """New notes of the islands up to a time, in time order."""
     out: list[Note] = []
     for p in parts:
-        entries, before = p.message
+        entries, before = p.merged
         if len(p.notes) > before:
             fresh = [note for note in p.notes[before:] if note.t_ns <= until_ns]
-            p.message = entries, before + len(fresh)
+            p.merged = entries, before + len(fresh)
             out += fresh
     return sorted(out, key=lambda note: note.t_ns)

@@ -1,10 +1,9 @@
-"""Commands: what may be reported to a simulation that stands between two stretches, and what that does to the laws.
+"""Commands to a simulation that stands between two stretches, and what they do to the laws.
 
 They are given after `interrupt` or `fire` and before `settle` (see `simulation`), at the time of the epoch.  Energy
 that a law gives up by a command becomes its heat, so that the balance stays closed.
 
-What may be reported to a run, by whom it is reported: a simulation, or islands that pass it on to the one that it is
-for.
+A simulation takes them, or islands, which pass each on to the one that it is for.
 """
 
 from abc import ABC, abstractmethod

@@ -227,7 +227,7 @@ class Begin(Item, frozen=True, kw_only=True, tag="begin"):
 Order: TypeAlias = Move | Turn | Hookup | UnhookSling | BrakeOrder | StopOrder | Wait | Begin
 
 
-# what an actor is reported: an order without what the commander alone looks after, or one that it gives by itself
+# what an actor is sent: an order without what the commander alone looks after, or one that it gives by itself
 
 
 class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
@@ -247,7 +247,7 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """What an actor is reported of an order, with `more`; no line of a file, on which a run must not depend."""
+    """What an actor is sent of an order, with `more`; no line of a file, on which a run must not depend."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 

@@ -116,7 +116,7 @@ _DECODER = msgspec.json.Decoder(Plan)  # made where this is imported, before pro
 
 def encode(plan: Plan) -> bytes:
     """Encode the plan as canonical JSON: equal plans have equal bytes."""
-    once = _DECODER.decode(msgspec.json.encode(plan))  # defaults are reported from equal values by identity
+    once = _DECODER.decode(msgspec.json.encode(plan))  # encoders tell defaults from equal values by identity
     return msgspec.json.encode(once)
 
 

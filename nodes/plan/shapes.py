@@ -3,7 +3,7 @@
 A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
 stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a hook block, a boom.
 How two of them may meet follows from the joints, ropes and contacts between their bodies: they are kept apart, or
-allowed near but not through each other, or joined.  What the scene says may touch is reported by the names of a shape.
+allowed near but not through each other, or joined.  What the scene says may touch is found by the names of a shape.
 """
 
 from __future__ import annotations

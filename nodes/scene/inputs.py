@@ -38,7 +38,7 @@ from .loading import parse
 AXES = {"x": 0, "y": 1, "z": 2}
 LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
 SIGNED = ("length", "angle")
-FAR = 20.0  # times more or less: an input that leads there is not reported by a log
+FAR = 20.0  # times more or less: a log cannot tell of an input that leads there
 DIGITS = 6  # of a value without uncertainty
 KEPT = ("fidelity", "method", "tolerance", "step", "driven", "end")  # of a plan, whatever an input is
 USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depends on

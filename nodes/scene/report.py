@@ -250,16 +250,16 @@ def _swing_free(built: plan.Plan) -> list[str]:
 
 
 def _chosen(move: Move, unit: str) -> str:
-    distance, message = None if move.by is None else abs(move.by), []
+    distance, ramps = None if move.by is None else abs(move.by), []
     speed, *_ = times(move.pulses, distance, abs(move.speed), move.accel, move.periods)  # that is reached
     for period in move.periods:
         accel = speed / period if move.pulses == 1 else move.accel
         lasts = ramp(move.pulses, speed, accel, period)[-1][0]
         how = f"{accel:.4g} {unit}{' in two pulses' * (move.pulses == 2)}"
-        message.append(f"{how}, {lasts:.2f} s (a swing of {period:.2f} s)")
-    same = message[0] == message[1]
+        ramps.append(f"{how}, {lasts:.2f} s (a swing of {period:.2f} s)")
+    same = ramps[0] == ramps[1]
     left = f"; as lengths change, about {degrees(move.left):.2g} deg of swing is left" if move.left else ""
-    return (f"{message[0]}, to start and to stop" if same else f"{message[0]}, to start; {message[1]}, to stop") + left
+    return (f"{ramps[0]}, to start and to stop" if same else f"{ramps[0]}, to start; {ramps[1]}, to stop") + left
 
 
 def _lines(findings: Sequence[Finding]) -> list[str]:

@@ -42,17 +42,17 @@ def meets(contact: Contact, before: StaticState, after: StaticState) -> float | 
     not."""
     ends = _poses(contact, before), _poses(contact, after)
     distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
-    candidates = max(1, ceil(distance / STEP))
+    steps = max(1, ceil(distance / STEP))
 
     def deep(part: float) -> bool:
         here = [(a + part * (b - a), R if part > 0.5 else Q) for (a, Q), (b, R) in zip(*ends, strict=True)]
         return gap(contact, *here) < -DEEP
 
-    parts = np.arange(0 if before is after else 1, candidates + 1) / candidates
+    parts = np.arange(0 if before is after else 1, steps + 1) / steps
     examined: list[float] = parts[_near(contact, ends, parts)].tolist()
     for high in examined:
         if deep(high):
-            low = max(0.0, high - 1.0 / candidates)
+            low = max(0.0, high - 1.0 / steps)
             while distance * (high - low) > DEEP:
                 middle = (low + high) / 2
                 low, high = (low, middle) if deep(middle) else (middle, high)

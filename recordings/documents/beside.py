@@ -49,12 +49,12 @@ def _names(a: Facts, b: Facts) -> tuple[str, str]:
 
 def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
     """Differences of scene, block and durations."""
-    message = [{"duration": duration(f.rec.fact("sim_s", 0.0))} for f in (a, b)]
-    for known, f in zip(message, (a, b), strict=True):
+    facts = [{"duration": duration(f.rec.fact("sim_s", 0.0))} for f in (a, b)]
+    for known, f in zip(facts, (a, b), strict=True):
         known |= {what: f"{', '.join(f'{x:g}' for x in values)} {unit}" for what, values, unit in block_rows(f.plan)}
         known |= dict(scene_table(f.rec, f.plan))
-    for name in dict.fromkeys([*message[0], *message[1]]):
-        one, other = (x.get(name, "") for x in message)
+    for name in dict.fromkeys([*facts[0], *facts[1]]):
+        one, other = (x.get(name, "") for x in facts)
         if one != other or name == "duration":
             yield name, one, other
 

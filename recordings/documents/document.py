@@ -94,11 +94,11 @@ def _issue(rec: Recording, project: Project) -> Table:
 
 
 def _origin(rec: Recording) -> str:
-    message = [f"{duration(rec.fact('sim_s', 0.0))} simulated", *settings(rec.run).values()]
-    message += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
-    message += [f"{' and '.join(known)} as recorded; {AGAIN}"] if (known := as_recorded(rec)) else []
+    facts = [f"{duration(rec.fact('sim_s', 0.0))} simulated", *settings(rec.run).values()]
+    facts += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
+    facts += [f"{' and '.join(known)} as recorded; {AGAIN}"] if (known := as_recorded(rec)) else []
     versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
-    return "; ".join([*message, *filter(None, versions), f"from {path_text(rec.path.name)}"])
+    return "; ".join([*facts, *filter(None, versions), f"from {path_text(rec.path.name)}"])
 
 
 def _lead(rec: Recording, found: Facts) -> tuple[str, str]:

@@ -87,9 +87,9 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 def as_recorded(rec: Recording) -> list[str]:
     """Parts of a recording that are stored only in its result: the verdict, times of peaks, and a digest that cannot be
     computed again."""
-    message = ["verdict"] if "verdict" in rec.result else []
-    message += ["times of peaks"] if rec.fact("peaks", {}) else []
-    return message + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
+    compared = ["verdict"] if "verdict" in rec.result else []
+    compared += ["times of peaks"] if rec.fact("peaks", {}) else []
+    return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
 
 
 def recorded_peaks(rec: Recording) -> dict[str, Peak]:
@@ -112,18 +112,20 @@ def complaints(rec: Recording) -> list[str]:
 
 def _contradictions(rec: Recording) -> list[str]:
     found, digest, peaks = contents(rec), rec.result.get("digest"), recorded_peaks(rec)
-    message = [rec.damage()]
+    problems = [rec.damage()]
     if digest and found.torn:
-        message.append(found.torn)
+        problems.append(found.torn)
     elif digest and not found.unknown and found.digest != digest:
-        message.append(f"events and rows give the digest {found.digest}, the result says {digest[:64]}")
+        problems.append(f"events and rows give the digest {found.digest}, the result says {digest[:64]}")
     if "samples" in rec.result and (n := rec.fact("samples", 0)) != found.rows:
-        message.append(f"there are {found.rows} samples, the result says {n:g}")
+        problems.append(f"there are {found.rows} samples, the result says {n:g}")
     for name in sorted(peaks.keys() | found.peaks.keys()) if rec.result else []:
-        text, is_ = (x[name].tension if name in x else nan for x in (peaks, found.peaks))
-        if not abs(text - is_) <= ROUNDED * max(abs(is_), 1e6):
-            message.append(f"the peak of {name} is {is_ / 1e3:.6g} kN in the rows, the result says {text / 1e3:.6g} kN")
-    return message
+        stated, is_ = (x[name].tension if name in x else nan for x in (peaks, found.peaks))
+        if not abs(stated - is_) <= ROUNDED * max(abs(is_), 1e6):
+            problems.append(
+                f"the peak of {name} is {is_ / 1e3:.6g} kN in the rows, the result says {stated / 1e3:.6g} kN"
+            )
+    return problems
 
 
 def opened(path: str | Path | Recording) -> Recording:

@@ -60,12 +60,12 @@ class RecordingComparison:
 
     def __str__(self) -> str:
         n = len(self.differences)
-        message = [f"run in other circumstances: {', '.join(self.circumstances)}"] if self.circumstances else []
+        lines = [f"run in other circumstances: {', '.join(self.circumstances)}"] if self.circumstances else []
         if self.equal:
             text = "same digest, computed again of both, and the same facts and attachments"
             if self.as_recorded:
                 text = f"same events, rows, facts and attachments; the digest is as recorded ({self.as_recorded})"
-            return "\n".join([f"{self.a} and {self.b} are equal: {text}, {n} signals", *message])
+            return "\n".join([f"{self.a} and {self.b} are equal: {text}, {n} signals", *lines])
         share = _shares(self.differences)
         rows = [
             [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), f"{100 * share[d.name]:.2g} %", d.unit]
@@ -85,7 +85,7 @@ class RecordingComparison:
             f"only in {p}: {', '.join(names)}" for p, names in ((self.a, self.only_a), (self.b, self.only_b)) if names
         ]
         parts += [f"other {what}" for what in self.others]
-        return "\n".join(part for part in [*parts, *message] if part)
+        return "\n".join(part for part in [*parts, *lines] if part)
 
 
 def _shares(differences: Sequence[Difference]) -> dict[str, float]:

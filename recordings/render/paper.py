@@ -114,7 +114,7 @@ def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> lis
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
     """Write a figure to a .png or .svg file, and return which (outputs.py); RecordingError if the system refuses."""
     form = out.suffix.lower()[1:]
-    message = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
+    metadata = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
     with PartFile(out, "a figure", FORMATS, force) as file, file.writing():
-        figure.savefig(file.stream, format=form, dpi=dpi, metadata=message)
+        figure.savefig(file.stream, format=form, dpi=dpi, metadata=metadata)
     return file.path

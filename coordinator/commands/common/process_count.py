@@ -48,7 +48,7 @@ def paying(run: Callable[[int, RunObserver], object], models: int, most: int | N
     """Measure with how many processes `run(count, watch)` is fastest, at most one per core; returns the number and how
     it was found. A trial that fails is ignored: the recorded run will report it."""
     most = min(models, cores() if most is None else most)
-    until, best, found, message = NEVER, 1, TRIED_s, list[str]()
+    until, best, found, notes = NEVER, 1, TRIED_s, list[str]()
     for count in sorted({*(2**i for i in range(most.bit_length())), most}):
         stretch = _TimedStretch(found, until)
         try:
@@ -61,15 +61,15 @@ def paying(run: Callable[[int, RunObserver], object], models: int, most: int | N
         if count == 1:
             until, found = stretch.reached, stretch.spent
             part = "all" if whole else f"the first {until * 1e-9:.4g} s"
-            message = [f"1 process takes {found:.2f} s for {part} of the run"]
+            notes = [f"1 process takes {found:.2f} s for {part} of the run"]
             if whole:
                 break
             if not until:
                 return most, f"its models work for {TRIED_s:g} s before anything is said"
         elif stretch.reached < until:
-            message.append(f"{count} take longer")
+            notes.append(f"{count} take longer")
         else:
-            message.append(f"{count} take {stretch.spent:.2f} s")
+            notes.append(f"{count} take {stretch.spent:.2f} s")
             if stretch.spent * GAIN < found:
                 best, found = count, stretch.spent
-    return best, ", ".join(message) or "the run fails"
+    return best, ", ".join(notes) or "the run fails"

@@ -229,8 +229,8 @@ class ReevingLaw(ForceLaw[Reeving]):
         topics = (("reeving/tension", "N"), ("reeving/length", "m"), ("reeving/unstretched", "m"))
         wraps = [SampledQuantity("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in leavable(f)]
         on_edge = (("edge/force", "N"), ("edge/place", "m"))
-        message = [SampledQuantity(topic, f"{f.name}.{s.edge}", unit) for s in f.edges for topic, unit in on_edge]
-        return [SampledQuantity(topic, name, unit) for topic, unit in topics for name in names] + wraps + message
+        shown = [SampledQuantity(topic, f"{f.name}.{s.edge}", unit) for s in f.edges for topic, unit in on_edge]
+        return [SampledQuantity(topic, name, unit) for topic, unit in topics for name in names] + wraps + shown
 
 
 def _rubs(f: Reeving) -> list[bool]:

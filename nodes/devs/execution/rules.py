@@ -8,7 +8,7 @@ from heavylift.kernel.errors import HeavyliftError, ModelError, error_text
 from heavylift.nodes.devs.events import Instant, Tag
 from heavylift.nodes.devs.models import Atomic
 
-LIMIT = 10_000  # microsteps at one time that are taken for a loop, unless a run is reported otherwise
+LIMIT = 10_000  # microsteps at one time that are taken for a loop, unless a run sets another number
 LONGER = ", or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)"
 TAIL = 32  # microsteps before the limit whose models are named as the loop
 

@@ -103,6 +103,6 @@ def _transitions(
         bag = sorted(heard.get(i, ()), key=lambda entry: entry[0])
         kind = "external" if i not in due else "confluent" if bag else "internal"
         m = atomics[i]
-        message = tuple((port, value) for _, port, value in bag)
-        lines.append(Transition(Tag(*tag), m.path, kind, message, tuple(text.get(m, ()))))
+        received = tuple((port, value) for _, port, value in bag)
+        lines.append(Transition(Tag(*tag), m.path, kind, received, tuple(text.get(m, ()))))
     return lines

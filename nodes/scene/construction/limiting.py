@@ -100,12 +100,12 @@ def _ropes(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Itera
         if name not in known:
             builder.source.fault(path, f"there is no rope '{name}'", closest(name, known), on_key=True)
         where, breaking = builder.source.where(path), given.breaking or 0.0
-        message = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
+        common = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
         most, factor = given.tension or breaking / given.factor, given.factor if breaking else 1.0
-        yield RatedLimit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
+        yield RatedLimit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **common)  # type: ignore[arg-type]
         if given.partial_factor and breaking:
             most, factor = breaking / given.partial_factor, given.partial_factor
-            yield RatedLimit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
+            yield RatedLimit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **common)  # type: ignore[arg-type]
 
 
 def _rig(builder: SceneBuilder) -> Iterator[RatedLimit]:

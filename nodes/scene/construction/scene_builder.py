@@ -1,4 +1,4 @@
-"""Shared by the builders of a scene's machines: the yard that they build, and where hooks and trolleys are."""
+"""Shared by the builders of a scene's machines: what is built so far, and where hooks hang."""
 
 from __future__ import annotations
 

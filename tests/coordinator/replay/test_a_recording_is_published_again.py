@@ -51,7 +51,7 @@ def played(run: RecordedRun, keys: dict[float, str], rate: float, **options: boo
     clock = Clock(keys)
     times: list[tuple[float, float]] = []
     player = Player(lambda text: None, rate, keyboard=clock, clock=clock, **options)  # type: ignore[arg-type]
-    player.message = lambda t_ns: times.append((round(clock.now, 6), t_ns / 1e9))
+    player.on_time = lambda t_ns: times.append((round(clock.now, 6), t_ns / 1e9))
     player.play(Replay(run, ["samples"], 1.0, 4.0))
     return times
 

@@ -12,14 +12,14 @@ from heavylift.coordinator.supervision import ReplayLog
 @pytest.fixture
 def log(tmp_path: Path) -> ReplayLog:
     log = ReplayLog(tmp_path / "west.journal")
-    log.message(b"WELCOME")
+    log.sent(b"WELCOME")
     log.answered(b"HELLO")
     return log
 
 
 def say(log: ReplayLog, *numbers: int) -> None:
     for n in numbers:
-        log.message(b"GRANT %d" % n)
+        log.sent(b"GRANT %d" % n)
         log.answered(b"DONE %d" % n)
 
 
@@ -33,7 +33,7 @@ GREETING = (b"WELCOME", b"HELLO")
 def test_who_was_never_greeted_is_reported_nothing(tmp_path: Path) -> None:
     log = ReplayLog(tmp_path / "west.journal")
     assert list(log.retell()) == []
-    log.message(b"WELCOME")
+    log.sent(b"WELCOME")
     assert list(log.retell()) == []
     assert (log.last, log.open) == (b"WELCOME", True)
 
@@ -46,7 +46,7 @@ def test_all_that_was_answered_is_reported_again(log: ReplayLog) -> None:
 
 def test_what_waits_for_an_answer_comes_after_it(log: ReplayLog) -> None:
     say(log, 1, 2)
-    log.message(b"GRANT 3")
+    log.sent(b"GRANT 3")
     assert list(log.retell()) == [GREETING, *pairs(1, 2)]
     assert (log.last, log.open) == (b"GRANT 3", True)
 
@@ -61,7 +61,7 @@ def test_a_checkpoint_takes_the_place_of_what_was_before_it(log: ReplayLog) -> N
 
 def test_a_checkpoint_may_come_while_a_message_waits(log: ReplayLog) -> None:
     say(log, 1, 2)
-    log.message(b"GRANT 3")
+    log.sent(b"GRANT 3")
     log.kept(b"CHECKPOINT 2")
     assert list(log.retell()) == [GREETING, (b"CHECKPOINT 2", b"DONE 2")]
     log.answered(b"DONE 3")
@@ -74,7 +74,7 @@ def test_an_idle_node_may_be_reported_more_while_its_successor_listens(log: Repl
     say(log, 1, 2, 3)
     message = log.retell()
     before = [next(message) for _ in range(heard)]
-    log.message(b"GRANT 4")
+    log.sent(b"GRANT 4")
     assert [*before, *message] == [GREETING, *pairs(1, 2, 3)]
     assert (log.last, log.open) == (b"GRANT 4", True)
 

@@ -60,7 +60,7 @@ class _Rows:
         return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
     def missing(self, path: Path, message: str) -> dict[str, str]:
-        """What to give for a row without a value: the parameter that is put there, else what is reported."""
+        """What to give for a row without a value: the parameter that is put there, else `message`."""
         offered = self.yard.source.offered.get((*self.base, *path))
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
@@ -193,8 +193,8 @@ def _travels(rows: _Rows) -> Iterator[RatedLimit]:
             path, most = ("drives", actuator.name, key), getattr(drive, key)
             none = rows.missing(path, f"its type states no '{key}' of {actuator.name}")
             of = {"quantity": "side force", "unit": "N", "over": over, "elements": ropes}
-            message = {"note": does} if most else none
-            yield rows.row(path, actuator.where, subject=subject, value=most, **of, **message)
+            note = {"note": does} if most else none
+            yield rows.row(path, actuator.where, subject=subject, value=most, **of, **note)
         if actuator.lower is not None and actuator.upper is not None:
             of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}
             between, path = (actuator.lower, actuator.upper), ("drives", actuator.name, "range")

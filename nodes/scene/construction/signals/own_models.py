@@ -45,14 +45,14 @@ def check_models(source: Source, built: plan.Plan) -> None:
 
 class _Models:
     def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.source = builder, builder.source
+        self.builder, self.source = builder, builder.source
         self.targets = targets(builder, mechanisms) if builder.scene.models else {}
         self.conditions = Conditions(builder, mechanisms)
         self.leaders: dict[str, str] = {}
 
     def all(self) -> tuple[UserModel, ...]:
-        found = tuple(self.one(name, given) for name, given in self.yard.scene.models.items())
-        for i, action in enumerate(self.yard.scene.actions if self.leaders else ()):
+        found = tuple(self.one(name, given) for name, given in self.builder.scene.models.items())
+        for i, action in enumerate(self.builder.scene.actions if self.leaders else ()):
             for target in action.orders:
                 for actor in self.targets.get(" ".join(target.split()), ()):
                     if who := self.leaders.get(actor.name):
@@ -63,7 +63,7 @@ class _Models:
     def one(self, name: str, given: Keys) -> UserModel:
         path: Path = ("models", name)
         mechanisms = (mechanism.name for mechanism in self.conditions.mechanisms)
-        if name in (*self.yard.hooks, *self.yard.scene.machines, *mechanisms):
+        if name in (*self.builder.hooks, *self.builder.scene.machines, *mechanisms):
             self.source.fault(path, f"the name '{name}' is given twice: one of the machines has it, too", on_key=True)
         signals = {port: self.signal((*path, "signals", port), text) for port, text in given.signals.items()}
         leads = (self.led((*path, "orders", port), name, port, target) for port, target in given.orders.items())
