@@ -206,3 +206,24 @@ def test_bytes_of_others_bring_no_function_of_python(folded):
 
     with pytest.raises((TypeError, LookupError)):
         thawed(msgspec.msgpack.encode(folded))
+
+
+class Omitting(msgspec.Struct, frozen=True, omit_defaults=True):
+    speed: float = 0.25
+    periods: tuple[float, float] = (0.0, 0.0)
+    way: str = "along"
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Omitting(),
+        Omitting(float("0.25"), tuple([0.0, 0.0]), "".join(("al", "ong"))),
+        Omitting(periods=tuple([0.0, 0.0])),
+    ],
+    ids=["left to its defaults", "written out", "in part"],
+)
+def test_a_message_is_encoded_as_before(message: Omitting) -> None:
+    """Encoders leave out what is identical to a default, and write what only equals it."""
+    before = msgspec.msgpack.encode(message)
+    assert msgspec.msgpack.encode(thawed(frozen(message))) == before
