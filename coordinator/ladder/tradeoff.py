@@ -135,7 +135,7 @@ def measure(
         able = [q for q in dict.fromkeys(quantity.values())]
         raise SceneError(f"--ask '{missing[0]}': the run shows none; ask {', '.join(able) or 'something else'}")
     if not quantity:
-        raise SceneError(f"{scene.path.name}: nothing in it moves that a candidate could be checked by")
+        raise SceneError(f"{scene.path.name}: nothing in it moves by which a level could be checked")
     rows, out = list[Row](), 0
     for candidate in (
         r for level in ladder.full for r in ladder.rungs(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
