@@ -39,6 +39,9 @@ Report = Callable[[str], None]
 
 def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
     """The scene at the model level and steps that its accuracy requires; `say` reports the runs made for it."""
+    from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
+
+    scene = with_worst_clearances(scene)
     if (question := scene.question) is None:
         return scene
     if scene.plan.models:

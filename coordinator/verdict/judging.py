@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.findings import Finding
+from heavylift.kernel.description.findings import Check, finding, findings
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.judging import findings_of as limits_judged
 from heavylift.nodes.limits.judging import uses_of
-from heavylift.nodes.limits.messages import WORDS
 from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.plan.limit import Reach, Use
@@ -33,7 +31,6 @@ from .limits import impacts, signals_of_run
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
-SEVERITIES = ("red", "warning", "note")
 
 
 @dataclass
@@ -43,7 +40,7 @@ class CheckContext:
     plan: Plan
     history: RunHistory
     conduct: Conduct
-    findings: list[Finding] = field(default_factory=list)
+    findings: list[Check] = field(default_factory=list)
     not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
     smallest: int = SMALLEST
@@ -90,16 +87,19 @@ def _clearances(context: CheckContext) -> None:
     context.shapeless = Shapes(context.plan).shapeless
 
 
-def near_at_rest(plan: Plan, statics: Followed) -> list[Finding]:
+def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check, ...]:
     """Clearances below their limits on the path at rest."""
-    found: list[Finding] = []
+    return findings(_placed(x, each.conduct) for each in at_rest(plan, statics) for x in each.findings)
+
+
+def at_rest(plan: Plan, statics: Followed, smallest: int = SMALLEST) -> Iterator[CheckContext]:
+    """The clearances of each list of actions on the path at rest."""
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
-        context = CheckContext(plan, past, Conduct(stages=stages, end=points[-1].t))
+        context = CheckContext(plan, past, Conduct(stages=stages, end=points[-1].t), smallest=smallest)
         _clearances(context)
-        found += [_placed(f, context.conduct) for f in context.findings]
-    return _in_order(found)
+        yield context
 
 
 def _bending(context: CheckContext) -> None:
@@ -113,17 +113,14 @@ def _bending(context: CheckContext) -> None:
             most[body] = max(most.get(body, (-1.0, "", 0.0)), (float(size[i]), word, float(part.t[i])))
     for body, (largest, place, t) in most.items():
         message = f"{body} bends most at {place}, by {1e3 * largest:.3g} mm"
-        context.findings.append(Finding(severity="note", kind="bending", subject=body, sentence=message, t=t))
+        context.findings.append(finding("none", "bending", body, message, t=t))
 
 
 def _conduct(context: CheckContext) -> None:
     """Check the conduct of the run against the action list."""
     tripped = {name for _, name, _ in context.conduct.tripped}
     context.uses = [x for x in context.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
-    beyond = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in context.uses if use.at_worst.beyond}
-    context.findings += [
-        f for f in conduct_findings(context.plan, context.conduct) if (f.kind, f.subject) not in beyond
-    ]
+    context.findings += conduct_findings(context.plan, context.conduct)
 
 
 def _edges(context: CheckContext) -> None:
@@ -137,9 +134,7 @@ def _edges(context: CheckContext) -> None:
     for name, (force_N, place, t) in most.items():
         rope, _, edge = name.rpartition(".")
         message = f"the edge {edge} bears {force_N / 1e3:.1f} kN of {rope}, {place:.2f} m along it"
-        context.findings.append(
-            Finding(severity="note", kind="edge", subject=name, sentence=message, t=t, value=force_N, unit="N")
-        )
+        context.findings.append(finding("none", "edge", name, message, t=t, value=force_N, unit="N"))
 
 
 CheckFunction = Callable[[CheckContext], None]
@@ -164,14 +159,10 @@ def verdict_with_uses(
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
         one(context)
-    others = _in_order(_placed(f, conduct) for f in context.findings)
+    others = [_placed(x, conduct) for x in context.findings]
     checks = checks_of(plan, [*context.uses, *_smallest(context)], others, errors, context.shapeless)
-    red = {(c.quantity, c.subject) for c in checks if c.state == "red"}
-    certain = [use for use in context.uses if not use.at_worst.beyond or (use.limit.quantity, use.limit.subject) in red]
-    of_limits = [_placed(f, conduct) for f in limits_judged(plan, certain, dynamic=True)]
-    findings = _in_order([*others, *of_limits])
     verdict = RecordedVerdict(
-        red=bool(red),
+        red=state_of(checks) == "red",
         state=state_of(checks),
         line=line_of(checks),
         head=HEAD,
@@ -181,21 +172,22 @@ def verdict_with_uses(
         tables=tuple(x for x in (hooks(plan), charts_used(context.reach), *rigging(plan, context.uses)) if x.rows),
         clearances=tuple(context.clearances),
         not_looked_at=tuple(context.not_looked_at),
-        findings=tuple(findings),
         checks=tuple(checks),
     )
     return verdict, context.uses
 
 
 def _smallest(context: CheckContext) -> list[Use]:
-    """The smallest clearance, if none is below its limit."""
-    limit = next((x for x in context.plan.limits if x.quantity == "clearance"), None)
-    apart = [c for c in context.clearances if limit and c.limit == limit.value]
-    if limit is None or not apart or any(f.kind == "clearance" for f in context.findings):
-        return []
-    least = min(apart, key=lambda c: c.distance)
-    pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
-    return [Use(pair, least.distance, least.t, use=limit.use(least.distance))]
+    """The smallest clearance, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
+    limit, *worst = (x for x in context.plan.limits if x.quantity == "clearance")
+    known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
+    found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
+    apart = [c for c in context.clearances if c.limit == limit.value]
+    if apart and not any(x.quantity == "clearance" for x in context.findings):
+        least = min(apart, key=lambda c: c.distance)
+        pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
+        found.append(pair.met(least.distance, least.t))
+    return found
 
 
 def verdict_of(rec: Recording) -> RecordedVerdict | None:
@@ -212,12 +204,7 @@ def verdict_of(rec: Recording) -> RecordedVerdict | None:
         return verdict_of_run(plan, history_of(rec), conduct_of(rec), errors)
 
 
-def _in_order(findings: Iterable[Finding]) -> list[Finding]:
-    """Worst first, then by time to 0.01 s, then by name."""
-    return sorted(findings, key=lambda f: (SEVERITIES.index(f.severity), round(f.t or 0.0, 2), f.kind, f.subject))
-
-
-def _placed(f: Finding, conduct: Conduct) -> Finding:
+def _placed(f: Check, conduct: Conduct) -> Check:
     """The finding with its stage."""
     if f.stage or f.t is None:
         return f

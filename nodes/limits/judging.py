@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from heavylift.kernel.description.findings import Finding
 from heavylift.nodes.plan.limit import RatedLimit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
+from .checks import SAME
 from .factors import product
 from .messages import NOISE
 from .reading import axis_of, read
 from .signals import SignalColumns, signals_of
-from .table_rows import SAME, finding_of, sorted_findings
 
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
 ELSEWHERE = ("clearance",)  # checked by who looks at shapes
@@ -27,12 +26,6 @@ ELSEWHERE = ("clearance",)  # checked by who looks at shapes
 def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
     """The worst of each limit on the equilibrium path."""
     return uses_of(plan, [signals_of(states)])
-
-
-def findings_of(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
-    """What is beyond its limit, worst first, at rest or, `dynamic`, in a run; of several subjects with the same fault
-    all are reported."""
-    return sorted_findings([message for use in uses if (message := finding_of(plan, use, dynamic=dynamic)) is not None])
 
 
 def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:

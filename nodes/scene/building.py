@@ -139,7 +139,7 @@ def _built(
         ),
         text,
         path,
-        facts(scene),
+        msgspec.structs.replace(facts(scene), uncertain=bool(stated)),
         merged=whole,
         settings=tuple(overrides),
         passing=passing,

@@ -34,7 +34,7 @@ def _findings(f: Facts) -> Iterator[Table]:
     rows: list[tuple[Cell, ...]] = []
     for x in f.verdict.findings if f.verdict else ():
         message = f"{x.sentence} [{x.where}]" if x.where else x.sentence
-        rows.append((x.severity, Marked(message) if x.severity == "red" else message, x.t, x.stage))
+        rows.append((x.word, Marked(message) if x.state == "red" else message, x.t, x.stage))
     yield Table("Findings", columns("", "what", "at [h:min:s]", "stage"), tuple(rows))
     notes = ((Marked(message), t) for t, message in f.rec.notes())
     yield Table("Notes of the kernel", columns("what", "at [h:min:s]"), tuple(notes))
@@ -50,7 +50,9 @@ def _checks(f: Facts) -> Iterator[Table]:
 def _clearances(f: Facts) -> Iterator[Table]:
     rows: list[tuple[Cell, ...]] = []
     for c in f.verdict.clearances if f.verdict else ():
-        red = f.verdict and any(x.kind == "clearance" and x.subject == f"{c.a} and {c.b}" for x in f.verdict.findings)
+        red = f.verdict and any(
+            x.quantity == "clearance" and x.subject == f"{c.a} and {c.b}" for x in f.verdict.findings
+        )
         rows.append((f"{c.a} and {c.b}", Marked(c.distance) if red else c.distance, c.limit, c.t, c.place))
     unseen = tuple(f"Not checked: {x}." for x in f.verdict.not_looked_at) if f.verdict else ()
     heads = columns("between", "smallest [m] .2", "required [m] .2", "at [h:min:s]", "where")

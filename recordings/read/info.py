@@ -95,7 +95,7 @@ def _head(rec: Recording, verdict: RecordedVerdict | None) -> str:
 
 def _findings(verdict: RecordedVerdict | None) -> str:
     found = verdict.findings if verdict else ()
-    return "\n".join(f"  {f.severity}: {f.message}" for f in found)
+    return "\n".join(f"  {x.word}: {x.message}" for x in found)
 
 
 def _clearances(verdict: RecordedVerdict | None) -> str:

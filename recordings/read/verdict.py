@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.findings import Check, Finding, State, clock
+from heavylift.kernel.description.findings import Check, State, clock, findings
 from heavylift.recordings.sheets.sheet import Table
 from heavylift.recordings.write.rows import Peak
 
@@ -41,7 +41,7 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"message": "told"}):
-    """All of a verdict: its state and line, all checks, worst first, and what was found in order of severity and time.
+    """All of a verdict: its state and line, all checks, worst first.
 
     `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
     and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
@@ -51,7 +51,6 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
     red: bool
     line: str
     state: State = "amber"
-    findings: tuple[Finding, ...] = ()
     not_looked_at: tuple[str, ...] = ()
     clearances: tuple[Clearance, ...] = ()
     checks: tuple[Check, ...] = ()
@@ -60,6 +59,11 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
     message: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
     tables: tuple[Table, ...] = ()
+
+    @property
+    def findings(self) -> tuple[Check, ...]:
+        """What was found: beyond limits, warnings, notes."""
+        return findings(self.checks)
 
 
 def contents(rec: Recording) -> Contents:

@@ -10,8 +10,7 @@ import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import WORLD, Check, Point
-from heavylift.nodes.limits import UNKNOWN
+from heavylift.kernel.description import UNKNOWN, WORLD, Check, Point
 from heavylift.nodes.plan import lug_places
 from heavylift.nodes.scene import LoadedScene, bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
@@ -85,7 +84,7 @@ def test_a_wall_beside_the_load_is_reported(lift: Lift) -> None:
     wall = f"at: [{lift.x + lift.half + 0.1 + 0.5} m, {lift.y} m, 2 m]"
     scene = lift.read(f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], {wall}}}}}", text=lift.beginning("  - wait: 1 s\n"))
     found = play(scene.plan).verdict.findings
-    assert [f for f in found if f.severity == "red" and f.kind == "clearance" and "wall" in f.sentence]
+    assert [f for f in found if f.state == "red" and f.quantity == "clearance" and "wall" in f.sentence]
 
 
 def test_what_new_writes_is_green_on_the_merits(lift: Lift) -> None:
@@ -125,7 +124,7 @@ def test_slings_through_a_beam_are_reported(lift: Lift) -> None:
     a, b = (world(state, x.body, x.p) for x in (tie.upper, lugs[tie.lug]))
     x, y, z = ((p + q) / 2 for p, q in zip(a, b, strict=True))
     beam = lift.read(f"obstacles={{beam: {{box: [0.3 m, 0.3 m, 0.3 m], at: [{x} m, {y} m, {z} m]}}}}")
-    found = [f for f in near_at_rest(beam.plan, beam.statics) if f.severity == "red" and "beam" in f.subject]
+    found = [f for f in near_at_rest(beam.plan, beam.statics) if f.state == "red" and "beam" in f.subject]
     assert any(tie.rope in f"{f.subject} {f.sentence}" or tie.rope.split(".")[0] in f.subject for f in found)
 
 
@@ -143,7 +142,7 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
     box[axis] = "1 m"
     wall = f"obstacles={{wall: {{box: [{', '.join(box)}], at: [{', '.join(f'{x} m' for x in at)}]}}}}"
     scene = lift.read(wall, text=text)
-    found = [f for f in near_at_rest(scene.plan, scene.statics) if f.severity == "red" and "wall" in f.sentence]
+    found = [f for f in near_at_rest(scene.plan, scene.statics) if f.state == "red" and "wall" in f.sentence]
     assert any("touched wall, which nothing orders" in f.sentence for f in found)
     assert after.stage == "go"
 

@@ -154,7 +154,7 @@ def test_in_a_run_the_larger_of_what_is_predicted_and_what_is_simulated_counts()
 
 def test_a_design_load_beyond_its_limit_is_red_and_shows_the_product() -> None:
     scene = load("crawler", ["practice=0027/ND", "block.lug capacity=25 t", "factors={weight: 1.1}"])
-    message = [f.sentence for f in scene.findings if f.kind == "design load" and "lug" in f.sentence]
+    message = [f.sentence for f in scene.findings if f.quantity == "lug design load"]
     assert len(message) == 4
     assert "16.8 t x weight 1.1 x dynamic 1.1 x skew 1.25 x consequence 1.3" in message[0]
 
