@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
-from heavylift.coordinator.record.facts import rated
 from heavylift.coordinator.record.scene import RunResult
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.checks import governing, likewise, open_checks
+from heavylift.nodes.limits.named import rated
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import RecordedVerdict

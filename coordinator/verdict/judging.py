@@ -14,19 +14,23 @@ from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.reach import HookReach
+from heavylift.nodes.limits.run_tables import RunTables
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
+from heavylift.nodes.limits.signals import SignalColumns
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene.factor_sheet import charts_used, hooks, rigging
 from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
+from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
+from heavylift.recordings.sheets.sheet import Table
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
-from .history import RunHistory, blocks, history_of, rests
+from .history import History, RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run
 
 NO_ERRORS: Errors = {}  # nobody has measured any
@@ -48,6 +52,8 @@ class CheckContext:
     uses: Sequence[Use] = ()
     reach: tuple[Reach, ...] = ()
     shapeless: tuple[str, ...] = ()
+    whole: bool = False  # with all tables of a report
+    tables: Sequence[Table] = ()
 
 
 def _geometry(context: CheckContext) -> None:
@@ -58,20 +64,27 @@ def _geometry(context: CheckContext) -> None:
 def _limits(context: CheckContext) -> None:
     """The table of limits, on tensions, poses and lengths."""
     plan, shown, text = context.plan, context.history, context.conduct
-    if not plan.limits or not len(shown.t):
+    if not len(shown.t):
         return
     stages = [(t, name) for t, _, name in text.stages if name]
     peaks = text.peaks | impacts(plan, shown)
-    reached = HookReach(plan)
-    signals = (
-        signals_of_run(
+    reached, tables = HookReach(plan), RunTables(plan, stages, text.end)
+
+    def columns(part: History) -> SignalColumns:
+        return signals_of_run(
             plan, part.t, part.tensions, part.poses, part.rigs,
             stages=stages, peaks=peaks, crossings=text.overloads, lengths=part.lengths,
-        )
-        for part in blocks(shown)
-    )  # fmt: skip
-    context.uses = uses_of(plan, map(reached.see, signals))
+        )  # fmt: skip
+
+    def at(t: float) -> tuple[SignalColumns, Sequence[RopeLine]]:
+        k = min(int(np.searchsorted(times, t)), len(times) - 1)
+        part = shown.part(k, k + 1)
+        return columns(part), next((x.lines for x in reversed(part.rigs) if x.t_ns * 1e-9 <= t), ())
+
+    times, signals = shown.t, map(reached.see, map(columns, blocks(shown)))
+    context.uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
     context.reach = reached.found
+    context.tables = [*tables.tables(context.uses, text.peaks, at)] if context.whole else []
 
 
 def _clearances(context: CheckContext) -> None:
@@ -143,7 +156,7 @@ JUDGES: tuple[CheckFunction, ...] = (_geometry, _limits, _clearances, _bending, 
 
 def verdict_of_run(plan: Plan, history: RunHistory, conduct: Conduct, errors: Errors = NO_ERRORS) -> RecordedVerdict:
     """The verdict of a run; `errors` of its figures, as far as they are known."""
-    return verdict_with_uses(plan, history, conduct, errors)[0]
+    return verdict_with_uses(plan, history, conduct, errors, whole=True)[0]
 
 
 def verdict_with_uses(
@@ -153,13 +166,15 @@ def verdict_with_uses(
     errors: Errors = NO_ERRORS,
     smallest: int = SMALLEST,
     mechanics: System | None = None,
+    whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
     """The verdict of a run, and the worst of each limit; `smallest`: clearances that are reported though nothing is too
-    near; `mechanics`: those of the plan, if they are known."""
-    context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics)
+    near; `mechanics`: those of the plan, if they are known; `whole`: with all tables of a report."""
+    context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)
     others = [_placed(x, conduct) for x in context.findings]
+    tables = hooks(plan), charts_used(context.reach), *rigging(plan, context.uses), *context.tables
     checks = checks_of(plan, [*context.uses, *_smallest(context)], others, errors, context.shapeless)
     verdict = RecordedVerdict(
         red=state_of(checks) == "red",
@@ -169,7 +184,7 @@ def verdict_with_uses(
         rows=tuple(rows(checks)),
         message=(*hoisting_factors(plan), *shared(plan)),
         dynamic=dynamics_required(plan),
-        tables=tuple(x for x in (hooks(plan), charts_used(context.reach), *rigging(plan, context.uses)) if x.rows),
+        tables=tuple(x for x in tables if x.rows),
         clearances=tuple(context.clearances),
         not_looked_at=tuple(context.not_looked_at),
         checks=tuple(checks),

@@ -20,6 +20,7 @@ ground                       what machines press on the ground: tracks, outrigge
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
 reach                        radius and use of charts in each stage
+run_tables                   what samples show besides limits: reactions, lugs, slings, stages, the block
 messages                     the sentence of a use
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
@@ -36,15 +37,16 @@ from heavylift.nodes.plan.limit import RatedLimit, Use
 if TYPE_CHECKING:
     from .checks import checks_of, line_of, rows
     from .judging import uses_of, uses_on_path
+    from .run_tables import RunTables
     from .signals import SignalColumns, signals_of
 
 __all__ = [
-    "Check", "RatedLimit", "SignalColumns", "Use", "checks_of", "line_of", "rows", "signals_of",
+    "Check", "RatedLimit", "RunTables", "SignalColumns", "Use", "checks_of", "line_of", "rows", "signals_of",
     "uses_of",
     "uses_on_path",
 ]  # fmt: skip
 CHECKS = dict.fromkeys(("checks_of", "line_of", "rows"), ".checks")
 SIGNALS = dict.fromkeys(("SignalColumns", "signals_of"), ".signals")
-__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | CHECKS)
+__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | CHECKS | {"RunTables": ".run_tables"})
 
 face(__name__)

@@ -87,6 +87,8 @@ def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | N
     kind, given = KINDS.get(limit.quantity), None
     if kind in OF_TENSIONS:
         on_record = tuple(name for name in limit.elements if name in signals.tensions)
+        if limit.quantity == "lug load":
+            on_record = tuple(x for x in on_record if _on_lug(plan, limit, signals, x))
         if not on_record:
             return Reading(np.zeros(len(signals.t))) if limit.quantity == "lug load" else None
         limit = msgspec.structs.replace(limit, elements=on_record)
@@ -101,6 +103,8 @@ def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | N
 def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:
     """The signal at the exact peak of the one rope of a limit, or of several together, and when that was [s]."""
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
+    if alone and limit.quantity == "lug load" and not _on_lug(plan, limit, signals, limit.elements[0], alone[1]):
+        alone = None
     cell = f"{limit.subject}.main" if limit.quantity in ("crane load", "tandem load") else limit.subject
     message = signals.crossings.get(f"{cell.replace(' ', '.')}.load") if limit.quantity != "lug load" else None
     peak = signals.peaks.get(f"{limit.subject} {limit.quantity}") or alone or message
@@ -127,6 +131,15 @@ def _counted(
         hook = hooks_of(plan.machines)[limit.elements[0]]
         return Reading(np.where(carries(plan, hook, signals), np.abs(values), np.nan))
     return Reading(np.abs(values) if limit.quantity == "side force" else values, exact)
+
+
+def _on_lug(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str, t: float | None = None) -> bool:
+    """Whether a sling is hooked to the lug of a limit at a time [s], or ever."""
+    tie = tie_of(plan, name)
+    if tie is None or tie.lower is not None:
+        return True
+    known = [lugs for start, lugs in signals.hooked if t is None or start <= t]
+    return any(lugs.get(name) == limit.subject for lugs in (known if t is None else known[-1:]))
 
 
 def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:

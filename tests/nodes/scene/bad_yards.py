@@ -133,7 +133,8 @@ YARDS = {
         [("at: 40 m,", "at: 40 m, tandem: 50 %,")],
         "stage: load",
         (
-            "actions[1]: tandem load of west would be 510.0 t, 113 %; 450.0 t is allowed (the scene; 50% of its 900 t as two cranes lift together) (load)"
+            "actions[1]: tandem load of west would be 510.0 t, 113 %; 450.0 t is allowed (the scene; 50% of its 900 t "
+            "as two cranes lift together) (load)"
         ),
     ),
     "sling factor": (
