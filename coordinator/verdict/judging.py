@@ -194,7 +194,10 @@ def verdict_with_uses(
 
 def _smallest(context: CheckContext) -> list[Use]:
     """The smallest clearance, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
-    limit, *worst = (x for x in context.plan.limits if x.quantity == "clearance")
+    limits = [x for x in context.plan.limits if x.quantity == "clearance"]
+    if not limits:
+        return []
+    limit, *worst = limits
     known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
     found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
     apart = [c for c in context.clearances if c.limit == limit.value]

@@ -19,10 +19,10 @@ from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
 
-from .messages import NOISE, allowed, bound, percent, sentence, shown
+from .messages import NOISE, allowed, bound, name_of, percent, sentence, shown
 
 Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clearance", "use of SUBJECT QUANTITY"
-ABSENT = ("wind", "ground pressure")  # quantities whose limit of nothing says that there is no wind, no footing
+ABSENT = ("wind", "ground pressure", "bridle angle")  # of nothing: there is no wind, no footing, no straight leg
 NEAR = 0.1  # [m] errors of smaller clearances are relative to it
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
@@ -65,7 +65,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     error = 0.0 if errors is None else error_of(use, errors)
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     where = limit.where
-    if state == "red" or (state == "green" and limit.warning is not None and (use.value or 0.0) > limit.warning):
+    if state == "red" or (limit.warning is not None and (use.value or 0.0) > limit.warning):
         message, why = sentence(use, ran=errors is not None), "" if state == "red" else WARNED
         message += f", at the worst of {limit.inputs}" if use is not met else ""
         where = (use.action and plan.actions[use.action - 1].where) or where
@@ -82,7 +82,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
     """State of a limit, which amber it is, and a sentence."""
     limit = use.limit
-    name = f"{limit.quantity} of {limit.subject}"
+    name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements
     if absent or not limit.known:
         message = f"{name}: {limit.note or 'no limit is known'}"

@@ -75,7 +75,7 @@ def sentence(use: Use, ran: bool) -> str:
     """What a limit is used, or would be where nothing `ran`: its value, what is allowed, and by which source."""
     limit, load = use.limit, use.limit.unit in ("N", "kg")
     used = f", {percent(use.use or 0.0)}" if load and bound(use) else ""
-    most = allowed(use) if bound(use) or not load else "nothing"
+    most = allowed(use) if bound(use) or not load else f"nothing at that {limit.over or 'place'}"
     if not use.beyond and limit.warning is not None:
         most = f"more than {shown(limit, limit.warning)} is to be looked at"
     else:
@@ -86,5 +86,11 @@ def sentence(use: Use, ran: bool) -> str:
         and " x ".join((shown(limit, limit.rest.value), *(f"{x.name} {x.value:.4g}" for x in limit.factors)))
     )
     basis = "; ".join(part for part in (limit.source, limit.note, at_rest) if part)
-    message = f"{NOUNS.get(limit.quantity, limit.quantity)} of {limit.subject} {'was' if ran else 'would be'}"
-    return f"{message} {shown(limit, use.value)}{used}; {most}{f' ({basis})' if basis else ''}"
+    message = f"{name_of(limit)} {'was' if ran else 'would be'} {shown(limit, use.value)}{used}"
+    return f"{message}; {most}{f' ({basis})' if basis else ''}"
+
+
+def name_of(limit: RatedLimit) -> str:
+    """What a limit is of, in words."""
+    noun = NOUNS.get(limit.quantity, limit.quantity)
+    return limit.subject if noun == "signal" else noun if limit.subject == "all" else f"{noun} of {limit.subject}"

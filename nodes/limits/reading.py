@@ -178,7 +178,7 @@ def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading 
 
 def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:
     """Angle of a taut sling to the vertical [rad]."""
-    tie = tie_of(plan, name or limit.elements[0])
+    tie = tie_of(plan, name or next(iter(limit.elements), ""))
     if tie is None or tie.rope not in signals.tensions:
         return None
     values = np.full(len(signals.t), np.nan)

@@ -49,6 +49,7 @@ Quantity: TypeAlias = Literal[
     "clearance",
     "wind",
     "sharing",
+    "heavy sling",
     "inputs",
     "factor",
     "hook design load",

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
-from heavylift.nodes.scene import LoadedScene, check, load, parse
+from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.recordings import Recording
 from heavylift.recordings.read import recorded_verdict
 
@@ -71,7 +71,7 @@ def test_luffing_in_resets_it_and_the_module_is_set_down(whole: Recording) -> No
 
 
 def test_check_reports_that_the_chart_stops_it() -> None:
-    message = [f.sentence for f in check(load("crawler")).findings if f.quantity == "interlock"]
+    message = [f.sentence for f in load("crawler").findings if f.quantity == "interlock"]
     assert message == [STOPPED]
 
 

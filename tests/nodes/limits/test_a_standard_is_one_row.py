@@ -41,5 +41,5 @@ def test_a_row_for_peaks_is_checked_in_a_run(
     assert [x for x in scene.plan.limits if x.source == OWN]
     verdict = run(scene, tmp_path / "run.mcap", in_process=True).verdict
     assert verdict is not None
-    assert any(f"({OWN})" in f.sentence for f in verdict.findings if f.state == "red")
+    assert any(f"({OWN}" in f.sentence for f in verdict.findings if f.state == "red")
     assert OWN in str(verdict.checks)

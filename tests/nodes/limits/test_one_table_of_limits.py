@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel import SceneError
+from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.limits import (
-    NOT_CHECKED,
     Check,
     RatedLimit,
     SignalColumns,

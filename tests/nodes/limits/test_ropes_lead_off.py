@@ -9,8 +9,8 @@ from math import atan, degrees, radians, sin, tan
 import msgspec
 import numpy as np
 import pytest
+from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.limits import (
-    NOT_CHECKED,
     Check,
     SignalColumns,
     Use,
@@ -106,7 +106,7 @@ def test_the_side_pull_is_held_against_drive_and_brake() -> None:
     pulled = [x for x in uses_of(built, [signals]) if x.limit.quantity == "side force" and x.limit.known]
     assert [x.value for x in pulled if x.limit.subject == "crane lower"] == pytest.approx([LOADED * sin(angle)] * 2)
     assert [(f.subject, f.sentence) for f in judged(built, signals)] == [
-        ("crane lower", "side force of crane lower was 78.48 kN, 131 %; 60 kN is allowed (the scene; its drive moves)")
+        ("crane lower", "side force of crane lower was 78.5 kN, 131 %; 60 kN is allowed (the scene; its drive moves)")
     ]
     uses = uses_of(unstated_pushes(built), [signals])
     unknown = [c for c in checks_of(built, uses, [], {}, []) if c.quantity == "side force" and c.why == NOT_CHECKED]

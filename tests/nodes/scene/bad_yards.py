@@ -14,7 +14,10 @@ YARDS = {
         "turnover",
         [("by 120 m", "by 400 m")],
         "stage: travel",
-        ("actions[3]: place on its rails of east would be 476.00 m; 0 to 400 m is allowed"),
+        (
+            "actions[3]: place on its rails of east would be 476.00 m; 0 to 400 m is allowed (type goliath-900); "
+            "likewise west (travel)"
+        ),
     ),
     "a crane off its rails, whose hooks are then elsewhere, too": (
         "lift",
@@ -39,8 +42,8 @@ YARDS = {
         [("by 2 m", "by 80 m")],
         "stage: sideways",
         (
-            "actions[3]: the lower trolley of crane at y = 161 m is past the end of its girder, 10 to"
-            " 140 m; likewise crane upper (sideways)"
+            "actions[3]: place on its girder of crane lower would be 161.00 m; 10 to 140 m is allowed (type "
+            "goliath-900); likewise crane upper (sideways)"
         ),
     ),
     "trolley through its neighbour": (
@@ -93,13 +96,13 @@ YARDS = {
         "lift",
         [("at: 40 m}", "at: 40 m, shortest rope: 64 m}")],
         "stage: up",
-        "actions[2]: rope length of crane.H3 would be 63.62 m; 64 to ",
+        "actions[2]: rope length of crane.H3 would be 63.62 m; 64 to 100 m is allowed (type goliath-900) (up)",
     ),
     "rope above its drum": (
         "lift",
         [("at: 40 m}", "at: 40 m, drum: 79 m}"), ("H1, sling: 10 m", "H1, sling: 10 m, rope: 80 m")],
         "drum: 79 m",
-        "cranes.crane.drum: rope length of crane.H1 would be 80.00 m; ",
+        "cranes.crane.drum: rope length of crane.H1 would be 80.00 m; 8 to 79 m is allowed (the scene)",
     ),
     "hook above its upper limit": (
         "lift",
@@ -142,7 +145,7 @@ YARDS = {
         [("  slack: 50 mm", "  slack: 50 mm\n  sling: {breaking: 3 MN}")],
         "stage: up",
         (
-            "actions[2]: sling tension of loader-3.sling-1 would be 733.7 kN, 122 %; 600 kN is allowed (assumed: the "
+            "actions[2]: sling tension of loader-3.sling-1 would be 734.3 kN, 122 %; 600 kN is allowed (assumed: the "
             "table of EN 13414-1 ends at 60 mm and 42 t a leg; give 'termination' or 'WLL'); likewise loader-3.sling-2 "
             "(up)"
         ),
@@ -153,8 +156,8 @@ YARDS = {
         "stage: lift",
         (
             "actions[1]: rope factor of crane.H3 would be 3.66; at least 5.60 is needed (ISO 4308-1 (withdrawn for ISO "
-            "16625), Zp of running ropes; 20 falls, 2 drum ends, sheave efficiency 0.98: lead part 1.093 of the mean) "
-            "(lift off)"
+            "16625), Zp of running ropes, M6; 20 falls, 2 drum ends, sheave efficiency 0.98: lead part 1.093 of the "
+            "mean) (lift off)"
         ),
     ),
     "centre of mass outside the lugs": (
