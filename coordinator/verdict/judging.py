@@ -204,7 +204,7 @@ def _smallest(context: CheckContext) -> list[Use]:
     if apart and not any(x.quantity == "clearance" for x in context.findings):
         least = min(apart, key=lambda c: c.distance)
         pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
-        found.append(pair.met(least.distance, least.t))
+        found += [] if pair.subject in {x.subject for x in worst} else [pair.met(least.distance, least.t)]
     return found
 
 

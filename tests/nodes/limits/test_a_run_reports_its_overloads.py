@@ -19,8 +19,8 @@ PRECISE = [
     "end=80 s",
 ]  # so that the error does not reach to the limit
 TOLD = (
-    "sling tension of loader-3.sling-1 was 743.4 kN, 101 %; 736 kN is allowed (assumed: the table of EN 13414-1 ends at "
-    "60 mm and 42 t a leg; give 'termination' or 'WLL')"
+    "sling tension of loader-3.sling-1 was 743.4 kN, 101 %; 736 kN is allowed (assumed: the table of EN 13414-1 ends "
+    "at 60 mm and 42 t a leg; give 'termination' or 'WLL')"
 )
 
 
