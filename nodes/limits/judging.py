@@ -51,6 +51,7 @@ class _Worst:
         self._limit, self._dynamic = limit, dynamic
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
+        self._inside = False  # what was seen when it occurred
         self._most = -np.inf
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
@@ -61,10 +62,12 @@ class _Worst:
         if reading is None:
             return
         xs = axis_of(plan, limit, signals) if limit.chart else None
-        if reading.exact and (self._exact is None or signals.t[0] <= reading.exact[1]):
+        if reading.exact:
             value, t = reading.exact
             x = None if xs is None else float(np.interp(t, signals.t, xs))
-            self._exact = self._made(signals, value, t, None, x)
+            exact, inside = self._made(signals, value, t, None, x), signals.t[0] <= t <= signals.t[-1]
+            if self._exact is None or (inside and not (self._inside and self._exceeds(self._exact, exact))):
+                self._exact, self._inside = exact, inside
         if xs is not None:
             self._see_chart(signals, reading.values, xs)
         else:

@@ -67,7 +67,7 @@ def allowed(use: Use) -> str:
     if not limit.known:
         return "not known"
     if limit.between is not None:
-        return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
+        return f"{limit.between[0]:.4g} to {limit.between[1]:.4g} {limit.unit}"
     return ("at least " if limit.least else "") + (shown(limit, bound(use)) if use.value is not None else "")
 
 

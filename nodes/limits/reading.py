@@ -163,17 +163,19 @@ def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | 
 
 
 def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Vertical load of all legs of a bridle [kg]; the sum of their peaks."""
-    total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
+    """Vertical load of all legs of a bridle [kg]; at the exact peak of each with what the others then carry."""
+    plumb = {}
     for name in limit.elements:
-        angle = _bridle(plan, limit, signals, name)
-        if angle is not None:
-            plumb = np.cos(np.nan_to_num(angle.values)) / plan.gravity
-            total = total + plumb * signals.tensions[name]
-            if name in signals.peaks:
-                peak, when = signals.peaks[name]
-                most.append((peak * float(np.interp(when, signals.t, plumb)), when))
-    return Reading(total, (sum(x for x, _ in most), max(most)[1]) if most else None)
+        if (angle := _bridle(plan, limit, signals, name)) is not None:
+            plumb[name] = np.cos(np.nan_to_num(angle.values)) / plan.gravity
+    loads = {name: x * signals.tensions[name] for name, x in plumb.items()}
+    total, most = np.sum([np.zeros(len(signals.t)), *loads.values()], axis=0), list[tuple[float, float]]()
+    for name, x in plumb.items():
+        peak, when = signals.peaks.get(name, (0.0, -1.0))
+        if signals.t[0] <= when <= signals.t[-1]:
+            more = float(np.interp(when, signals.t, x * peak - loads[name]))
+            most.append((float(np.interp(when, signals.t, total)) + more, when))
+    return Reading(total, max(most, default=None))
 
 
 def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:

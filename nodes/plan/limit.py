@@ -18,6 +18,7 @@ from .factors import Factor
 from .spellings import BeamLoad
 
 ROUNDING = 1e-9  # a use so little above 1 is 1
+CLOSE = 1e-4  # by so much beyond a radius or an angle of a chart its value holds
 
 Quantity: TypeAlias = Literal[
     "hook load",
@@ -134,7 +135,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
                 raise ValueError(f"the {self.quantity} of {self.subject} has no limit")
             return self.value
         if self.over in ("radius", "angle"):
-            return next((value for radius, value in self.chart if x <= radius), 0.0)
+            return next((value for radius, value in self.chart if x <= radius * (1.0 + CLOSE)), 0.0)
         if x <= self.chart[0][0]:
             return self.chart[0][1]
         for (a, low), (b, high) in pairwise(self.chart):

@@ -109,7 +109,8 @@ def report(
         )
     else:
         loads_at_rest, loads = _ropes_at_rest(statics), []
-    first = [*loads_at_rest, _reached(built, statics)]
+    reached = HookReach(built).see_path(statics.states) if statics.states else ()
+    first = [*loads_at_rest, charts_used(reached)]
     then = [table for table in rigging(built, uses) if table.rows]
     loads += _printed(first)
     if statics.why and not rows:
@@ -214,13 +215,6 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
 def _changes(rows: Sequence[tuple[Cell, ...]]) -> tuple[tuple[Cell, ...], ...]:
     """Rows whose numbers are not those of the one before."""
     return tuple(row for i, row in enumerate(rows) if not i or row[1:] != rows[i - 1][1:])
-
-
-def _reached(built: plan.Plan, path: Followed) -> Table:
-    """Radius and use of the chart of each hook that has one, as they change."""
-    found = HookReach(built).see_path(path.states) if path.states else ()
-    numbers = [(f"{x.radius:.2f}", f"{x.load:.0f}", f"{x.capacity:.0f}") for x in found]
-    return charts_used([x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1]])
 
 
 def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:

@@ -22,6 +22,11 @@ UNITS = {
     "rad": ("deg", degrees(1.0), 2),
     "Pa": ("kPa", 1e-3, 0),
 }  # as people read them
+OF_QUANTITY = {
+    **dict.fromkeys(("lift-off speed", "landing speed"), ("m/min", 60.0, 2)),
+    **dict.fromkeys(("uplift", "interlock"), ("%", 100.0, 1)),
+}
+LISTED = ("peak tension", "use of", "smallest clearance")  # figures whose errors stand beside them
 ELSEWHERE = ("rope tension", "sling tension", "clearance")  # quantities that have tables of their own
 
 
@@ -90,7 +95,7 @@ def _quantities(f: Facts) -> Iterator[Table]:
         if c.basis and c.quantity not in ELSEWHERE and c.value is not None:
             groups.setdefault((c.quantity, c.unit), []).append(c)
     for (quantity, unit), checks in groups.items():
-        message, factor, digits = UNITS.get(unit, (unit, 1.0, 2))
+        message, factor, digits = OF_QUANTITY.get(quantity) or UNITS.get(unit, (unit, 1.0, 2))
         form = f"[{message}] .{digits}" if message else f".{digits}"
         heads = columns("item", f"worst {form}", f"limit {form}", "allowed", "use [%] .1", f"error {form}",
                         "at [h:min:s]", "stage", "state", "basis")  # fmt: skip
@@ -109,8 +114,9 @@ def _quantities(f: Facts) -> Iterator[Table]:
 
 
 def _errors(f: Facts) -> Iterator[Table]:
-    """Error estimates of the figures."""
-    errors = ((name, 100.0 * x) for name, x in f.rec.fact("errors", {}).items() if isinstance(x, float))
+    """Error estimates of the figures that no other table has."""
+    known = f.rec.fact("errors", {}).items()
+    errors = ((name, 100.0 * x) for name, x in known if isinstance(x, float) and not name.startswith(LISTED))
     yield Table("Errors of figures", columns("figure", "error [%] .3"), tuple(errors))
     for fact, head, title in (
         ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
