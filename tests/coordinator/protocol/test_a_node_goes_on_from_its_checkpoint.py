@@ -112,7 +112,7 @@ def test_a_state_that_cannot_be_kept_reports_so_and_the_node_goes_on() -> None:
     answer = node.handle(Checkpoint(1))
     assert isinstance(answer, Checkpoint)
     assert answer.state == b""
-    assert answer.why.startswith("secret: no snapshot can be taken (Secret.start.<locals>.<lambda> cannot be kept")
+    assert answer.why.startswith("secret: no snapshot can be taken (Secret.start.<locals>.<lambda> cannot be saved")
     assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), Done)
 
 

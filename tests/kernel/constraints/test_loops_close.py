@@ -235,8 +235,8 @@ REFUSED = [
             (GUIDE, replace(GUIDE, name="b")),
             springs=(JointSpring("s", "guide"), JointSpring("s2", "b")),
         ),
-        "joint 'b': it closes a loop, so that 's2' finds no coordinate in it; "
-        "every other joint of the loop is in use, too: free one of them of its laws",
+        "joint 'b': it closes a loop, so that 's2' has no coordinate in it; "
+        "every other joint of the loop has laws, too: remove those of one of them",
     ),
 ]
 

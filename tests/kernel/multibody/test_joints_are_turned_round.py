@@ -67,6 +67,6 @@ def test_a_joint_whose_coordinates_would_be_others_is_refused():
     with pytest.raises(KernelError) as e:
         started(System((load,), (Joint("ball", "spherical", "load", WORLD),)))
     assert str(e.value) == (
-        "joint 'ball': nothing but it holds its parent 'load', and a joint carries its child; "
+        "joint 'ball': only this joint holds its parent 'load', and a joint carries its child; "
         "exchange its parent and child"
     )

@@ -135,7 +135,7 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
     (
         "foreign port",
         lambda m: m.parent.children["g"].out.send(Item(1)),
-        "r.g.out was sent to by another model: output() may only speak by its own ports",
+        "r.g.out was sent to by another model: output() may send to its own ports only",
     ),
 ]
 
@@ -169,7 +169,7 @@ def test_output_must_not_change_the_structure(change: Callable[[Any], object]) -
 )
 def test_only_output_may_speak(function: str, where: str) -> None:
     text = sentence(**{function: lambda self, *_: self.out.send(Item(1))})
-    assert text == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may speak"
+    assert text == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may send"
 
 
 def test_transitions_at_a_scheduled_tag_that_schedule_nothing() -> None:

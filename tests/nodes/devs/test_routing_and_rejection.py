@@ -87,8 +87,8 @@ def wrong(make: Callable[[], object], sentence: str) -> None:
 def test_names() -> None:
     r = coupled("r", [Sink("a")])
     wrong(lambda: r.add(Sink("a")), "r: two children are called a, rename one of them")
-    wrong(lambda: r.add(r), "r: r already has its place and cannot be added here")
-    wrong(lambda: Coupled("x").add(r.children["a"]), "x: r.a already has its place and cannot be added here")
+    wrong(lambda: r.add(r), "r: r already has a parent and cannot be added here")
+    wrong(lambda: Coupled("x").add(r.children["a"]), "x: r.a already has a parent and cannot be added here")
     wrong(lambda: Sink("a.b"), "'a.b' cannot name a model: use letters, digits, _ and - only")
     wrong(lambda: r.add_in("a b", Item), "r: 'a b' cannot name a port: use letters, digits, _ and - only")
     wrong(lambda: (r.add_in("i", Item), r.add_out("i", Item)), "r: port i is declared twice")

@@ -135,13 +135,13 @@ def circle() -> Any:
 @pytest.mark.parametrize(
     ("value", "why"),
     [
-        (lambda x: x, "<lambda> cannot be kept, it has no name"),
-        ((i for i in range(3)), "a generator cannot be kept"),
-        (iter([1]), "a list_iterator cannot be kept"),
+        (lambda x: x, "<lambda> cannot be saved, it has no name"),
+        ((i for i in range(3)), "a generator cannot be saved"),
+        (iter([1]), "a list_iterator cannot be saved"),
         (open, None),
-        (msgspec.json.Encoder(), "a Encoder cannot be kept"),
-        (np.array([object()]), "a ndarray cannot be kept"),
-        (np.float64(1.0), "a float64 cannot be kept"),
+        (msgspec.json.Encoder(), "a Encoder cannot be saved"),
+        (np.array([object()]), "a ndarray cannot be saved"),
+        (np.float64(1.0), "a float64 cannot be saved"),
     ],
     ids=lambda value: type(value).__name__,
 )
@@ -157,12 +157,12 @@ def test_a_class_within_a_function_is_refused() -> None:
     class Here:
         pass
 
-    with pytest.raises(TypeError, match=r"Here cannot be kept, it has no name in a module"):
+    with pytest.raises(TypeError, match=r"Here cannot be saved, it has no name in a module"):
         frozen(Here())
 
 
 def test_a_tuple_that_holds_itself_is_refused() -> None:
-    with pytest.raises(TypeError, match="a tuple or message that holds itself"):
+    with pytest.raises(TypeError, match="a tuple or message that contains itself"):
         thawed(frozen(circle()))
 
 

@@ -73,6 +73,7 @@ def test_each_pass_is_pure_and_changes_nothing_twice(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+@pytest.mark.large(beyond=len(BUNDLED) + 6)
 def test_ropes_have_their_mass_and_its_centre(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         rows = {row.rope: row for row in machine.heavy if not row.why}

@@ -120,7 +120,7 @@ def test_a_hook_is_checked_by_its_chart_where_its_trolley_stands() -> None:
     assert use.use == pytest.approx(170 / (400 - 100 * 23 / 30), rel=2e-3)
     with pytest.raises(SceneError, match=r"the hook crane\.H3 would carry 169\.8 t of 169\.\d+ t \(sideways\)"):
         bare("lift", ["cranes.crane.capacity chart=[[0 m, 175.4 t], [81 m, 175.4 t], [141 m, 0.01 t]]"])
-    with pytest.raises(SceneError, match="the places of a chart rise, but 10 m comes after 60 m"):
+    with pytest.raises(SceneError, match="the places of a chart must increase, but 10 m comes after 60 m"):
         bare("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
 
 
