@@ -1,10 +1,12 @@
 """What moves through a network, and the order in which it waits."""
 
 from heapq import heappop, heappush
+from itertools import accumulate
+from math import isfinite
 from typing import Literal, get_args
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Message
+from heavylift.nodes.devs import Atomic, Message
 
 Discipline = Literal["first in, first out", "last in, first out", "priority"]
 
@@ -24,42 +26,51 @@ class Demand(Message):
     count: int = 1
 
 
+class Part(Atomic):
+    """An atomic of a network."""
+
+    @property
+    def ns(self) -> int:
+        """The present time [ns]."""
+        return self._present.now[0]
+
+
 class Waiting:
-    """Entities in the order in which they are taken: by discipline, equal ones in the order of arrival."""
+    """Entities in the order in which they are taken: by priority if that is the discipline, then by their turns."""
 
     def __init__(self, discipline: str = "first in, first out") -> None:
         if discipline not in get_args(Discipline):
             raise ModelError(f"there is no discipline '{discipline}'; choose one of {', '.join(get_args(Discipline))}")
-        self.discipline = discipline
-        self._heap = list[tuple[int, int, int, int, Entity]]()
-        self._count = 0
+        self._by_priority = discipline == "priority"
+        self.heap = list[tuple[int, int, int, int, Entity]]()
 
     def __len__(self) -> int:
-        return len(self._heap)
+        return len(self.heap)
 
-    def put(self, entity: Entity, since: int, left: int = -1) -> None:
-        """Add an entity that waits since a time [ns]; `left` [ns] of a service that was interrupted, else -1."""
-        self._count += 1
-        self._add(self._count if self.discipline != "last in, first out" else -self._count, entity, since, left)
-
-    def put_back(self, turn: int, entity: Entity, since: int, left: int) -> None:
-        """Return an entity to its earlier turn."""
-        self._add(turn, entity, since, left)
-
-    def _add(self, turn: int, entity: Entity, since: int, left: int) -> None:
-        heappush(self._heap, (entity.priority if self.discipline == "priority" else 0, turn, since, left, entity))
+    def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
+        """Add an entity with its turn among its equals; it waits since a time [ns], and has `left` [ns] of a service
+        that was interrupted (-1: none)."""
+        heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove the first: its turn, since when it waits [ns], what is left of its service [ns] or -1, the entity."""
-        return heappop(self._heap)[1:]
+        """Remove the first: turn, since, left and entity."""
+        return heappop(self.heap)[1:]
 
-    @property
-    def first(self) -> Entity:
-        """The entity that is taken next."""
-        return self._heap[0][4]
+
+def turn_of(discipline: str, count: int) -> int:
+    """The turn of the entity that arrives as number `count`."""
+    return -count if discipline == "last in, first out" else count
 
 
 def capacity_of(name: str, given: int | None) -> int | None:
     if given is not None and (not isinstance(given, int) or given < 0):
         raise ModelError(f"{name}: capacity {given!r}; give a whole number >= 0, or None for no bound")
     return given
+
+
+def shares_of(name: str, weights: tuple[float, ...]) -> list[float]:
+    """Where the choice with each weight ends in [0, 1), without the last one; raises ModelError for weights that choose
+    nothing."""
+    if not weights or not all(isfinite(x) and x >= 0 for x in weights) or not sum(weights):
+        raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")
+    return [x / sum(weights) for x in accumulate(weights)][:-1]

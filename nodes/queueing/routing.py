@@ -1,8 +1,10 @@
 """Where entities go: branches, joins, resources that they seize and release, and monitors between two points."""
 
+from bisect import bisect
+
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, Tally, TimeWeighted, stream
-from heavylift.nodes.queueing.entities import Entity, Waiting
+from heavylift.nodes.devs import Bag, In, Message, Out, Tally, TimeWeighted, stream
+from heavylift.nodes.queueing.entities import Entity, Part, Waiting, shares_of, turn_of
 
 
 class MonitorStatistics(Message):
@@ -23,7 +25,7 @@ class ResourceStatistics(Message):
     waiting: float
 
 
-class _Forwarding(Atomic):
+class _Forwarding(Part):
     """Sends what its transitions put into `leaving` at the next microstep."""
 
     def start(self) -> None:
@@ -52,9 +54,7 @@ class Branch(_Forwarding):
 
     def __init__(self, name: str, weights: tuple[float, ...], seed: int = 1) -> None:
         super().__init__(name)
-        if not weights or min(weights) < 0 or not sum(weights):
-            raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")
-        self.weights, self.seed = weights, seed
+        self.sums, self.seed = shares_of(name, weights), seed
         for n in range(len(weights)):
             self.add_out(f"out{n}", Entity)
 
@@ -66,7 +66,7 @@ class Branch(_Forwarding):
     def external(self, e: int, x: Bag) -> None:
         """Draw a port for each."""
         for entity in x[self.into]:
-            self.leaving.append((f"out{self.random.choices(range(len(self.weights)), self.weights)[0]}", entity))
+            self.leaving.append((f"out{bisect(self.sums, self.random.random())}", entity))
         self.forward()
 
 
@@ -107,17 +107,18 @@ class Resource(_Forwarding):
     def start(self) -> None:
         """All units are free."""
         super().start()
-        self.waiting, self.holders = Waiting(self.discipline), dict[int, None]()
+        self.waiting, self.count, self.holders = Waiting(self.discipline), 0, dict[int, None]()
         self.waits, self.used, self.length = Tally(), TimeWeighted(), TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
         """Take back released units, then give free ones to those who wait."""
         now = self.now
         for entity in x[self.release]:
-            if self.holders.pop(entity.number, 0) == 0:
+            if self.holders.pop(entity.number, self) is not None:
                 raise ModelError(f"entity {entity.number} releases a unit of {self.name} that it has not seized")
         for entity in x[self.request]:
-            self.waiting.put(entity, now.t)
+            self.count += 1
+            self.waiting.put(turn_of(self.discipline, self.count), now.t, -1, entity)
         while self.waiting and len(self.holders) < self.units:
             _, since, _, entity = self.waiting.take()
             if entity.number in self.holders:
@@ -136,7 +137,7 @@ class Resource(_Forwarding):
         )
 
 
-class Monitor(Atomic):
+class Monitor(Part):
     """Measures how many entities are between two points of a network, and for how long."""
 
     enter, leave = In(Entity), In(Entity)

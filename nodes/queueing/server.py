@@ -4,9 +4,9 @@ from heapq import heapify, heappop, heappush
 from typing import Literal
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import NEVER, Atomic, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
+from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.queueing.distributions import Distribution
-from heavylift.nodes.queueing.entities import Demand, Entity, Waiting, capacity_of
+from heavylift.nodes.queueing.entities import Demand, Entity, Part, Waiting, capacity_of, turn_of
 
 What = Literal["served", "fails", "repaired", "lost", "asks"]  # in the end of a time that a server waits for
 
@@ -30,7 +30,7 @@ class ServerStatistics(Message):
     available: float
 
 
-class Server(Atomic):
+class Server(Part):
     """Equal units that serve entities from one line.
 
     `capacity` bounds the line: what comes to a full one is lost (balks). With `preemptive`, an entity of higher
@@ -79,15 +79,19 @@ class Server(Atomic):
         self.schedule()
 
     def external(self, e: int, x: Bag) -> None:
-        """Take entities into the line."""
-        for entity in x[self.into]:
-            full = self.capacity is not None and len(self.waiting) >= self.capacity
-            if full and not self.idle and self.lowest(entity) < 0:
-                self.losses += 1
-                self.losing[self.later(self.now.t, -1, "lost")] = entity
+        """Serve entities, or take them into the line."""
+        now, more = self.ns, x[self.into]
+        for entity in more:
+            if self.idle:
+                self.begin(now, self.turn(), now, -1, entity)
+            elif (unit := self.lowest(entity)) >= 0:
+                self.interrupt(unit, now)
+                self.begin(now, self.turn(), now, -1, entity)
+            elif self.capacity is None or len(self.waiting.heap) < self.capacity:
+                self.waiting.put(self.turn(), now, -1, entity)
             else:
-                self.waiting.put(entity, self.now.t)
-                self.assign()
+                self.losses += 1
+                self.losing[self.later(now, -1, "lost")] = entity
         self.schedule()
 
     def output(self) -> None:
@@ -112,7 +116,8 @@ class Server(Atomic):
             del self.losing[mark]
         elif what in ("fails", "repaired"):
             self.fail(unit, now) if what == "fails" else self.repair(unit, now)
-        self.assign()
+        while self.waiting.heap and (self.idle or self.preempts(now)):
+            self.begin(now, *self.waiting.take())
         self.schedule()
 
     def fail(self, unit: int, now: int) -> None:
@@ -135,29 +140,28 @@ class Server(Atomic):
             self.serving[unit] = (self.later(now + left, unit, "served"), now + left, *job[2:])
         self.later(now + seconds(self.failures.up.draw(self.random)), unit, "fails")
 
-    def assign(self) -> None:
-        """Let units begin with those that wait."""
-        while self.waiting:
-            if not self.idle:
-                unit = self.lowest(self.waiting.first)
-                if unit < 0:
-                    return
-                _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
-                self.interrupted += 1
-                self.release(unit)
-                self.begin()
-                self.waiting.put_back(turn, entity, since, end - self.now.t)
-            else:
-                self.begin()
-
-    def begin(self) -> None:
-        """Let the first idle unit begin with the first entity."""
-        unit, now = heappop(self.idle), self.now.t
-        turn, since, left, entity = self.waiting.take()
+    def begin(self, now: int, turn: int, since: int, left: int, entity: Entity) -> None:
+        """Let the first idle unit serve an entity, whose service takes `left` [ns] (-1: a drawn time)."""
+        unit = heappop(self.idle)
         if left < 0:
             self.waits.add((now - since) / 1e9)
             left = seconds(self.service.draw(self.random))
-        self.serving[unit] = (self.later(now + left, unit, "served"), now + left, turn, since, entity)
+        end = now + left
+        self.serving[unit] = (self.later(end, unit, "served"), end, turn, since, entity)
+
+    def interrupt(self, unit: int, now: int) -> None:
+        """Return the entity of a unit to its earlier turn in the line."""
+        _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
+        self.interrupted += 1
+        self.release(unit)
+        self.waiting.put(turn, since, end - now, entity)
+
+    def preempts(self, now: int) -> bool:
+        """Interrupt a unit for the entity that waits first, if that is of higher priority (a repaired unit resumes)."""
+        unit = self.lowest(self.waiting.heap[0][4]) if self.preemptive else -1
+        if unit >= 0:
+            self.interrupt(unit, now)
+        return unit >= 0
 
     def lowest(self, entity: Entity) -> int:
         """The working unit whose entity is of the lowest priority, below that of another entity; -1 if none is."""
@@ -172,6 +176,11 @@ class Server(Atomic):
         self.serving[unit] = None
         heappush(self.idle, unit)
 
+    def turn(self) -> int:
+        """The turn of an entity that arrives."""
+        self.marks += 1
+        return turn_of(self.discipline, self.marks)
+
     def later(self, at: int, unit: int, what: What) -> int:
         """Note what happens at a time [ns]; returns its mark."""
         self.marks += 1
@@ -180,14 +189,16 @@ class Server(Atomic):
 
     def schedule(self) -> None:
         """Wait for what happens first; drop ends of services that were interrupted."""
-        due, serving, now = self.due, self.serving, self.now
+        due, serving, waiting, down = self.due, self.serving, len(self.waiting.heap), len(self.broken)
         while due and due[0][3] == "served" and ((job := serving[due[0][2]]) is None or job[0] != due[0][1]):
             heappop(due)
-        self.line.set(len(self.waiting), now)
-        self.busy.set(self.units - len(self.idle) - len(self.broken), now)
-        if self.failures:
-            self.available.set(self.units - len(self.broken), now)
-        self.hold_in(due[0][0] - now.t if due else NEVER)
+        if self.line.value != waiting:
+            self.line.set(waiting, self.now)
+        if self.busy.value != (busy := self.units - down - len(self.idle)):
+            self.busy.set(busy, self.now)
+        if self.available.value != self.units - down:
+            self.available.set(self.units - down, self.now)
+        self.hold_in(due[0][0] - self.ns if due else NEVER)
 
     def result(self) -> ServerStatistics:
         """What was measured."""

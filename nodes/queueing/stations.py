@@ -3,11 +3,12 @@
 Times of several atomics are independent: each draws from the stream of its seed and path.
 """
 
+from bisect import bisect
 from heapq import heappop, heappush
 
-from heavylift.nodes.devs import NEVER, Atomic, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
+from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.queueing.distributions import Distribution
-from heavylift.nodes.queueing.entities import Demand, Entity, Waiting, capacity_of
+from heavylift.nodes.queueing.entities import Demand, Entity, Part, Waiting, capacity_of, shares_of, turn_of
 
 
 class SourceStatistics(Message):
@@ -36,7 +37,7 @@ class SinkStatistics(Message):
     most: float
 
 
-class Source(Atomic):
+class Source(Part):
     """Sends entities, the first after a first interval, `most` in all; each of a priority drawn by weights."""
 
     out = Out(Entity)
@@ -51,7 +52,8 @@ class Source(Atomic):
         seed: int = 1,
     ) -> None:
         super().__init__(name)
-        self.every, self.kind, self.weights, self.most, self.seed = every, kind, weights, most, seed
+        self.every, self.kind, self.most, self.seed = every, kind, most, seed
+        self.sums = shares_of(name, weights)
 
     def start(self) -> None:
         """Draw the first interval."""
@@ -60,7 +62,7 @@ class Source(Atomic):
 
     def output(self) -> None:
         """Send the next entity."""
-        self.out.send(Entity(self.number, self.kind, self.priority, self.now.t))
+        self.out.send(Entity(self.number, self.kind, self.priority, self.ns))
 
     def internal(self) -> None:
         """Count it, and draw the next interval."""
@@ -72,8 +74,8 @@ class Source(Atomic):
 
     def next(self) -> None:
         """Draw interval and priority of the next entity."""
-        weights = self.weights
-        self.priority = 0 if len(weights) == 1 else self.random.choices(range(len(weights)), weights)[0]
+        draw = self.random.random() if self.sums else 0.0
+        self.priority = bisect(self.sums, draw)
         self.hold_in(seconds(self.every.draw(self.random)))
 
     def result(self) -> SourceStatistics:
@@ -81,7 +83,7 @@ class Source(Atomic):
         return SourceStatistics(self.number)
 
 
-class Queue(Atomic):
+class Queue(Part):
     """Holds entities until servers demand them; beyond its capacity they are lost."""
 
     into, demand, out, lost = In(Entity), In(Demand), Out(Entity), Out(Entity)
@@ -92,7 +94,7 @@ class Queue(Atomic):
 
     def start(self) -> None:
         """Nothing waits."""
-        self.waiting, self.demanded = Waiting(self.discipline), 0
+        self.waiting, self.demanded, self.count = Waiting(self.discipline), 0, 0
         self.leaving, self.balked = list[Entity](), list[Entity]()
         self.waits, self.length, self.losses = Tally(), TimeWeighted(), 0
 
@@ -102,7 +104,8 @@ class Queue(Atomic):
         self.demanded += sum(demand.count for demand in x[self.demand])
         for entity in x[self.into]:
             if self.demanded or self.capacity is None or len(self.waiting) < self.capacity:
-                self.waiting.put(entity, now.t)
+                self.count += 1
+                self.waiting.put(turn_of(self.discipline, self.count), now.t, -1, entity)
                 self.match()
             else:
                 self.losses += 1
@@ -116,7 +119,7 @@ class Queue(Atomic):
         while self.demanded and self.waiting:
             _, since, _, entity = self.waiting.take()
             self.demanded -= 1
-            self.waits.add((self.now.t - since) / 1e9)
+            self.waits.add((self.ns - since) / 1e9)
             self.leaving.append(entity)
 
     def output(self) -> None:
@@ -138,7 +141,7 @@ class Queue(Atomic):
         )
 
 
-class Delay(Atomic):
+class Delay(Part):
     """Holds each entity for a time of its own, as a server without end of units does."""
 
     into, out = In(Entity), Out(Entity)
@@ -156,8 +159,8 @@ class Delay(Atomic):
         """Draw a time for each entity."""
         for entity in x[self.into]:
             self.count += 1
-            heappush(self.held, (self.now.t + seconds(self.time.draw(self.random)), self.count, entity))
-        self.hold_in(self.held[0][0] - self.now.t)
+            heappush(self.held, (self.ns + seconds(self.time.draw(self.random)), self.count, entity))
+        self.hold_in(self.held[0][0] - self.ns)
 
     def output(self) -> None:
         """Send all whose time is over."""
@@ -173,7 +176,7 @@ class Delay(Atomic):
         self.hold_in(self.held[0][0] - at if self.held else NEVER)
 
 
-class Sink(Atomic):
+class Sink(Part):
     """Takes entities out of the network and measures how long they were in it."""
 
     into = In(Entity)
@@ -185,7 +188,7 @@ class Sink(Atomic):
     def external(self, e: int, x: Bag) -> None:
         """Measure each."""
         for entity in x[self.into]:
-            self.times.add((self.now.t - entity.born) / 1e9)
+            self.times.add((self.ns - entity.born) / 1e9)
 
     def result(self) -> SinkStatistics:
         """What was measured."""
