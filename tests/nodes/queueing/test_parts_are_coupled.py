@@ -6,6 +6,7 @@ from random import Random
 import numpy as np
 import pytest
 from heavylift.kernel import ModelError
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Atomic, Coupled, Simulator, seconds
 from heavylift.nodes.queueing import (
     Branch,
@@ -29,7 +30,6 @@ from heavylift.nodes.queueing import (
     Triangular,
     Uniform,
 )
-from heavylift.nodes import drive
 from scipy import stats
 
 UNTIL = seconds(100)
