@@ -35,7 +35,7 @@ def table(found: Facts, title: str) -> list[dict[str, object]]:
     return next(rows(made) for made in tables_of(found) if made.title == title)
 
 
-def test_a_lug_bears_what_its_sling_pulls(found: Facts) -> None:
+def test_a_lug_carries_the_force_of_its_sling(found: Facts) -> None:
     slings = {str(row["lug"]): row for row in table(found, "Slings")}
     assert {lug: row["sling"] for lug, row in slings.items()} == {
         f"{lug}{i}": f"loader-{n}.sling-{i}" for n, lug in ((1, "P"), (2, "Q"), (3, "R")) for i in (1, 2)
@@ -55,7 +55,7 @@ def test_supports_carry_the_block(found: Facts) -> None:
     assert supports["block.lower-1"] == pytest.approx(weight / 4, rel=1e-3)
 
 
-def test_each_stage_reports_where_the_block_was(found: Facts) -> None:
+def test_each_stage_reports_the_position_of_the_block(found: Facts) -> None:
     first, *_, last = table(found, "Path of the block")
     assert [first[x] for x in "xyz"] == pytest.approx([40.0, 75.0, 5.995], abs=0.01)
     assert last["z"] == pytest.approx(7.03, abs=0.02)
