@@ -9,7 +9,7 @@ from heavylift.nodes.limits import checks_of
 from heavylift.nodes.plan import Cargo, Mechanism, Plan, Tie, Use
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 
-SECTIONS = ("project", "gear", "practice", "factors", "limits")
+SECTIONS = ("project", "gear", "ground", "practice", "factors", "limits")
 KEYS = ("lug capacity", "capacity")
 GEARED = r"(sling|shackle): \{gear: [^}]*\}"
 

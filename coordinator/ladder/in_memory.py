@@ -129,12 +129,14 @@ class Played:
         """The same of every second sample."""
         return self.judging(2)
 
-    def judging(self, every: int = 1, **options: int) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """The same of every so many-th sample, with options of `verdict_with_uses`."""
+    def judging(self, every: int = 1, smallest: int | None = None) -> tuple[RecordedVerdict, Sequence[Use]]:
+        """The same of every so many-th sample; `smallest`: clearances that are reported at least."""
+        from heavylift.coordinator.verdict.clearances import SMALLEST
         from heavylift.coordinator.verdict.judging import verdict_with_uses
 
         past, known = self.past(every), self.mechanics
-        return verdict_with_uses(self.plan, past, self.conduct, self.errors, mechanics=known, **options)
+        least = SMALLEST if smallest is None else smallest
+        return verdict_with_uses(self.plan, past, self.conduct, self.errors, least, known)
 
     def past(self, every: int = 1) -> Collector:
         """What every so many-th sample has shown, as columns."""

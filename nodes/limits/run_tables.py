@@ -47,7 +47,7 @@ class RunTables:
                 for x in boxes if x.body == cargo.body
                 for signs in product((-1.0, 1.0), repeat=3)
             ]
-            or [cargo.com]
+            or [[*cargo.com]]
             for cargo in self._cargo
         }  # fmt: skip
         self._t, self._loads = list[Column](), list[list[Column]]()

@@ -107,8 +107,8 @@ def test_dynamic_factors_depend_on_place_and_mass() -> None:
     expected = [1.07 + 0.05 * 2, 1.07 + 0.05 * sqrt(100 / 3), 1.12, 1.05, 1.5, 1 + 0.25 * sqrt(100 / 3), 1.25, 1.10]
     assert found == pytest.approx(expected)
     assert daf(None, 50e3) is None
-    assert load("floating").plan.place is None
-    message = [c for c in load("floating", ["practice=0027/ND"]).checks if c.quantity == "factor"]
+    assert bare("floating").plan.place is None
+    message = [c for c in bare("floating", ["practice=0027/ND"]).checks if c.quantity == "factor"]
     assert "dynamic" in [c.subject for c in message]
 
 
