@@ -174,7 +174,7 @@ def states(scene: str, quantity: str, *settings: str) -> set[str]:
 
 def test_the_bearing_capacity_of_the_ground_decides() -> None:
     assert states("crawler", "ground pressure") == {"amber"}
-    message = next(c.sentence for c in load("crawler").checks if c.quantity == "ground pressure")
+    message = next(c.sentence for c in bare("crawler").checks if c.quantity == "ground pressure")
     assert "write 'ground: {bearing: 200 kPa}'" in message
     assert states("crawler", "ground pressure", "ground={bearing: 500 kPa}") == {"green"}
     assert states("crawler", "ground pressure", "ground={bearing: 100 kPa}") == {"red"}
