@@ -14,15 +14,16 @@ from heavylift.nodes.scene.inputs import settings, uncertain_inputs
 from .ground import TOUCH
 from .judging import at_rest
 
-FEWEST = 40  # pairs whose clearances are known at rest
+EVERY = 10_000  # pairs
+NEAR = 1.0  # [m] beyond its limit: what stays farther apart at the worst has no row
 
 
 def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
     """The scene with a limit for each clearance that is smaller at a corner of its uncertain inputs."""
-    limit = next((x for x in scene.plan.limits if x.quantity == "clearance"), None)
-    if not scene.facts.uncertain or limit is None or not scene.lifts:
+    limits = [x for x in scene.plan.limits if x.quantity == "clearance"]
+    if not scene.facts.uncertain or len(limits) != 1 or not scene.lifts:
         return scene
-    inputs = {x.path: x for x in uncertain_inputs(scene)}
+    (limit,), inputs = limits, {x.path: x for x in uncertain_inputs(scene)}
     ends = []
     for x in inputs.values():
         low, high = (f"{value / x.factor!r} {x.unit}" for value in (x.value - x.half, x.value + x.half))
@@ -33,7 +34,7 @@ def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
         return parse(scene.merged or scene.text, str(scene.path), [*scene.settings, *given], followed=False)
 
     def sizes(other: LoadedScene) -> dict[Key, float]:
-        known = [x for lift in at_rest(other.plan, other.statics, FEWEST) for x in lift.clearances]
+        known = [x for lift in at_rest(other.plan, other.statics, EVERY) for x in lift.clearances]
         return {(f"{x.a} and {x.b}", f"{x.limit if x.limit > 0.0 else x.limit - TOUCH!r}"): -x.distance for x in known}
 
     corners = Corners(scene, build, sizes)
@@ -44,6 +45,6 @@ def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
             inputs=", ".join(moved), rest=RestLoad(value=-corners.usual[key], bound=float(key[1])),
         )
         for key, moved in corners.moved.items()
-        if (most := corners.most[key]) > corners.usual[key]
+        if (most := corners.most[key]) > max(corners.usual[key], -float(key[1]) - NEAR)
     ]  # fmt: skip
     return replace(scene, plan=msgspec.structs.replace(scene.plan, limits=(*scene.plan.limits, *rows)))

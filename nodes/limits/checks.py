@@ -65,7 +65,8 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     error = 0.0 if errors is None else error_of(use, errors)
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     where = limit.where
-    if state == "red" or (limit.warning is not None and (use.value or 0.0) > limit.warning):
+    warned = limit.warning is not None and (use.value or 0.0) > limit.warning and state in ("green", "amber")
+    if state == "red" or warned:
         message, why = sentence(use, ran=errors is not None), "" if state == "red" else WARNED
         message += f", at the worst of {limit.inputs}" if use is not met else ""
         where = (use.action and plan.actions[use.action - 1].where) or where
