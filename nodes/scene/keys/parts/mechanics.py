@@ -10,7 +10,7 @@ from math import inf
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from heavylift.kernel.description import laws as k
-from heavylift.kernel.description import points
+from heavylift.kernel.description.points import Line
 from heavylift.kernel.description.forces import Sheave
 from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, rising
 from heavylift.nodes.scene.keys.described import keys_of, one
@@ -86,7 +86,7 @@ class BodyKeys(Base):
     matrices: Matrices | None = None
 
 
-class LineKeys(keys_of(points.Line)):  # type: ignore[misc]
+class LineKeys(keys_of(Line)):  # type: ignore[misc]
     """A straight part of a rope, with its weight in the rope's length."""
 
 
