@@ -25,11 +25,10 @@ if TYPE_CHECKING:
     from heavylift.recordings.format.viewer_messages import Box, RopeLine
     from heavylift.recordings.read.container import FileChannel
     from heavylift.recordings.read.export import export
-    from heavylift.recordings.read.info import info, info_data
-    from heavylift.recordings.read.part import RecordedPart
     from heavylift.recordings.read.reader import Recording
     from heavylift.recordings.read.recover import Recovered, recover
-    from heavylift.recordings.read.signal import Signal
+    from heavylift.recordings.read.signal import RecordedPart, Signal
+    from heavylift.recordings.read.verdict import info, info_data
     from heavylift.recordings.render.compare import Difference, RecordingComparison, compare, overlay
     from heavylift.recordings.render.curves import curves
     from heavylift.recordings.render.plot import plot
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
     from heavylift.recordings.render.view import view
     from heavylift.recordings.write.broadcast import Spectator
     from heavylift.recordings.write.outputs import file_path
-    from heavylift.recordings.write.rows import Peak
+    from heavylift.recordings.write.sink import Peak
     from heavylift.recordings.write.writer import Recorder
 
 __all__ = [

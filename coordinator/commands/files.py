@@ -46,7 +46,7 @@ def plot(
 
     With a second recording, both over one another: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
     """
-    from heavylift.coordinator.record.resting import at_rest
+    from heavylift.coordinator.record.scene import at_rest
     from heavylift.recordings import Recording, curves, overlay, storyboard
     from heavylift.recordings import plot as tensions
     from heavylift.recordings.write.outputs import beside
@@ -241,7 +241,7 @@ def layout(
 ) -> None:
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording
-    from heavylift.recordings.render.lichtblick import LAYOUT
+    from heavylift.recordings.render.foxglove import LAYOUT
     from heavylift.recordings.write.outputs import beside
     from heavylift.recordings.write.partfile import written
 

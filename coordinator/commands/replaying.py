@@ -8,8 +8,7 @@ import msgspec
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
-from heavylift.kernel.errors import UNREADABLE, RecordingError
-from heavylift.kernel.version import __version__
+from heavylift.kernel.errors import UNREADABLE, RecordingError, __version__
 
 from .running import live_page
 
@@ -99,7 +98,7 @@ def _publish(
 ) -> None:
     from heavylift.coordinator.live.keys import Keyboard
     from heavylift.coordinator.replay import Player, PublishedItem, Publisher, Replay
-    from heavylift.coordinator.replay.replay_page import ReplayPage
+    from heavylift.coordinator.replay.publish import ReplayPage
     from heavylift.coordinator.run.progress import command
 
     if not 0.0 < rate < float("inf"):

@@ -87,7 +87,7 @@ def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Jso
     from heavylift.coordinator.participants.mechanics_at import at_rest
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis import reactions
-    from heavylift.kernel.analysis.tables import statics_data, statics_text
+    from heavylift.kernel.analysis.modes import statics_data, statics_text
 
     found, simulation = at_rest(o.scene_of(scene, sets), at, after)
     shown = found, reactions(simulation), about(simulation).growth
@@ -101,7 +101,7 @@ def modes(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json 
     """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
     from heavylift.coordinator.participants.mechanics_at import at_rest
     from heavylift.kernel.analysis import modes as about
-    from heavylift.kernel.analysis.tables import modes_data, modes_text
+    from heavylift.kernel.analysis.modes import modes_data, modes_text
 
     _, simulation = at_rest(o.scene_of(scene, sets), at, after)
     found = about(simulation)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.run.simulate import Result, simulate
     from heavylift.coordinator.sweeps import sweep
-    from heavylift.kernel.version import __version__
+    from heavylift.kernel.errors import __version__
     from heavylift.nodes.scene import load
     from heavylift.recordings import Recording
 

@@ -20,11 +20,9 @@ from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 import zenoh
-from heavylift.coordinator.transport.frame import OPERATOR, key
-from heavylift.coordinator.transport.run_directory import places
+from heavylift.coordinator.transport.frame import OPERATOR, key, places
 from heavylift.coordinator.transport.session import guest_session
-from heavylift.kernel.errors import UNREADABLE, ProtocolError, path_text
-from heavylift.kernel.version import __version__, install
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, __version__, install, path_text
 from heavylift.nodes.devs import NEVER
 
 NAME = "run.json"

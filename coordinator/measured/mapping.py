@@ -23,8 +23,7 @@ from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, offered
 from heavylift.recordings import Recording
 from heavylift.recordings.format.samples import ERROR, MEASURED
 from heavylift.recordings.read.log import LogTable, read_log
-from heavylift.recordings.read.part import chosen
-from heavylift.recordings.read.signal import titles
+from heavylift.recordings.read.signal import chosen, titles
 from numpy.typing import NDArray
 
 LINE = re.compile(rf"(?P<channel>[^\[±]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*(?:(?:{PLUS})\s*(?P<half>.+))?")

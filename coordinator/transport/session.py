@@ -25,8 +25,7 @@ import msgspec
 import zenoh
 from heavylift.kernel.errors import ProtocolError
 
-from .frame import AFAR, HUB, JOIN, OBSERVER, OPERATOR, WIRE, key
-from .run_directory import RunDirectory
+from .frame import AFAR, HUB, JOIN, OBSERVER, OPERATOR, WIRE, RunDirectory, key
 
 
 def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:

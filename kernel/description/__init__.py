@@ -1,11 +1,10 @@
 """What is simulated, as plain data: imports neither NumPy nor the rest of the kernel.
 
-mechanics                     System: bodies, joints, masters, measured values, thresholds
+mechanics                     System: bodies, joints, masters, measured values; the table of joint types
 laws                          ropes, supports; springs, stops, brakes, drives and locks of joints
 forces, contacts, flexible    force elements; rigid contacts; what makes a body flexible
-joint_table                   everything the kernel knows of a joint type
 signals                       scalars that can be sampled for models that listen
-points, units                 places that all of these are described with; what their numbers are
+units                         places that all of these are described with; what their numbers are
 profile                       trapezoid profiles that drives, winches and masters follow
 field_types                   what every field must hold
 name_order                    the order of names

@@ -6,7 +6,7 @@ the ground.
 
 from msgspec import Struct
 
-from .points import IDENTITY, Matrix, Vector
+from .units import IDENTITY, Matrix, Vector
 
 
 class Ball(Struct, frozen=True, tag=True):

@@ -11,7 +11,7 @@ from typing import Literal
 
 from heavylift.kernel.errors import KernelError
 
-from .points import Vector
+from .units import Vector
 
 WARNED, REFUSED = 0.05, 0.25  # deflections, parts of the length
 

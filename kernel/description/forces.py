@@ -10,7 +10,7 @@ from typing import Literal
 from msgspec import Struct
 
 from . import units as u
-from .points import IDENTITY, Line, Matrix, Point
+from .units import IDENTITY, Line, Matrix, Point
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "Reeving", "Sheave", "Spring", "Torsion",

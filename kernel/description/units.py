@@ -1,8 +1,13 @@
 """What the numbers of a description are, as annotations of its fields: their kind, in SI units, and their sign.
 
 Scenes write them with a unit of that kind (`nodes.scene.text.units` has the tables).
+
+Places as plain data: what bodies, joints and forces are described with.
+
+SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).
 """
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 
@@ -61,3 +66,27 @@ def _signs(kind: type) -> tuple[tuple[str, str], ...]:
         units = [x for x in (*inner, *(get_args(inner[0]) if inner else ())) if isinstance(x, Unit)]
         found += [(field, x.least) for x in units[:1] if x.least]
     return tuple(found)
+
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+WORLD = "world"
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed on a body."""
+
+    body: str
+    p: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight part of a rope; `share`: its weight in the rope's length."""
+
+    a: Point
+    b: Point
+    share: Ratio = 1.0

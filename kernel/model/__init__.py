@@ -11,7 +11,6 @@ quantities           formulas of what thresholds guard and samples hold
 switching            discrete states of laws, and what changes when a guard has fallen
 references           what actuators follow: profiles, masters, time histories of signals
 tangent_stiffness    derivatives of the accelerations along all coordinates
-kinetic_energy       by bodies and joint velocities
 reactions            constraint Jacobian at a pose, mobility, joint reactions
 """
 

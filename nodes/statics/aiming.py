@@ -6,8 +6,7 @@ from math import pi, sqrt
 
 import msgspec
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Joint, System, Vector
+from heavylift.kernel.description.mechanics import JOINTS, Joint, System, Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move

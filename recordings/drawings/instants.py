@@ -13,8 +13,8 @@ import numpy as np
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.viewer_messages import Box, corners, turned
-from heavylift.recordings.read.part import HANGING
 from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.signal import HANGING
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_peaks
 from numpy.typing import NDArray
 

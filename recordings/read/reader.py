@@ -19,8 +19,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import zstandard
-from heavylift.kernel.errors import SignalError, printable
-from heavylift.kernel.version import __version__, again, install
+from heavylift.kernel.errors import SignalError, __version__, again, install, printable
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
 from heavylift.recordings.format.text import GENERATOR, meant, shown
@@ -30,10 +29,8 @@ from numpy.typing import NDArray
 
 from .chunks import LIMIT, RawMessage
 from .container import Container
-from .contents import Contents, sampler_note
-from .decoding import Form, Rows, decoded, with_own_rows
-from .part import RecordedPart, chosen
-from .signal import Signal, drawing, only, recording_html
+from .contents import Contents, Form, Rows, decoded, sampler_note, with_own_rows
+from .signal import RecordedPart, Signal, chosen, drawing, only, recording_html
 
 SHOWN = 60  # characters of a version that a file names
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from heavylift.recordings.format.samples import SampleLayout
 from heavylift.recordings.format.viewer_messages import Box, Log, RopeLine, SceneUpdate, boxes_message, log_message
 from numpy.typing import NDArray
 
-from .rows import RowWriter
+from .sink import RowWriter
 
 
 class Spectator:

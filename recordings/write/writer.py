@@ -24,8 +24,7 @@ from heavylift.recordings.format.samples import SAMPLER, Batch, SampleLayout, Sa
 from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 
-from .rows import Peak, RowBlock, RowWriter, note_peaks
-from .sink import Sink
+from .sink import Peak, RowBlock, RowWriter, Sink, note_peaks
 
 EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
 

@@ -30,7 +30,7 @@ MODULES = (  # and perhaps which names of each
     "heavylift.nodes.testing",
     "heavylift.kernel.description.mechanics",
     "heavylift.kernel.description.signals: Threshold",
-    "heavylift.kernel.description.points",
+    "heavylift.kernel.description.units",
     "heavylift.kernel.description.contacts",
     "heavylift.kernel.description.laws",
     "heavylift.kernel.description.forces",

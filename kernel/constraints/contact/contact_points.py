@@ -18,7 +18,7 @@ from heavylift.kernel.constraints.row_structure import ConstraintRow, Numbers
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.force_law import BODY
-from heavylift.kernel.forces.friction import SLIP_BLEND
+from heavylift.kernel.forces.joint_laws import SLIP_BLEND
 from heavylift.kernel.multibody.graph import Graph
 
 from . import frames

@@ -11,8 +11,7 @@ from typing import Any
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import IDENTITY, Joint, Vector
+from heavylift.kernel.description.mechanics import IDENTITY, JOINTS, Joint, Vector
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.plan.fidelity import Fidelity, held_by
 from heavylift.nodes.plan.mechanism import Mechanism

@@ -18,7 +18,7 @@ from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 from heavylift.recordings.documents import report
 from heavylift.recordings.read import info_data
-from heavylift.recordings.read.info import info
+from heavylift.recordings.read.verdict import info
 
 SECOND = 10**9
 HEAD = "heavylift: 1\nname: hung\nend: 4 s\nsamples: 20 Hz\n"

@@ -9,8 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import msgspec
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Point, System
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, Point, System
 from heavylift.kernel.description.signals import ScalarSignal, guard_of
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.mechanism import called_of

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from heavylift.kernel.constraints.contact.pairs import gap
 from heavylift.kernel.description import contacts as c
-from heavylift.kernel.description.points import WORLD
+from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, quaternion_matrix
 from heavylift.nodes.scene.text.units import Extent, Ratio
 from pydantic import Field

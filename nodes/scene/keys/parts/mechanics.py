@@ -10,8 +10,8 @@ from math import inf
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from heavylift.kernel.description import laws as k
-from heavylift.kernel.description.points import Line
 from heavylift.kernel.description.forces import Sheave
+from heavylift.kernel.description.units import Line
 from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, rising
 from heavylift.nodes.scene.keys.described import keys_of, one
 from heavylift.nodes.scene.language.grammar import read_ramp
