@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from heavylift.recordings.format.digest import Digest
     from heavylift.recordings.format.samples import SampleChannel, SampleLayout
     from heavylift.recordings.format.schema import RecordedEvent
-    from heavylift.recordings.format.viewer_messages import Box, RopeLine
+    from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine
     from heavylift.recordings.read.container import FileChannel
     from heavylift.recordings.read.export import export
     from heavylift.recordings.read.reader import Recording
@@ -40,16 +40,40 @@ if TYPE_CHECKING:
     from heavylift.recordings.write.writer import Recorder
 
 __all__ = [
-    "Box", "Difference", "Digest", "FileChannel", "Peak", "RecordedEvent", "RecordedPart", "Recorder", "Recording",
-    "RecordingComparison", "Recovered", "RopeLine", "SampleChannel", "SampleLayout", "Signal", "Spectator", "compare",
-    "curves", "export", "file_path", "info", "info_data", "overlay", "plot", "recover", "report", "storyboard",
+    "Difference",
+    "Digest",
+    "DrawnBox",
+    "FileChannel",
+    "Peak",
+    "RecordedEvent",
+    "RecordedPart",
+    "Recorder",
+    "Recording",
+    "RecordingComparison",
+    "Recovered",
+    "RopeLine",
+    "SampleChannel",
+    "SampleLayout",
+    "Signal",
+    "Spectator",
+    "compare",
+    "curves",
+    "export",
+    "file_path",
+    "info",
+    "info_data",
+    "overlay",
+    "plot",
+    "recover",
+    "report",
+    "storyboard",
     "view",
 ]  # fmt: skip
 _NAMES: dict[str, tuple[str, ...]] = {
     "format.digest": ("Digest",),
     "format.samples": ("SampleChannel", "SampleLayout"),
     "format.schema": ("RecordedEvent",),
-    "format.viewer_messages": ("Box", "RopeLine"),
+    "format.viewer_messages": ("DrawnBox", "RopeLine"),
     "read.container": ("FileChannel",),
     "read.export": ("export",),
     "read.info": ("info", "info_data"),

@@ -133,7 +133,7 @@ PATIENCE_s = 30.0  # for the last reply: a command waits for the time at which i
 STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
-class Order(msgspec.Struct, frozen=True, omit_defaults=True):
+class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
     """Pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set the rate to
     `factor`.
 
@@ -156,7 +156,7 @@ class Reply(msgspec.Struct, frozen=True):
     last: bool = True
 
 
-def order(run: str | Path | AnnouncedRun, what: Order) -> str:
+def order(run: str | Path | AnnouncedRun, what: RunOrder) -> str:
     """Send an order to a run in progress; returns its answer, raises ProtocolError if it refuses."""
     answer = ask(run, what)
     if not answer.done:
@@ -165,7 +165,10 @@ def order(run: str | Path | AnnouncedRun, what: Order) -> str:
 
 
 def ask(
-    run: str | Path | AnnouncedRun, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
+    run: str | Path | AnnouncedRun,
+    what: RunOrder,
+    patience: float = PATIENCE_s,
+    hear: Callable[[str], None] | None = None,
 ) -> Reply:
     """Send an order to a run in progress and return its last reply; `hear` receives earlier ones.
 

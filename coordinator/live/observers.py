@@ -30,7 +30,7 @@ from .announce import AnnouncedRun, Notice, announced, find
 EVENTS = "events.journal"
 
 
-class Ended(msgspec.Struct, frozen=True):
+class RunEnded(msgspec.Struct, frozen=True):
     """End of a run: "finished", or "failed" with the reason; simulation time [s]."""
 
     status: str
@@ -39,11 +39,11 @@ class Ended(msgspec.Struct, frozen=True):
 
 
 _ENCODER = msgspec.msgpack.Encoder()
-_EVENT, _ENDED = msgspec.msgpack.Decoder(Event), msgspec.msgpack.Decoder(Ended)
+_EVENT, _ENDED = msgspec.msgpack.Decoder(Event), msgspec.msgpack.Decoder(RunEnded)
 ARRAY = 0x90  # the first half-byte of a short array in MessagePack
 
 
-def entry(data: bytes) -> Event | Ended:
+def entry(data: bytes) -> Event | RunEnded:
     """Decode an entry of the journal: an array is an event, a map the end."""
     return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
 
@@ -72,7 +72,7 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
     def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)
         self.show()
-        self._journal.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
+        self._journal.append(_ENCODER.encode(RunEnded(status, self.last_ns * 1e-9, reason)))
         self._journal.close()
 
 
@@ -139,7 +139,7 @@ class Observer(Iterator[tuple[int, Event]]):
 
     def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
-        self.ended = Ended("failed", 0.0, "its coordinator was killed")
+        self.ended = RunEnded("failed", 0.0, "its coordinator was killed")
         self._journal = JournalReader(found.directory / EVENTS)
         self._events = self._follow()
 
@@ -152,10 +152,10 @@ class Observer(Iterator[tuple[int, Event]]):
             while alive:
                 alive = self.found.lives
                 for text in map(entry, journal):
-                    if isinstance(text, Ended):
+                    if isinstance(text, RunEnded):
                         self.ended = text
                         return
-                    self.ended = Ended("failed", text.t * 1e-9, self.ended.reason)
+                    self.ended = RunEnded("failed", text.t * 1e-9, self.ended.reason)
                     yield number, text
                     number += 1
                 time.sleep(LOOK_s)

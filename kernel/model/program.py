@@ -31,7 +31,7 @@ from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, cut
 
 from .checks import check_description
-from .parameters import PROFILE, Parameters
+from .parameters import PROFILE, ParameterLayout
 from .quantities import check_signal
 from .quantities import points as quantity_points
 from .traced_functions import SharedTree, profile, shared_tree
@@ -96,7 +96,7 @@ class Program:
         system = self.system
         setting = Setting(self.graph, self.poses_at_start, system.gravity, clamped, at_rest, calm)
         self.laws = shared(system.laws, setting)
-        self.parameters = Parameters.of(system, self.graph, trees, self.laws)
+        self.parameters = ParameterLayout.of(system, self.graph, trees, self.laws)
         self.nq, self.nv = self.graph.nq, self.graph.nv
         self._label()
         self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)

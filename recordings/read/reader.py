@@ -23,7 +23,7 @@ from heavylift.kernel.errors import SignalError, __version__, again, install, pr
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
 from heavylift.recordings.format.text import GENERATOR, meant, shown
-from heavylift.recordings.format.viewer_messages import Box, Rig, boxes_of, frames_template
+from heavylift.recordings.format.viewer_messages import DrawnBox, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT, OLDEST
 from numpy.typing import NDArray
 
@@ -200,7 +200,7 @@ class Recording:
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
 
-    def boxes(self) -> list[Box]:
+    def boxes(self) -> list[DrawnBox]:
         """The shapes drawn on the bodies."""
         with self._file.reading():
             return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]

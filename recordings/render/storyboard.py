@@ -22,7 +22,7 @@ import numpy as np
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import GENERATOR
-from heavylift.recordings.format.viewer_messages import Box, corners, turned
+from heavylift.recordings.format.viewer_messages import DrawnBox, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path
@@ -251,7 +251,7 @@ def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: 
     return out
 
 
-def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:
+def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[DrawnBox, Floats]], lines: Floats) -> None:
     """One instant: faces from far to near, then ropes, seen along x."""
     from matplotlib.collections import LineCollection, PolyCollection
 

@@ -22,7 +22,15 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.digest import Digest
 from heavylift.recordings.format.samples import SAMPLER, Batch, SampleLayout, SamplerNote, decode_batch
 from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
-from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
+from heavylift.recordings.format.viewer_messages import (
+    DrawnBox,
+    Log,
+    Rig,
+    RopeLine,
+    SceneUpdate,
+    boxes_message,
+    log_message,
+)
 
 from .sink import Peak, RowBlock, RowWriter, Sink, note_peaks
 
@@ -109,7 +117,7 @@ class Recorder:
         self._rows = RowWriter(self._sink, layout, self._lines_every)
         self._lifts = {name: _Apart(RowWriter(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
-    def boxes(self, boxes: Sequence[Box]) -> None:
+    def boxes(self, boxes: Sequence[DrawnBox]) -> None:
         """Draw these boxes on their bodies, from time 0 on; once, before the first message."""
         channel = self._sink.protobuf("/scene", SceneUpdate)
         self._message(channel, 0, boxes_message(boxes))
