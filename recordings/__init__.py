@@ -76,11 +76,10 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "format.viewer_messages": ("DrawnBox", "RopeLine"),
     "read.container": ("FileChannel",),
     "read.export": ("export",),
-    "read.info": ("info", "info_data"),
-    "read.part": ("RecordedPart",),
     "read.reader": ("Recording",),
     "read.recover": ("Recovered", "recover"),
-    "read.signal": ("Signal",),
+    "read.signal": ("RecordedPart", "Signal"),
+    "read.verdict": ("info", "info_data"),
     "render.compare": ("RecordingComparison", "Difference", "compare", "overlay"),
     "render.curves": ("curves",),
     "render.plot": ("plot",),
@@ -89,7 +88,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "documents": ("report",),
     "write.broadcast": ("Spectator",),
     "write.outputs": ("file_path",),
-    "write.rows": ("Peak",),
+    "write.sink": ("Peak",),
     "write.writer": ("Recorder",),
 }
 __getattr__ = on_demand(__name__, {name: f".{module}" for module, names in _NAMES.items() for name in names})

@@ -28,7 +28,7 @@ MODULES = {
     "run_models": "coordinator.run.models",
     "simulate": "coordinator.run.simulate",
     "sweep": "coordinator.sweeps",
-    "__version__": "kernel.version",
+    "__version__": "kernel.errors",
 }
 
 __all__ = ["Recording", "Result", "__version__", "load", "replicate", "run", "run_models", "simulate", "sweep"]
