@@ -72,7 +72,14 @@ def announced(
 
 def running() -> list[AnnouncedRun]:
     """All runs in progress of this user, oldest first."""
-    return sorted(_running(), key=lambda found: (found.notice.started, found.notice.run))
+    found = []
+    for path in {path.resolve() for place in places() for path in Path(place).glob(f"heavylift-*/{NAME}")}:
+        try:
+            if path.stat().st_uid == os.getuid() and _locked(path):
+                found.append(AnnouncedRun(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent))
+        except (OSError, *UNREADABLE):  # it ends just now, or another version wrote it
+            continue
+    return sorted(found, key=lambda run: (run.notice.started, run.notice.run))
 
 
 def find(which: str = "") -> AnnouncedRun:
@@ -94,16 +101,6 @@ def find(which: str = "") -> AnnouncedRun:
     if file.is_file():
         raise ProtocolError(f"{which}: no run is writing it any more; `heavylift info {which}` lists its contents")
     raise ProtocolError(f"{which}: no run goes by this name; {'these go on' if runs else 'none goes on'}{_list(runs)}")
-
-
-def _running() -> Iterator[AnnouncedRun]:
-    seen = {path.resolve() for place in places() for path in Path(place).glob(f"heavylift-*/{NAME}")}
-    for path in seen:
-        try:
-            if path.stat().st_uid == os.getuid() and _locked(path):
-                yield AnnouncedRun(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent)
-        except (OSError, *UNREADABLE):  # it ends just now, or another version wrote it
-            continue
 
 
 def _same(recording: str, file: Path) -> bool:

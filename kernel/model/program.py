@@ -182,17 +182,8 @@ class Program:
                 raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{drives[k]}'")
             drives[k] = d.name
         check_locks(s, self.graph)
-        points = [(x.name, p.body) for x in (*s.laws, *s.rigid_ropes) for p in x.points]
-        points += [(c.name, shape.body) for c in s.contacts for shape in (c.a, c.b)]
         for h in s.thresholds:
             check_signal(h, s, f"threshold '{h.name}'")
-        points += [(h.name, point.body) for h in s.thresholds for point in quantity_points(h, s)]
-        points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
-        points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
-        known = {"world", *(b.name for b in s.bodies)}
-        for name, body in points:
-            if body not in known:
-                raise KernelError(f"'{name}': there is no body '{body}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
         """Places in q and v of a drive's coordinate."""
