@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import RecordingError
@@ -72,7 +71,7 @@ def view(
     file: o.File,
     other: Annotated[
         Path | None,
-        typer.Argument(help="another recording, shown beside it", autocompletion=completing.recordings),
+        typer.Argument(help="another recording, shown beside it", autocompletion=o.recording_files),
     ] = None,
     output: Annotated[Path | None, o.written_to("page; default NAME.html")] = None,
     force: o.Force = False,
@@ -93,7 +92,7 @@ def view(
 def report(
     file: o.File,
     other: Annotated[
-        Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=completing.recordings)
+        Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=o.recording_files)
     ] = None,
     output: Annotated[
         Path | None,
@@ -200,9 +199,7 @@ def export(
 def recover(
     file: Annotated[
         Path,
-        typer.Argument(
-            help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=completing.recordings
-        ),
+        typer.Argument(help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=o.recording_files),
     ],
     output: Annotated[Path | None, o.written_to("default NAME-recovered.mcap")] = None,
     force: o.Force = False,

@@ -5,7 +5,6 @@ from typing import Annotated
 
 import msgspec
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import ProtocolError
@@ -92,7 +91,7 @@ def step(
 def command(
     run: Annotated[
         str,
-        typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=completing.runs),
+        typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=o.run_names),
     ],
     words: Annotated[str, typer.Argument(help="target: what to do, as in the action list of a scene")],
     wait: Annotated[

@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 
@@ -189,7 +188,7 @@ def resume(
     file: Annotated[
         Path,
         typer.Argument(
-            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings
+            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=o.recording_files
         ),
     ],
     output: Annotated[Path | None, o.written_to("default NAME-resumed.mcap")] = None,

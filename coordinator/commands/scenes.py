@@ -6,7 +6,6 @@ from typing import Annotated
 
 import msgspec
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
@@ -177,7 +176,7 @@ def types(
 def new(
     name: Annotated[str, typer.Argument(help="of the scene; it is written to NAME.yaml")],
     like: Annotated[
-        str, typer.Option("--like", help="bundled scene that it begins as", autocompletion=completing.scenes)
+        str, typer.Option("--like", help="bundled scene that it begins as", autocompletion=o.scene_names)
     ] = "lift",
     crane: Annotated[str, typer.Option("--crane", help="crane type that lifts the blocks of --blocks")] = "",
     blocks: Annotated[str, typer.Option("--blocks", help="table of blocks in this folder, or blocks.csv#B17")] = "",
@@ -206,7 +205,7 @@ def new(
 def gallery(
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(help="scene files or names; default all bundled ones", autocompletion=completing.scenes),
+        typer.Argument(help="scene files or names; default all bundled ones", autocompletion=o.scene_names),
     ] = None,
     output: Annotated[Path, o.written_to("folder for GALLERY.md and pictures")] = Path("gallery"),
     force: o.Force = False,
