@@ -70,8 +70,7 @@ def plot(
 def view(
     file: o.File,
     other: Annotated[
-        Path | None,
-        typer.Argument(help="another recording, shown beside it", autocompletion=o.recording_files),
+        Path | None, typer.Argument(help="another recording, shown beside it", autocompletion=o.recording_files)
     ] = None,
     output: Annotated[Path | None, o.written_to("page; default NAME.html")] = None,
     force: o.Force = False,
@@ -95,8 +94,7 @@ def report(
         Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=o.recording_files)
     ] = None,
     output: Annotated[
-        Path | None,
-        o.written_to("document: .html, .pdf, .xlsx, .json, .txt; drawings: .dxf; default NAME-report.html"),
+        Path | None, o.written_to("document: .html, .pdf, .xlsx, .json, .txt; drawings: .dxf; default NAME-report.html")
     ] = None,
     revision: Annotated[str, typer.Option("--revision", help="of the document, instead of the scene's")] = "",
     author: Annotated[str, typer.Option("--author", help="who prepared it, instead of the scene's")] = "",

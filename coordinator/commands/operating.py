@@ -90,8 +90,7 @@ def step(
 @app.command()
 def command(
     run: Annotated[
-        str,
-        typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=o.run_names),
+        str, typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=o.run_names)
     ],
     words: Annotated[str, typer.Argument(help="target: what to do, as in the action list of a scene")],
     wait: Annotated[

@@ -111,8 +111,7 @@ def modes(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json 
 def tradeoff(
     scene: o.Scene,
     output: Annotated[
-        list[Path] | None,
-        o.written_to("report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html"),
+        list[Path] | None, o.written_to("report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html")
     ] = None,
     force: o.Force = False,
     ask: Annotated[str, typer.Option("--ask", help="what must be right: --ask 'rope tension, swing'")] = "",

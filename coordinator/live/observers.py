@@ -78,10 +78,7 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
 
 @contextmanager
 def shown(
-    hub: Hub | LocalHub,
-    name: str,
-    recording: Path | None,
-    turning: Iterable[str] = (),
+    hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
     """Publish the events of run `name`; `turning`: actuators whose coordinate is an angle."""
     if isinstance(hub, LocalHub):

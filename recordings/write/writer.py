@@ -98,12 +98,7 @@ class Recorder:
     # what will be recorded
 
     def add_port(
-        self,
-        model: str,
-        port: str,
-        schema: Mapping[str, object],
-        key: str = "",
-        units: Mapping[str, str] | None = None,
+        self, model: str, port: str, schema: Mapping[str, object], key: str = "", units: Mapping[str, str] | None = None
     ) -> None:
         """Add an output port: JSON Schema of its values, Zenoh key, units by field."""
         name = str(schema.get("title", schema.get("$ref", port))).rpartition("/")[2]

@@ -96,8 +96,7 @@ File = Annotated[Path, typer.Argument(help="a recording (.mcap)", autocompletion
 Run = Annotated[
     str,
     typer.Argument(
-        help="the recording that it writes, its run id, or its scene; default the only one",
-        autocompletion=run_names,
+        help="the recording that it writes, its run id, or its scene; default the only one", autocompletion=run_names
     ),
 ]
 At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; default its start")]
