@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 FORM = re.compile(r"(?P<target>.+?)\.(?P<verb>[^.=]+)=(?P<file>.+?\.\w+):(?P<column>[^@\[]+?)\s*(?:\[(?P<unit>.*)\])?"
                   r"\s*(?:@\s*(?P<start>.+))?")  # fmt: skip
-EXAMPLE = "'west.H1.hoist=log.csv:hoist_speed'"
+DRIVE_EXAMPLE = "'west.H1.hoist=log.csv:hoist_speed'"
 BEYOND = 1e-3  # [m or rad] beyond an end position that are noise
 Floats = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
     """The tables of all drives that one option names."""
     form = FORM.fullmatch(text.strip())
     if form is None:
-        raise SceneError(f"--drive '{text}': write target, verb, file and column, such as {EXAMPLE}")
+        raise SceneError(f"--drive '{text}': write target, verb, file and column, such as {DRIVE_EXAMPLE}")
     log = read_log(form["file"])
     unit, column = tidy(form["unit"] or log.unit(form["column"])), form["column"]
     kind = next((kind for kind in (STROKE_SPEED, STROKE) if unit in kind.units), None)

@@ -13,12 +13,13 @@ from math import hypot
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
-from heavylift.kernel.description import contacts as contact
+from heavylift.kernel.description.contacts import Ball, Box, Plane, Shape
 from heavylift.kernel.description.forces import Spring
 from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
-from heavylift.nodes.plan.plan import Actuator, Plan, Shape
+from heavylift.nodes.plan.plan import Actuator, Plan
+from heavylift.nodes.plan.plan import Shape as OwnShape
 from heavylift.nodes.plan.shapes import Shapes, Solid
 from heavylift.recordings import DrawnBox, RopeLine
 from numpy.typing import NDArray
@@ -34,14 +35,14 @@ ANCHOR = 1 / 25  # edge of the block that shows where the world carries a joint,
 SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
-def shapes_of(system: System, drawn: Sequence[Shape] = ()) -> list[DrawnBox]:
+def shapes_of(system: System, drawn: Sequence[OwnShape] = ()) -> list[DrawnBox]:
     """Shapes of all bodies of a mechanism and of touchable parts of the world; `drawn`: bodies with boxes of their
     own."""
-    touching: dict[str, list[contact.Shape]] = {}
+    touching: dict[str, list[Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
             touching[shape.body].append(shape)
-    edges = [max(s.size) if isinstance(s, contact.Box) else 2 * s.radius for c in system.contacts for s in (c.a,)]
+    edges = [max(s.size) if isinstance(s, Box) else 2 * s.radius for c in system.contacts for s in (c.a,)]
     slab = SLAB * (max(edges, default=1.0) or 1.0)
     out = [box for shape in touching.get(WORLD, []) for box in _contact(shape, GREY, slab)]
     arms = [*(b.com for b in system.bodies), *(j.p_PJ for j in system.joints)]
@@ -61,14 +62,14 @@ def shapes_of(system: System, drawn: Sequence[Shape] = ()) -> list[DrawnBox]:
     return out
 
 
-def _contact(shape: contact.Shape, colour: tuple[float, float, float, float], slab: float) -> Iterator[DrawnBox]:
+def _contact(shape: Shape, colour: tuple[float, float, float, float], slab: float) -> Iterator[DrawnBox]:
     match shape:
-        case contact.Ball():
+        case Ball():
             if shape.radius > 0.0:
                 yield DrawnBox(shape.body, shape.p, (2 * shape.radius,) * 3, colour, kind="ball")
-        case contact.Box():
+        case Box():
             yield DrawnBox(shape.body, shape.p, shape.size, colour, _quaternion(np.array(shape.R)))
-        case contact.Plane():
+        case Plane():
             n = np.array(shape.normal) / np.linalg.norm(shape.normal)
             thick = slab / 400
             x, y, z = np.array(shape.p) - n * thick / 2
