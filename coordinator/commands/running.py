@@ -98,7 +98,7 @@ def run(
         if accuracy and not loaded.facts.ask:
             loaded = load(scene, [*(sets or []), *given, f"ask=[{', '.join(MEANT)}]"])
         if drive:
-            from heavylift.coordinator.measured.driving import driven
+            from heavylift.coordinator.measured.mapping import driven
 
             loaded = driven(loaded, drive)
         loaded = (decided if decide else chosen)(loaded, lambda message: typer.echo(f"  {message}", err=True))

@@ -18,9 +18,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_args
 
-from .contacts import Contact
 from .flexible import Flexible
-from .forces import Force, Matrix6, Reeving, UserLaw
+from .forces import Contact, Force, Matrix6, Reeving, UserLaw
 from .laws import Brake as Brake
 from .laws import Drive as Drive
 from .laws import JointSpring as JointSpring
@@ -30,7 +29,6 @@ from .laws import RigidRope as RigidRope
 from .laws import Rope as Rope
 from .laws import Stop as Stop
 from .laws import Support as Support
-from .name_order import natural
 from .signals import Quantity as Quantity
 from .signals import Threshold as Threshold
 from .units import IDENTITY as IDENTITY
@@ -39,6 +37,7 @@ from .units import Line as Line
 from .units import Matrix as Matrix
 from .units import Point as Point
 from .units import Vector as Vector
+from .units import natural
 
 MethodName = Literal["semi-implicit-euler", "rk4", "dopri5", "dop853", "radau5"]
 RemovedMethod = Literal["ros34pw2", "sdirk2", "sdirk3"]  # in older scenes: radau5 takes their place

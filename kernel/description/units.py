@@ -5,10 +5,15 @@ Scenes write them with a unit of that kind (`nodes.scene.text.units` has the tab
 Places as plain data: what bodies, joints and forces are described with.
 
 SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).
+
+The order of names where an order means nothing: that in which people count, "H2" before "H10".
+
+Elements are put into it once, where a description is assembled, so that nothing depends on who wrote what first.
 """
 
+import re
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 
 
@@ -90,3 +95,14 @@ class Line:
     a: Point
     b: Point
     share: Ratio = 1.0
+
+
+Key = tuple[tuple[str | tuple[int, str], ...], str]
+
+
+@lru_cache(maxsize=4096)
+def natural(name: str) -> Key:
+    """Sort key of a name: its words and its numbers in turn; equal ones, such as "1" and "01", by their letters."""
+    parts = re.split(r"([0-9]+)", name)
+    numbers = (part.lstrip("0") for part in parts)  # in order of their lengths: no name is too long for that
+    return tuple((len(x), x) if i % 2 else parts[i] for i, x in enumerate(numbers)), name

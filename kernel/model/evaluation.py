@@ -25,8 +25,15 @@ from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.ropes import not_weighed, pulls_down
 from heavylift.kernel.forces.table import SharedForce
 
-from .instant import Evaluation
-from .poses import command_masters, follow, measure_angles, measure_masters, place_bodies, prescribe_joints
+from .instant import (
+    Evaluation,
+    command_masters,
+    follow,
+    measure_angles,
+    measure_masters,
+    place_bodies,
+    prescribe_joints,
+)
 from .program import Program
 from .quantities import lines, names, points, scalar
 

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.failures import BROKEN
-from heavylift.recordings.format.mcapfile import MAGIC
+from heavylift.recordings.format.mcapfile import BROKEN, MAGIC
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.outputs import PART, beside, file_path, output_path, unnamable
 from heavylift.recordings.write.sink import FORMAT, Sink, library

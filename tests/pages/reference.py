@@ -31,7 +31,6 @@ MODULES = (  # and perhaps which names of each
     "heavylift.kernel.description.mechanics",
     "heavylift.kernel.description.signals: Threshold",
     "heavylift.kernel.description.units",
-    "heavylift.kernel.description.contacts",
     "heavylift.kernel.description.laws",
     "heavylift.kernel.description.forces",
     "heavylift.kernel.simulation.simulation",

@@ -34,7 +34,6 @@ HEADINGS = {
     "sweeping": "Runs",
     "operating": "Runs that go on",
     "files": "Recordings",
-    "measuring": "Recordings",
     "replaying": "Recordings",
     "own_models": "Models of your own",
     "hosts": "Several hosts",

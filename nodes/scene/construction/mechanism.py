@@ -15,8 +15,8 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description import forces as forces
 from heavylift.kernel.description import mechanics as k
-from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.flexible import Beam, Flexible, check_flexible
+from heavylift.kernel.description.forces import Contact
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.table import check_force

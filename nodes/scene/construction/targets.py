@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from heavylift.kernel.description.name_order import natural
+from heavylift.kernel.description.units import natural
 from heavylift.nodes.models.commander.turn_law import traversing
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
