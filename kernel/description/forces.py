@@ -3,10 +3,7 @@
 Tagged msgspec structs, so that a tuple of different kinds crosses processes as it is; no NumPy.  SI units; a point is
 (body, position in its frame), "world" is the ground.
 
-Rigid contacts as plain data: shapes of bodies that cannot pass each other, with friction and restitution.
-
-Tagged msgspec structs, so that shapes of different kinds cross processes as they are; no NumPy.  SI units; "world" is
-the ground.
+Beside them rigid contacts: shapes of bodies that cannot pass each other, with friction and restitution.
 """
 
 from itertools import pairwise
@@ -18,8 +15,8 @@ from . import units as u
 from .units import IDENTITY, Line, Matrix, Point, Vector
 
 __all__ = [
-    "Ball", "Box", "Bushing", "Characteristic", "Contact", "Force", "InputSignal", "Load", "Matrix6", "Plane", "Reeving",
-    "Shape", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "Wind",
+    "Ball", "Box", "Bushing", "Characteristic", "Contact", "Force", "InputSignal", "Load", "Matrix6", "Plane",
+    "Reeving", "Shape", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -277,5 +274,5 @@ class Contact(Struct, frozen=True):
     name: str
     a: Ball | Box
     b: Ball | Box | Plane
-    mu: float = 0.0
+    mu: u.Ratio = 0.0
     restitution: float = 0.0
