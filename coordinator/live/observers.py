@@ -9,9 +9,8 @@ As a line for people: 9.032650 s  take up slack  west.report  RopeState west.H1:
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
-from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event, Message
 from heavylift.nodes.models.parts import messages
+from heavylift.recordings.format.text import LISTED
 
 from .announce import AnnouncedRun, Notice, announced, find
 
@@ -161,33 +161,6 @@ class Observer(Iterator[tuple[int, Event]]):
 def observe(run: str | Path | AnnouncedRun = "") -> Observer:
     """Observe all events of a run in progress as (number, event), from 0; `run` as of `find`."""
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
-
-
-LISTED: dict[str, Callable[[dict[str, Any]], str]] = {  # events that planners follow, in their words
-    "Stage": lambda x: f"stage {x['name']} begins" if x["name"] else "",
-    "RopeState": lambda x: f"{x['actor']} {x['state']}",
-    "Hooked": lambda x: f"{x['actor']} hooked to {x['lug']}",
-    "Unhooked": lambda x: f"{x['actor']} unhooked",
-    "Overload": lambda x: (
-        f"load of {x['actor']} {'above' if x['over'] else 'back below'} its rated "
-        f"{x['rated'] / 1e3:.1f} kN: {x['tension'] / 1e3:.1f} kN"
-    ),
-    "Tripped": lambda x: f"interlock {x['actor']} {'tripped' if x['over'] else 'reset'}{', bypassed' * x['bypassed']}",
-    "Limit": lambda x: f"{x['actor']} stopped: {x['limit']}",
-    "Lifted": lambda x: f"{x['actor']} lifted off",
-    "Touched": lambda x: f"{x['actor']} touches {x['support']}",
-    "Landed": lambda x: f"{x['actor']} landed on its {x['face']} face",
-    "Attitude": lambda x: (
-        f"{x['actor']} turned to {turn} deg" if (turn := round(degrees(x["angle"]))) % 30 == 0 else ""
-    ),
-    "BrakeState": lambda x: f"{x['actor']} {'engaged' if x['engaged'] else 'released'}",
-    "Begun": lambda x: f"lift {x['actor']} begins",
-    "Ended": lambda x: f"lift {x['actor']} done",
-    "OperatorCommand": lambda x: f"operator: {x['text']}",
-    "OperatorAnswer": lambda x: x["refused"] or x["text"],
-    "Skipped": lambda x: f"{x['actor']}: its condition held already, not moved",
-    "Finished": lambda _: "action list done",
-}
 
 
 class Lines:
