@@ -1,7 +1,4 @@
-"""`heavylift replay`: over Zenoh again, verified, or with one model for real.
-
-`heavylift measured`, `heavylift sensitivities`: a real lift beside its run; what uncertain inputs do to a run.
-"""
+"""`heavylift replay`, `heavylift measured`, `heavylift sensitivities`: a run again, beside a real lift, its inputs."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ The CRC32 covers all that follows it. `Writer` numbers the messages of one node 
 message ends a run with a sentence and never with a wrong trajectory. The epoch is the incarnation of a node: what a
 dead process still had under way is refused when its successor has taken over.
 
-The private directory of a run, where its processes meet; it goes with the run, also if that is killed.
+The private directory of a run is where its processes meet; it goes with the run, also if that is killed.
 """
 
 import fcntl

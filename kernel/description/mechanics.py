@@ -4,12 +4,10 @@ Frozen dataclasses of numbers and names, without NumPy, so that a node process t
 SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).  Monogram notation:
 `p_PJ` is the position of joint J from parent P, expressed in P.  The body "world" is the ground.
 
-The joint table: everything the kernel knows of a joint type stands in one entry (spatial_v2's `jcalc`).
-
-An entry is plain data without NumPy: the names of coordinates and velocities, and what moves the child.  That is
-either a chain of elementary motions (slides before turns, so that every turn passes through the child's origin), or a
-quaternion behind a free displacement.  `motion` reads the table for places, velocities and accelerations; a new joint
-is a new entry.  `JOINTS.md` shows it with what may act on each joint.
+Everything the kernel knows of a joint type is one entry of JOINTS (spatial_v2's `jcalc`): the names of coordinates and
+velocities, and what moves the child.  That is either a chain of elementary motions (slides before turns, so that every
+turn passes through the child's origin), or a quaternion behind a free displacement.  `motion` reads the table for
+places, velocities and accelerations.  `JOINTS.md` shows it with what may act on each joint.
 """
 
 from __future__ import annotations

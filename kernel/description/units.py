@@ -1,14 +1,8 @@
-"""What the numbers of a description are, as annotations of its fields: their kind, in SI units, and their sign.
+"""What the numbers of a description are, as annotations of its fields: their kind, in SI units, and their sign; places.
 
-Scenes write them with a unit of that kind (`nodes.scene.text.units` has the tables).
-
-Places as plain data: what bodies, joints and forces are described with.
-
-SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).
-
-The order of names where an order means nothing: that in which people count, "H2" before "H10".
-
-Elements are put into it once, where a description is assembled, so that nothing depends on who wrote what first.
+Scenes write numbers with a unit of that kind (`nodes.scene.text.units` has the tables).  Rotations are row-major 3x3
+tuples; a point is (body, position in that body's frame).  Names come in the order in which people count, "H2" before
+"H10": elements are put into it once, where a description is assembled, so that nothing depends on who wrote what first.
 """
 
 import re

@@ -1,11 +1,7 @@
 """What is printed: sections of sentences, tables and equations, laid out as plain text or as a LaTeX document.
 
-Formulas that are written once and read twice: as plain text and as LaTeX.
-
-The symbols are the paper's: v, a, f six components of velocity, acceleration and force; S, I, T as there; bodies and
-joints carry the numbers of the graph, laws their names.
-
-The system of equations that a formulation makes of the bodies and joints, in a few lines.
+Formulas are written once and read twice.  The symbols are the paper's: v, a, f six components of velocity, acceleration
+and force; S, I, T as there; bodies and joints carry the numbers of the graph, laws their names.
 """
 
 from dataclasses import dataclass, field

@@ -1,8 +1,6 @@
-"""Laws along one coordinate of a joint: springs, end stops, dry brakes.
+"""Laws along one coordinate of a joint: springs, end stops, dry brakes; points on pads, horizontal or on a body.
 
-One-sided and dry contact of laws: springs that only push, and friction that sticks and slips.
-
-Points on pads that are horizontal or lie on a body: one-sided spring-dampers with friction.
+Both have one-sided springs, which only push, and friction that sticks and slips.
 """
 
 from dataclasses import dataclass

@@ -2,8 +2,7 @@
 its result is not what its events and rows give.
 
 The verdict is made by who knows the scene (`coordinator.verdict`) and kept as the fact `verdict` of the result.
-
-Also the text of `heavylift info FILE`: what was run, how it ended, how fast, what stands in the file.
+It is also in the text of `heavylift info FILE`.
 """
 
 from collections import Counter

@@ -1,11 +1,7 @@
-"""The command line as a whole.
-
-How the help of `heavylift` looks: commands by what they are about, each with an example that can be copied.
+"""The command line as a whole: how help looks, and how a command ends, with one sentence where something is wrong.
 
 A command's docstring is `What it does.    heavylift name ...`: what stands behind the four blanks is its example and
 is printed on a line of its own.  Commands stand below the heading of the file that they are written in.
-
-How a command ends: with an exit code, and with one sentence where something is wrong.
 """
 
 import errno
