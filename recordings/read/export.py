@@ -30,7 +30,7 @@ from heavylift.recordings.format.schema import RecordedEvent, samples_descriptor
 from heavylift.recordings.format.text import GENERATOR, cell, meant
 from heavylift.recordings.write.outputs import file_path, output_path
 from heavylift.recordings.write.partfile import PartFile
-from heavylift.recordings.write.sink import Sink
+from heavylift.recordings.write.sink import RecordingSink
 from numpy.typing import NDArray
 
 from .chunks import RawMessage
@@ -222,7 +222,7 @@ def _copied(
         times = np.round(signals[0].t * 1e9).astype(np.int64).tolist()
         rows = samples_template(fields).encode(times, np.hstack([s.values for s in signals]))
         more = (RawMessage(-1, 0, t, t, row.tobytes()) for t, row in zip(times, rows, strict=True))
-    sink = Sink(out, metadata["run"], {**old.attachments(), **files}, force, old.library)
+    sink = RecordingSink(out, metadata["run"], {**old.attachments(), **files}, force, old.library)
     try:
         kept = [c for c in old.summary.channels.values() if not (signals and c.topic == BESIDE)]  # of an earlier log
         for channel in kept:

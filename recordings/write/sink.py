@@ -50,7 +50,7 @@ def texts(facts: Mapping[str, object]) -> dict[str, str]:
     }
 
 
-class Sink:
+class RecordingSink:
     """Writes facts and attachments as `<path>.part`; `finish` renames it.
 
     Messages are written to `mcap`, within `writing`.

@@ -32,12 +32,12 @@ from heavylift.recordings.format.viewer_messages import (
     log_message,
 )
 
-from .sink import Peak, RowBlock, RowWriter, Sink, note_peaks
+from .sink import Peak, RecordingSink, RowBlock, RowWriter, note_peaks
 
 EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
 
 
-class Waiting(NamedTuple):
+class PendingRows(NamedTuple):
     """The rows of a block of some rows, from `first` on."""
 
     rows: RowWriter
@@ -71,7 +71,7 @@ class Recorder:
     ) -> None:
         self.digest = Digest()
         self._began = time.monotonic()
-        self._sink = Sink(path, run, attachments or {}, force)
+        self._sink = RecordingSink(path, run, attachments or {}, force)
         self._log = self._sink.protobuf("/log", Log)
         self._ports: dict[tuple[str, str], int] = {}
         self._rows: RowWriter | None = None
@@ -80,7 +80,7 @@ class Recorder:
         self._next_sample = 0
         self.notes: list[SamplerNote] = []
         """What the sampler has told the user so far."""
-        self._queue: list[tuple[int, int, int, Callable[[int], None] | Waiting]] = []  # time, rank, ticket, what
+        self._queue: list[tuple[int, int, int, Callable[[int], None] | PendingRows]] = []  # time, rank, ticket, what
         self._ticket = count()
         self._last_event = self._last_sample = self._settled = self._now = 0
         self._closed = False
@@ -162,7 +162,7 @@ class Recorder:
         block = rows.encode(times, log_ns, values)
         for number, t_ns, row in zip(count(self._next_sample), times, block.columns, strict=False):
             self.digest.samples(number, t_ns, row.tobytes())
-        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(rows, block)))
+        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), PendingRows(rows, block)))
         note_peaks(rows.peaks, rows.layout, times, values)
         self._next_sample = batch.first + len(batch.times)
         self._last_sample = max(self._last_sample, batch.times[-1])
@@ -179,7 +179,7 @@ class Recorder:
             block = lift.rows.encode(times, log_ns, values)
             for number, t_ns, row in zip(count(lift.next), times, block.columns, strict=False):
                 self.digest.samples(number, t_ns, row.tobytes(), batch.lift)
-            heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(lift.rows, block)))
+            heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), PendingRows(lift.rows, block)))
             lift.next += len(times)
             self._drain()
 
@@ -270,12 +270,12 @@ class Recorder:
         with self._sink.writing():
             while queue and queue[0][0] < horizon:
                 self._now, _, ticket, what = heapq.heappop(queue)
-                if isinstance(what, Waiting):
+                if isinstance(what, PendingRows):
                     self._write_rows(what, ticket, horizon)
                 else:
                     what(self._now)
 
-    def _write_rows(self, waiting: Waiting, ticket: int, horizon: float) -> None:
+    def _write_rows(self, waiting: PendingRows, ticket: int, horizon: float) -> None:
         """Rows below the horizon and before other pending data."""
         queue, (rows, block, first) = self._queue, waiting
         if queue:
@@ -284,4 +284,4 @@ class Recorder:
         rows.write(block, first, end)
         self._now = block.log_ns[end - 1]
         if end < len(block.log_ns):
-            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, Waiting(rows, block, end)))
+            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, PendingRows(rows, block, end)))
