@@ -1,8 +1,9 @@
 """The multibody kernel: a compiler from described mechanics to machine code, with located events.
 
 What a scene is and how it becomes code, lowest layer first; each imports those above it in this list
-    errors, trust, cache   the exceptions and the version of heavylift; whose Python code may run; compiled code
+    errors, trust, cache   the exception tree of heavylift; whose Python code may run; files of compiled code
     on_demand              public names of a package, imported when they are first used
+    version                which heavylift this is, and what to do with what another one has made
     description            bodies, joints, forces and contacts as plain data, without NumPy; the joint table
     compiler               tracing of plain Python, LLVM IR, machine code of this process
     algebra                numbers that are equal on every processor; spatial algebra

@@ -17,7 +17,8 @@ from typing import Annotated, Literal, NamedTuple
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
-from heavylift.kernel.errors import HeavyliftError, __version__
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.version import __version__
 from packaging.requirements import Requirement
 
 EXTRAS = {  # what some commands need, and what for

@@ -10,7 +10,8 @@ import msgspec
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
-from heavylift.kernel.errors import UNREADABLE, RecordingError, __version__
+from heavylift.kernel.errors import UNREADABLE, RecordingError
+from heavylift.kernel.version import __version__
 
 from .running import live_page
 

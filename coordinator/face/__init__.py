@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.run.simulate import Result, simulate
     from heavylift.coordinator.sweeps import sweep
-    from heavylift.kernel.errors import __version__
+    from heavylift.kernel.version import __version__
     from heavylift.nodes.scene import load
     from heavylift.recordings import Recording
 
@@ -28,7 +28,7 @@ MODULES = {
     "run_models": "coordinator.run.models",
     "simulate": "coordinator.run.simulate",
     "sweep": "coordinator.sweeps",
-    "__version__": "kernel.errors",
+    "__version__": "kernel.version",
 }
 
 __all__ = ["Recording", "Result", "__version__", "load", "replicate", "run", "run_models", "simulate", "sweep"]

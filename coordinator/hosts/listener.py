@@ -28,7 +28,8 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.cache import contents
-from heavylift.kernel.errors import UNREADABLE, ProtocolError, __version__, install, printable
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, printable
+from heavylift.kernel.version import __version__, install
 from zenoh.handlers import Callback
 
 from .certificates import Credentials

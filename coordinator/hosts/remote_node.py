@@ -14,7 +14,8 @@ from heavylift.coordinator.participants.node_process import serve
 from heavylift.coordinator.transport.frame import HUB, JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s, NodeLink
 from heavylift.coordinator.transport.session import Ticket, remote_session
-from heavylift.kernel.errors import UNREADABLE, ProtocolError, __version__, printable
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, printable
+from heavylift.kernel.version import __version__
 from heavylift.nodes.models import KERNEL
 from zenoh.handlers import FifoChannel
 

@@ -22,7 +22,8 @@ import msgspec
 import zenoh
 from heavylift.coordinator.transport.frame import OPERATOR, key, places
 from heavylift.coordinator.transport.session import guest_session
-from heavylift.kernel.errors import UNREADABLE, ProtocolError, __version__, install, path_text
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, path_text
+from heavylift.kernel.version import __version__, install
 from heavylift.nodes.devs import NEVER
 
 NAME = "run.json"

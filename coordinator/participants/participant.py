@@ -20,7 +20,8 @@ import msgspec
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.protocol.node import Node, failure
-from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError, __version__
+from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
+from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Message, Simulator, Tag, Transition, encode
 from heavylift.nodes.devs import decode as decode_message
 

@@ -22,8 +22,9 @@ from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.session import configured
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.record.scene import RESOLVED
-from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError, __version__, again
+from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
 from heavylift.kernel.trust import demand
+from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import (
     FOREVER,
     Event,

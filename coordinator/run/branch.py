@@ -27,7 +27,8 @@ from heavylift.coordinator.record.scene import MERGED, RunResult
 from heavylift.coordinator.replay.deviation import Deviation
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.kernel.description.findings import clock
-from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError, __version__, again, path_text
+from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError, path_text
+from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import Event, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL
 from heavylift.nodes.plan.plan import Plan

@@ -33,7 +33,8 @@ from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.exchange import LocalHub
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.placement import Placement
-from heavylift.kernel.errors import ProtocolError, RecordingError, Stopped, __version__
+from heavylift.kernel.errors import ProtocolError, RecordingError, Stopped
+from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs.execution.rules import LIMIT
 

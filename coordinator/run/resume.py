@@ -23,8 +23,9 @@ from heavylift.coordinator.record.scene import MERGED, RESOLVED, RunResult
 from heavylift.coordinator.replay.deviation import Deviation, EventComparison
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.supervision.processes import Processes
-from heavylift.kernel.errors import HeavyliftError, RecordingError, __version__, again
+from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.kernel.trust import demand
+from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import FOREVER, Event, Tag
 from heavylift.nodes.models import build
 from heavylift.nodes.plan.fidelity import Answer

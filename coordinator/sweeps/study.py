@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
-from heavylift.kernel.errors import OutputError, RecordingError, SceneError, __version__, install, printable
+from heavylift.kernel.errors import OutputError, RecordingError, SceneError, printable
+from heavylift.kernel.version import __version__, install
 from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.write.outputs import file_path, writing
 

@@ -19,7 +19,8 @@ from typing import Any
 import msgspec
 import numpy as np
 import zstandard
-from heavylift.kernel.errors import SignalError, __version__, again, install, printable
+from heavylift.kernel.errors import SignalError, printable
+from heavylift.kernel.version import __version__, again, install
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
 from heavylift.recordings.format.text import GENERATOR, meant, shown

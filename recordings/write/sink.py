@@ -21,7 +21,8 @@ import numpy as np
 import zstandard
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from google.protobuf.message import Message  # type: ignore[import-untyped]
-from heavylift.kernel.errors import RecordingError, __version__
+from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.version import __version__
 from heavylift.recordings.format import viewer_messages as viewers
 from heavylift.recordings.format.mcapfile import McapFile
 from heavylift.recordings.format.samples import POSE_UNIT, REEVING, Columns, SampleLayout, reeved

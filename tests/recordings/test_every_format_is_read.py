@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.kernel import RecordingError
-from heavylift.kernel.errors import __version__
+from heavylift.kernel.version import __version__
 from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, recover

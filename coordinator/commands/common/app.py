@@ -169,7 +169,7 @@ app = App(
 
 def _version(asked: bool) -> None:
     if asked:
-        from heavylift.kernel.errors import __version__
+        from heavylift.kernel.version import __version__
 
         typer.echo(f"heavylift {__version__}")
         raise typer.Exit

@@ -14,7 +14,7 @@ from heavylift.coordinator.hosts import REFUSALS, Credentials, JoinReply, JoinRe
 from heavylift.coordinator.hosts.remote_node import _ask
 from heavylift.coordinator.transport import JOIN, Hub, NodeLink, Placement, key, remote_session
 from heavylift.kernel import ProtocolError
-from heavylift.kernel.errors import __version__
+from heavylift.kernel.version import __version__
 from of_a_yard import free_port
 
 BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block", "crane"}))
