@@ -93,8 +93,8 @@ def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) ->
 def _sentence(type_: str, fields: Mapping[str, Any]) -> str | None:
     """Sentence of an event for planners; None for others."""
     try:
-        return SENTENCES[type_](dict(fields)) or None
-    except (KeyError, ValueError, AttributeError, IndexError, TypeError):
+        return str(SENTENCES[type_](dict(fields))) or None
+    except (LookupError, ValueError, ArithmeticError, AttributeError, TypeError):
         return None  # of a model that only calls its message so
 
 
