@@ -16,6 +16,7 @@ from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.spellings import BEAMS
+from heavylift.nodes.scene.construction.rigging.slings import stood
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.statics.goals import goal
@@ -69,7 +70,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
     hooks = [hook.ends for machine in built.machines for hook in machine.hooks]
     eyes = [ends[1] for ends in hooks if ends]
     for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
-        (x, y, _), (a, b, _) = block.at, block.size
+        (x, y, _), (a, b, _) = stood(scene, block)[0].tolist(), block.size
         if not any(abs(p[0] - x) <= a and abs(p[1] - y) <= b for p in eyes):
             message = f"the {_named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
             sentence = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)

@@ -113,7 +113,7 @@ def _rig(builder: SceneBuilder) -> Iterator[RatedLimit]:
     rig = builder.scene.rig
     if rig is None:
         return
-    beams = [machine for machine in builder.machines if machine.latches]
+    beams = [machine for machine in builder.machines if machine.name in builder.hooks]
     for beam in beams:
         slings, (cell,) = tuple(tie.rope for tie in beam.ties), beam.cells
         source = "the scene" if "capacity" in rig.beams[beam.name].model_fields_set else "assumed"

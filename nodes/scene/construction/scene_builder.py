@@ -24,6 +24,7 @@ class SceneBuilder:
     source: Source
     scene: schema.Scene
     machines: list[plan.Mechanism] = field(default_factory=list)  # whose moves are known before, and what they lift
+    vessels: list[plan.Mechanism] = field(default_factory=list)
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # frame -> (machine, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> frames
     interlocks: tuple[plan.Interlock, ...] = ()
