@@ -34,26 +34,26 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
 
 
 def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
-    """The goals of moves with known ends, for straight drives and hooks of machines with levels."""
-    own = [actuator.name for machine in built.levelled for actuator in machine.actuators]
+    """The goals of moves with known ends, for straight drives and hooks."""
+    own = [actuator.name for machine in built.machines for actuator in machine.actuators]
     now = {name: before.references[name] for name in own if name in before.references}
     for move in (m for m in action.orders if isinstance(m, Move)):
         if move.actuator in now and (move.to is not None or move.by is not None):
             now[move.actuator] = move.to if move.to is not None else now[move.actuator] + (move.by or 0.0)
-    poses = {body: pose for machine in built.levelled for body, pose in _moved(machine, before, now)}
+    poses = {body: pose for machine in built.machines for body, pose in _moved(machine, before, now)}
     return replace(before, event="", tensions={}, supports={}, hooked={}, poses=poses, references=now)
 
 
 def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) -> Iterator[tuple[str, Pose]]:
     drives = {drive.joint: drive.name for drive in machine.system.drives}
-    carried = {joint.child: joint for joint in machine.system.joints}
+    carried = {joint.child: joint for joint in reversed(machine.system.joints)}
 
     def distance(body: str) -> Vector | None:
         """Displacement of a body; None if something turns it."""
         x, y, z = 0.0, 0.0, 0.0
         while (joint := carried.get(body)) is not None:
             drive = drives.get(joint.name, "")
-            if drive and (far := now[drive] - before.references[drive]):
+            if drive in now and (far := now[drive] - before.references[drive]):
                 if joint.kind != "prismatic":
                     return None
                 a, b, c = (far * e for e in _axis(joint, before))
@@ -62,7 +62,7 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
         return x, y, z
 
     for body in dict.fromkeys(
-        [joint.child for joint in carried.values() if joint.name in drives and joint.kind == "prismatic"]
+        [joint.child for joint in carried.values() if drives.get(joint.name) in now and joint.kind == "prismatic"]
     ):
         if (far := distance(body)) is not None:
             yield body, _pose(before, body, far)

@@ -11,7 +11,8 @@ from itertools import combinations, product
 from math import sqrt
 from typing import TypeAlias
 
-from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector
+from heavylift.kernel.algebra import dense
+from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector, merge
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import lug_places
@@ -108,15 +109,14 @@ def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequen
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
     """Each hooked sling reaches its lug at the start, without overload and without passing through the block."""
-    lugs = lug_places(built.machines)
-    for machine in (machine for machine in built.machines if machine.levels and machine.ties):
-        at, straight = kinematics.poses(machine.system), {rope.name: rope for rope in machine.system.ropes}
+    lugs, at = lug_places(built.machines), kinematics.poses(merge([x.system for x in built.machines], built.gravity))
+    # as slack is counted: before blocks sink into their supports
+    at |= {name: stood(scene, block) for name, block in scene.all_blocks.items()}
+    for machine in (machine for machine in built.machines if machine.ties):
+        straight = {rope.name: rope for rope in machine.system.ropes}
         for tie in (tie for tie in machine.ties if tie.lug and tie.rope in straight):
-            lug, rope = lugs[tie.lug], straight[tie.rope]
-            block = scene.all_blocks[lug.body]
-            x, y, z = block.at  # as slack is counted: before the block sinks into its supports
-            a, b, c = kinematics.place(tie.upper, at).tolist()
-            place = (x + lug.p[0], y + lug.p[1], z + lug.p[2])
+            lug, rope, block = lugs[tie.lug], straight[tie.rope], scene.all_blocks[lugs[tie.lug].body]
+            (a, b, c), place = kinematics.place(tie.upper, at).tolist(), tuple(kinematics.place(lug, at).tolist())
             message = reach(tie.rope, rope.L0, tie.lug, (a, b, c), place) or _overstretched(tie, rope, (a, b, c), place)
             if message:
                 theirs = [(each.lug, lugs[each.lug].p) for each in machine.ties if each.lug and " beside " in message]
@@ -124,7 +124,9 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
                 yield machine.name, tie.where, f"{message}{f'; its lugs are {places}' if places else ''}"
                 continue
             u, v, w = (max(0.0, side / 2 - SURFACE) for side in block.size)
-            inside = passes_through((a - x, b - y, c - z), lug.p, (u, v, w))
+            (x, y, z), R = at[lug.body]
+            upper = tuple(dense.product(R.T.tolist(), [a - x, b - y, c - z]))
+            inside = passes_through(upper, lug.p, (u, v, w))
             if inside > 0.0:
                 message = f"{tie.rope} would go through {inside:.2g} m of the block on its straight way to the lug "
                 yield tie.rope, tie.where, f"{message}{tie.lug}: put the lug on a face that the hook reaches"

@@ -141,5 +141,7 @@ def test_a_machine_that_stands_on_another_one_holds_rigging() -> None:
         "joints: {other.foot: {type: fixed, child: other.deck}}}}\n"
         "rig: {loaders: {one: {hook: crane main, sling: 3 m}}}\n"
     )
-    with pytest.raises(SceneError, match=r"crane stands on other\.deck: hang `rigging` on its hooks, no frame of `rig`"):
+    with pytest.raises(
+        SceneError, match=r"crane stands on other\.deck: hang `rigging` on its hooks, no frame of `rig`"
+    ):
         parse(text.replace("on: barge, at: [0 m, 0 m, 4 m]", "on: other.deck"), "scene.yaml", passing=True)

@@ -169,10 +169,11 @@ def _lines(name: str, hook: HookKeys) -> list[k.Line]:
 
 
 def _plumb(name: str, hook: HookKeys, tip: tuple[float, ...], tree: RiggingTree | None) -> float:
-    """Distance of a hook below its tip at the start: as written, as its slings require, or the minimum [m]."""
+    """Distance of a hook below its tip at the start: as written, as its slings require, or as high as it may be [m]."""
     asked = tree.height(name, lambda _: [tip[0], tip[1], 0.0]) if tree else None
     if hook.hangs is not None or asked is None:
-        return hook.hangs or hook.shortest
+        low = hook.shortest if hook.highest is None else tip[2] - hook.highest
+        return hook.hangs or max(hook.shortest, low)
     return tip[2] - asked - hook.height
 
 

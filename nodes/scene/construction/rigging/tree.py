@@ -199,7 +199,8 @@ class RiggingTree:
             if upper is not None and lower is not None:
                 lug = words.get(lower, "")
                 held, most = lug if sling.hooked else "", rated(given.sling, self.gravity)
-                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=most, rigging=name))
+                where = self.source.where(("rigging", name))
+                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=most, rigging=name, where=where))
         return found
 
     def carried(self, body: str) -> float:
