@@ -34,9 +34,7 @@ class Subjects:
         self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
         self.ropes = {rope.name: m.name for m in machines for rope in m.system.all_ropes}
         own = {beam: f"{crane}.{hook}" for beam, (crane, hook) in builder.hooks.items()}
-        named = [
-            m for m in (*builder.cranes, *mechanisms) if not m.girders
-        ]  # whose parts are called by their own names
+        named = [*builder.cranes, *mechanisms]  # whose parts are called by their own names
         own |= {m.name: m.hooks[0].rope for m in named if len(m.hooks) == 1}
         self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
         self.points = {cargo.body: (cargo.body, Point(cargo.body)) for cargo in builder.cargo}
