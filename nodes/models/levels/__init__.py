@@ -5,6 +5,7 @@ girders   a beam that bends, with what slides on it
 beams     booms that bend, with what hangs on them
 ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
 supports  only those that bear at the start
+guards    when what a pass fixes would not move anyway: nothing orders it, or the lift is its own mirror image
 listing   how a machine of a plan is modelled, and what its fidelity leaves out
 A pass reads what the plan tells of hooks, ties and girders and has no knowledge of machines; where a fidelity asks
 nothing of it, it returns the machine itself.
@@ -12,13 +13,17 @@ nothing of it, it returns the machine itself.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import msgspec
 from heavylift.kernel.on_demand import face
 from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Mechanism
+from heavylift.nodes.plan.plan import Plan
 
+from . import guards
 from .beams import beams
 from .girders import bending
 from .joints import locking, planar
@@ -35,13 +40,29 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     return msgspec.structs.replace(machine, system=replace(machine.system, supports=supports))
 
 
-PASSES = (locking, planar, bending, beams, heavy, rigid_slings, standing)
+class Pass(NamedTuple):
+    """A pass over one machine, and the guard that says of a whole plan why it leaves nothing out, or ""."""
+
+    name: str
+    apply: Callable[[Mechanism, Fidelity], Mechanism]
+    guard: Callable[[Plan], str]
+
+
+PASSES = (
+    Pass("locked", locking, guards.guard_locked),
+    Pass("motion", planar, guards.guard_motion),
+    Pass("girders", bending, guards.guard_girders),
+    Pass("beams", beams, guards.guard_beams),
+    Pass("ropes", heavy, guards.guard_ropes),
+    Pass("slings", rigid_slings, guards.guard_slings),
+    Pass("supports", standing, guards.guard_supports),
+)
 
 
 def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     """A machine at a model level."""
     for level in PASSES:
-        machine = level(machine, fidelity)
+        machine = level.apply(machine, fidelity)
     return machine
 
 

@@ -125,8 +125,8 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
                 continue
             u, v, w = (max(0.0, side / 2 - SURFACE) for side in block.size)
             (x, y, z), R = at[lug.body]
-            upper = tuple(dense.product(R.T.tolist(), [a - x, b - y, c - z]))
-            inside = passes_through(upper, lug.p, (u, v, w))
+            i, j, k = dense.product(R.T.tolist(), [a - x, b - y, c - z])
+            inside = passes_through((i, j, k), lug.p, (u, v, w))
             if inside > 0.0:
                 message = f"{tie.rope} would go through {inside:.2g} m of the block on its straight way to the lug "
                 yield tie.rope, tie.where, f"{message}{tie.lug}: put the lug on a face that the hook reaches"

@@ -66,10 +66,10 @@ def test_each_pass_is_pure_and_changes_nothing_twice(name: str) -> None:
         for machine, level in given(plan_of(name), fidelity):
             before = repr(machine)
             for each in PASSES:
-                once = each(machine, level)
+                once = each.apply(machine, level)
                 assert repr(machine) == before
-                assert repr(each(machine, level)) == repr(once)
-                assert each(once, level) == once, each.__name__
+                assert repr(each.apply(machine, level)) == repr(once)
+                assert each.apply(once, level) == once, each.name
 
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])

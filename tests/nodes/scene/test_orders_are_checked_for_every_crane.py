@@ -74,7 +74,7 @@ def test_a_move_past_an_end_is_refused(name: str, drive: str, verb: str) -> None
 @pytest.mark.large(beyond=3)
 def test_a_hook_is_not_moved_past_its_rope(name: str, order: str) -> None:
     hook = next(iter(bare(name).scene.machines["crane"].hooks))
-    with pytest.raises(SceneError, match="would be wound to|its drum holds|its upper limit is"):
+    with pytest.raises(SceneError, match=r"would be wound to|its drum holds|its upper limit is"):
         scene(name, hook.replace(".", " ", 1), f"{order} 1 m/min by {FAR:g} m")
 
 
