@@ -1,6 +1,6 @@
 """How much of a machine is modelled: passes over its description, each from a machine to a machine.
 
-joints    what is locked is fixed where it starts; motion in a plane
+joints    what is locked is fixed where it starts; motion in a plane; drives that yield
 girders   a beam that bends, with what slides on it
 beams     booms that bend, with what hangs on them
 ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
@@ -26,7 +26,7 @@ from heavylift.nodes.plan.plan import Plan
 from . import guards
 from .beams import beams
 from .girders import bending
-from .joints import locking, planar
+from .joints import locking, planar, yielding
 from .ropes import heavy, rigid_slings
 
 __all__ = ["PASSES", "modelled"]
@@ -51,6 +51,7 @@ class Pass(NamedTuple):
 PASSES = (
     Pass("locked", locking, guards.guard_locked),
     Pass("motion", planar, guards.guard_motion),
+    Pass("drives", yielding, guards.guard_drives),
     Pass("girders", bending, guards.guard_girders),
     Pass("beams", beams, guards.guard_beams),
     Pass("ropes", heavy, guards.guard_ropes),

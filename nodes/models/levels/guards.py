@@ -17,6 +17,8 @@ from heavylift.nodes.plan.actions import Hookup, Move, Turn, UnhookSling
 from heavylift.nodes.plan.fidelity import ASKEW, NORMAL, leaves
 from heavylift.nodes.plan.plan import Plan
 
+from .joints import yields
+
 DIGITS = 9  # of places that are equal [m]
 SAME = 1e-9  # relative, of moments
 STILL, MIRRORED, UNTURNED, NONE = "nothing moves it", "by symmetry", "nothing is turned", "there is none"
@@ -44,6 +46,11 @@ def guard_girders(plan: Plan) -> str:
 def guard_beams(plan: Plan) -> str:
     """Whether no other body bends at any level."""
     return "" if any(machine.bends for machine in plan.machines) else NONE
+
+
+def guard_drives(plan: Plan) -> str:
+    """Whether no drive yields at any level."""
+    return "" if any(yields(drive) for machine in plan.machines for drive in machine.system.drives) else NONE
 
 
 def guard_ropes(plan: Plan) -> str:

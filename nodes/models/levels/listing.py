@@ -26,6 +26,7 @@ def left_out(plan: Plan) -> tuple[str, ...]:
     words = [
         ("girder rigid", at.girder == "rigid" and "girders" not in none),
         ("elastic parts rigid", at.girder == "rigid" and "beams" not in none),
+        ("drives stiff", at.girder == "rigid" and "drives" not in none),
         ("ropes rigid", at.ropes == "rigid" and heavy),
         ("slings rigid", at.slings == "rigid" and "slings" not in none),
         ("ropes without mass", heavy and at.ropes != "massive" and at.rope_mass == "none"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -10,7 +11,11 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.ladder import Played, at_level, play
+from heavylift.kernel import SceneError
+from heavylift.kernel.analysis import modes
 from heavylift.kernel.description import System
+from heavylift.kernel.simulation import Simulation
+from heavylift.nodes.models import system
 from heavylift.nodes.models.levels import PASSES, as_modelled, left_out
 from heavylift.nodes.plan import Fidelity, Mechanism, Plan
 from heavylift.nodes.plan.planar import planar
@@ -35,6 +40,7 @@ ROUNDING, STATIC, STILL = (
     1e-5,
     2e-3,
 )  # relative: of masses, of tensions at the start, of those in its first second
+COUPLED = 1e-2  # relative, of a stiff mode by what hangs below
 LANDING = 2e-3  # relative, of peaks that one more lump changes
 
 
@@ -199,3 +205,27 @@ mechanism:
     found = play(at_level(plan, Fidelity(ropes="massive", lumps=2)))
     assert "plumb~1" in tensions(found)
     assert "over~1" not in tensions(found)
+
+
+def swings(plan: Plan) -> list[float]:
+    """Frequencies of small motions about the start [Hz]."""
+    s = Simulation(system(plan))
+    s.start()
+    return [mode.frequency for mode in modes(s).oscillations]
+
+
+def test_a_prescribed_drive_with_a_stiffness_yields_where_elastic_parts_are_modelled() -> None:
+    """The bridge of a hall, 125 t with its trolley, on 500 MN/m: far above the swing of what hangs there."""
+    plan = load("hall", ["machines.hall.drives.hall.travelling.stiffness=500 MN/m"]).plan
+    soft = at_level(plan, Fidelity(girder="elastic"))
+    assert "drives stiff" in left_out(plan)
+    assert "drives stiff" not in left_out(soft)
+    found, stiff = (swings(level) for level in (soft, plan))
+    assert min(abs(f / (math.sqrt(500e6 / 125e3) / (2.0 * math.pi)) - 1.0) for f in found) < COUPLED
+    assert len(found) == len(stiff) + 1
+    assert play(soft).t[-1] == pytest.approx(play(plan).t[-1], rel=COUPLED)
+
+
+def test_a_drive_that_bears_weight_does_not_yield() -> None:
+    with pytest.raises(SceneError, match="weight acts on this drive"):
+        load("jib", ["machines.jib.drives.jib.luffer.stiffness=500 MN m/rad"])
