@@ -116,25 +116,25 @@ def _built(
         machines=tuple(builder.machines),
         fidelity=build_fidelity(builder, builder.machines),
     )
-    mechanisms = build_mechanisms(builder, lift)
+    builder.machines += build_mechanisms(builder, lift)
     raise_faults(source, source.faults)
-    mechanisms = measuring(builder, mechanisms)
-    everything = set_up(builder, (*builder.machines, *mechanisms))
-    check_locked(builder, everything)
-    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(builder, everything))
-    builder.interlocks = build_interlocks(builder, mechanisms)
+    builder.machines = measuring(builder)
+    builder.machines = [*set_up(builder, builder.machines)]
+    check_locked(builder, builder.machines)
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(builder, builder.machines))
+    builder.interlocks = build_interlocks(builder)
     loaded = LoadedScene(
         msgspec.structs.replace(
             lift,
             **_common(scene),
-            machines=everything,
-            models=build_models(builder, mechanisms),
+            machines=tuple(builder.machines),
+            models=build_models(builder),
             interlocks=builder.interlocks,
-            limits=build_limits(builder, mechanisms),
+            limits=build_limits(builder),
             gear=tuple(gear_of(builder)),
             place=scene.factors.place or (None if scene.vessels else "onshore"),
             accepts_assumed=builder.scene.assumed == "accept",
-            actions=build_actions(builder, mechanisms),
+            actions=build_actions(builder),
             may_touch=tuple(touches(source, (), scene.may_touch)),
         ),
         text,

@@ -123,10 +123,10 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    builder = SceneBuilder(source, scene, [*whole.levelled], limits=whole.limits)
-    hooks = [hook for crane in builder.cranes for hook in crane.hooks]
+    builder = SceneBuilder(source, scene, [*whole.machines], limits=whole.limits)
+    hooks = [hook for crane in builder.cranes for hook in crane.hooks if hook.eye.body != hook.rope]
     builder.hooks = {hook.eye.body.rpartition(".")[0]: _split(hook.rope) for hook in hooks}
-    between, listed = build_interlocks(builder, whole.mechanisms), build_actions(builder, whole.mechanisms)
+    between, listed = build_interlocks(builder), build_actions(builder)
     _begins_each_once(source, scene, listed)
     raise_faults(source, source.faults)
     lists = (*whole.lists, ActionList(name=EVERY, first=len(whole.actions), machines=())) if listed else whole.lists
