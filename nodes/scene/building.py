@@ -17,6 +17,7 @@ import msgspec
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.mechanism import frames_on_hooks
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
@@ -154,9 +155,11 @@ def _built(
     loaded = replace(loaded, plan=shaped)
     raise_faults(source, _impossible(source, loaded, followed))
     bent = any(block.flexible for block in scene.all_blocks.values())
-    hung = bent or any(machine.ties and not machine.hooks for machine in loaded.plan.mechanisms)
-    on_levels = any(machine.levels and machine.hooks for machine in loaded.plan.machines)
-    if (on_levels or hung) and (first := _first_rest(loaded, followed)):
+    still = {name for name, hook in frames_on_hooks(loaded.plan.machines).items() if hook.ends}
+    own = (machine for machine in loaded.plan.machines if machine.name not in still)
+    hung = bent or any(machine.ties and not machine.hooks for machine in own)
+    hooks = any(machine.hooks for machine in loaded.plan.machines)
+    if (hooks or hung) and (first := _first_rest(loaded, followed)):
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))

@@ -18,7 +18,7 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
     """The plan with its blocks at rest on their supports, unless written so to `WRITTEN`."""
-    machines = tuple(_stands(x, first) if x.levels and x.cargo else x for x in built.machines)
+    machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
 
@@ -41,12 +41,11 @@ def settled(built: plan.Plan) -> plan.Plan:
 
 def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
     """The plan with blocks, hooks and frames at rest, and the ropes that carry there."""
-    machines, hooks = [], [(machine.levels, hook) for machine in built.machines for hook in machine.hooks]
-    eyes = {hook.eye.body for levels, hook in hooks if not (levels and hook.ends)}  # others hang as they are written
+    machines, hooks = list[plan.Mechanism](), [hook for machine in built.machines for hook in machine.hooks]
+    free = {hook.eye.body for hook in hooks if not hook.ends}  # others hang at rest as they are written
     for machine in standing(built, first).machines:
-        own = eyes & {body.name for body in machine.system.bodies}
-        if not machine.levels or own:
-            machine = _rested(machine, own if machine.levels else {machine.name, *own}, first)
+        if not machine.cargo:
+            machine = _rested(machine, {machine.name, *free} & {body.name for body in machine.system.bodies}, first)
             taut = (r.name for r in machine.system.all_ropes if r.hooked and first.tensions[r.name] > 0.0)
             machine = msgspec.structs.replace(machine, taut=tuple(taut))
         machines.append(machine)

@@ -96,7 +96,7 @@ class CheckedOrder:
 def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
     found, machines, parted = Findings(), Machines(built), set[str]()
-    hooked = {rope.name: "" for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked}
+    hooked = {rope.name: "" for m in built.machines for rope in m.system.all_ropes if rope.hooked}
     hooked |= first_lugs(machines.parts)
     for number, acted in enumerate(path.acted, 1):
         action = built.actions[number - 1]

@@ -91,10 +91,11 @@ def on_hook(
     part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * builder.scene.gravity * rope.L0
     rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
     falls = (x, y, top), pose[:3]
-    hoist = msgspec.structs.replace(hoist, line=line, ends=falls, below=mass, rated=rated)
+    afloat = any(joint.parent in builder.scene.vessels for joint in crane.system.joints)  # whose rest is to be found
+    hoist = msgspec.structs.replace(hoist, line=line, ends=None if afloat else falls, below=mass, rated=rated)
     heavy = Heavy(
         rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
-        ends=falls, below=mass, on=hook.on, lead=away,
+        ends=falls, below=0.0 if afloat else mass, on=hook.on, lead=away,
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
     frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))
@@ -102,7 +103,6 @@ def on_hook(
         name=crane.name, system=System(ropes=(rope,)), actuators=(winch,), taut=(called,), hooks=(hoist,),
         heavy=(heavy,),
     )  # fmt: skip
-    frame = msgspec.structs.replace(frame, levels=crane.levels)
     return hung, _slung(builder, rig, name, given, frame, lugs, over)
 
 

@@ -132,8 +132,7 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
             keys = placed(builder, name, given).model_copy(update={"hooks": {}})
             lift, base = merge([vessel.system for vessel in builder.vessels], scene.gravity), ("machines", name)
             made = build_mechanism(builder.source, keys, scene.gravity, lift, base, edges=scene.edges)
-            afloat = any(joint.parent in scene.vessels for joint in made.system.joints)
-            found.append(msgspec.structs.replace(made, levels=not afloat))
+            found.append(made)
     return found
 
 

@@ -216,7 +216,7 @@ mechanism:
 
 
 def test_a_scene_asks_what_it_writes_and_nothing_else():
-    (mechanism,) = parse(SCENE).plan.mechanisms
+    (mechanism,) = parse(SCENE).plan.machines
     s = Simulation(mechanism.system, native=False)
     s.start()
     assert degrees(s.state[0]) == pytest.approx(50.0, abs=1e-9)
@@ -226,7 +226,7 @@ def test_a_scene_asks_what_it_writes_and_nothing_else():
 
 def test_a_written_zero_is_asked():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
-    (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.mechanisms
+    (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]
 
 

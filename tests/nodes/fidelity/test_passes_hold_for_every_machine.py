@@ -131,7 +131,7 @@ def test_hook_ropes_start_at_rest_under_what_they_carry_and_weigh(name: str) -> 
                 rope = next(r for m in plan.machines for r in m.system.ropes if r.name == row.rope)
                 weight = row.line * (rope.L0 - row.lead) * plan.gravity
                 assert rich[f"{row.rope}~1"][0] == pytest.approx(plain[row.rope][0] + weight, rel=STATIC)
-            if not any(machine.name == "wind" for machine in plan.mechanisms):
+            if not any(machine.name == "wind" for machine in plan.machines):
                 swings = (
                     np.abs(rich[row.rope] - rich[row.rope][0]).max()
                     - np.abs(plain[row.rope] - plain[row.rope][0]).max()
@@ -159,7 +159,7 @@ def test_a_crane_with_a_boom_that_bends_is_one_file(tmp_path: Path) -> None:
     """It starts bent and at rest, its hook where it is on a rigid boom."""
     plan = boom(tmp_path)
     assert "elastic parts rigid" in left_out(plan)
-    rigid, bent = (as_modelled(at_level(plan, Fidelity(girder=g)), plan.mechanisms[0]) for g in ("rigid", "elastic"))
+    rigid, bent = (as_modelled(at_level(plan, Fidelity(girder=g)), plan.machines[0]) for g in ("rigid", "elastic"))
     one, two = ({body.name: body for body in x.system.bodies} for x in (rigid, bent))
     flexible = two["crane.boom"].flexible
     assert one["crane.boom"].flexible is None
