@@ -50,7 +50,7 @@ def lifted(name: str) -> str:
 
 @pytest.mark.parametrize("name", sorted(library()))
 @pytest.mark.large(beyond=3)
-def test_a_frame_hangs_on_it(name: str) -> None:
+def test_a_frame_hangs_on_every_type_of_crane(name: str) -> None:
     scene = parse(lifted(name), "scene.yaml", passing=True)
     (hook,) = (h for machine in scene.plan.machines for h in machine.hooks if h.eye.body == "one.upper")
     assert scene.statics.known
