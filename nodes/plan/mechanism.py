@@ -7,7 +7,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
-from heavylift.kernel.description.mechanics import WORLD, Point, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
 
 from .actions import Item
 from .spellings import CALLED
@@ -268,12 +268,16 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
     """The hooks whose ropes leave a body or what joints of its machine carry on it, by the names of their ropes."""
-    joints = {joint.child: joint.parent for joint in reversed(machine.system.joints)}
+    own = (hook for hook in machine.hooks if body in (hook.on, *(joint.parent for joint in beneath(machine, hook.on))))
+    return sorted(own, key=lambda hook: hook.rope)
 
-    def carries(other: str) -> bool:
-        return other == body or (other in joints and carries(joints[other]))
 
-    return sorted((hook for hook in machine.hooks if carries(hook.on)), key=lambda hook: hook.rope)
+def beneath(machine: Mechanism, body: str) -> Iterator[Joint]:
+    """The joints of a machine that carry a body, from it downwards."""
+    carried = {joint.child: joint for joint in reversed(machine.system.joints)}
+    while (joint := carried.get(body)) is not None:
+        yield joint
+        body = joint.parent
 
 
 def is_root(machine: Mechanism, body: str) -> bool:

@@ -23,10 +23,10 @@ from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from . import guards
 from .beams import beams
 from .girders import bending
-from .joints import locking, planar, yielding
+from .guards import guard_locked, guard_motion, guard_supports, unless
+from .joints import locking, planar, yielding, yields
 from .ropes import heavy, rigid_slings
 
 __all__ = ["PASSES", "modelled"]
@@ -49,14 +49,14 @@ class Pass(NamedTuple):
 
 
 PASSES = (
-    Pass("locked", locking, guards.guard_locked),
-    Pass("motion", planar, guards.guard_motion),
-    Pass("drives", yielding, guards.guard_drives),
-    Pass("girders", bending, guards.guard_girders),
-    Pass("beams", beams, guards.guard_beams),
-    Pass("ropes", heavy, guards.guard_ropes),
-    Pass("slings", rigid_slings, guards.guard_slings),
-    Pass("supports", standing, guards.guard_supports),
+    Pass("locked", locking, guard_locked),
+    Pass("motion", planar, guard_motion),
+    Pass("drives", yielding, unless(lambda machine: any(map(yields, machine.system.drives)))),
+    Pass("girders", bending, unless(lambda machine: bool(machine.girders))),
+    Pass("beams", beams, unless(lambda machine: bool(machine.bends))),
+    Pass("ropes", heavy, unless(lambda machine: any(not row.why for row in machine.heavy))),
+    Pass("slings", rigid_slings, unless(lambda machine: bool(machine.ties))),
+    Pass("supports", standing, guard_supports),
 )
 
 

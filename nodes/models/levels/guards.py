@@ -7,7 +7,7 @@ leaves the plane, and a motion in it is exact.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 
 from heavylift.kernel.algebra.dense import dot, product
@@ -15,9 +15,8 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Vector, merge
 from heavylift.nodes.plan.actions import Hookup, Move, Turn, UnhookSling
 from heavylift.nodes.plan.fidelity import ASKEW, NORMAL, leaves
+from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
-
-from .joints import yields
 
 DIGITS = 9  # of places that are equal [m]
 SAME = 1e-9  # relative, of moments
@@ -38,29 +37,9 @@ def guard_locked(plan: Plan) -> str:
     return "" if "" in found else max(found, default="")
 
 
-def guard_girders(plan: Plan) -> str:
-    """Whether no girder bends at any level."""
-    return "" if any(machine.girders for machine in plan.machines) else NONE
-
-
-def guard_beams(plan: Plan) -> str:
-    """Whether no other body bends at any level."""
-    return "" if any(machine.bends for machine in plan.machines) else NONE
-
-
-def guard_drives(plan: Plan) -> str:
-    """Whether no drive yields at any level."""
-    return "" if any(yields(drive) for machine in plan.machines for drive in machine.system.drives) else NONE
-
-
-def guard_ropes(plan: Plan) -> str:
-    """Whether no rope has a mass at any level."""
-    return "" if any(not row.why for machine in plan.machines for row in machine.heavy) else NONE
-
-
-def guard_slings(plan: Plan) -> str:
-    """Whether there are no slings."""
-    return "" if any(machine.ties for machine in plan.machines) else NONE
+def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
+    """A guard that holds where a pass models nothing of any machine."""
+    return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 
 def guard_supports(plan: Plan) -> str:

@@ -73,13 +73,14 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
     for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
         (x, y, _), (a, b, _) = stood(scene, block)[0].tolist(), block.size
         if not any(abs(p[0] - x) <= a and abs(p[1] - y) <= b for p in eyes):
-            message = f"the {_named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
+            message = f"the {named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
             sentence = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
             where = next(m.where for m in built.machines if m.name == name)
             yield (name, where, f"{message}: hooks hang at {sentence or 'no place, the rig has no ' + BEAMS}")
 
 
-def _named(block: str) -> str:
+def named(block: str) -> str:
+    """A block as messages call it."""
     return block if block == "block" else f"block {block}"
 
 
@@ -192,5 +193,5 @@ def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:
         p, R = state.poses[cargo.body]
         lowest = p[2] - sum(abs(R[2][i]) * side / 2 for i, side in enumerate(cargo.size))
         if lowest < -SURFACE:
-            message = f"the {_named(cargo.body)} would sweep {-lowest:.2f} m into the ground: hoist it higher first"
+            message = f"the {named(cargo.body)} would sweep {-lowest:.2f} m into the ground: hoist it higher first"
             yield cargo.body, where, message
