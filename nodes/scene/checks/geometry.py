@@ -11,13 +11,13 @@ from itertools import combinations, product
 from math import sqrt
 from typing import TypeAlias
 
+import numpy as np
 from heavylift.kernel.algebra import dense
 from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector, merge
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.spellings import BEAMS
-from heavylift.nodes.scene.construction.rigging.slings import stood
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.statics.goals import goal
@@ -71,7 +71,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
     hooks = [hook.ends for machine in built.machines for hook in machine.hooks]
     eyes = [ends[1] for ends in hooks if ends]
     for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
-        (x, y, _), (a, b, _) = stood(scene, block)[0].tolist(), block.size
+        (x, y, _), (a, b, _) = scene.put(name)[0], block.size
         if not any(abs(p[0] - x) <= a and abs(p[1] - y) <= b for p in eyes):
             message = f"the {named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
             sentence = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
@@ -112,7 +112,7 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
     """Each hooked sling reaches its lug at the start, without overload and without passing through the block."""
     lugs, at = lug_places(built.machines), kinematics.poses(merge([x.system for x in built.machines], built.gravity))
     # as slack is counted: before blocks sink into their supports
-    at |= {name: stood(scene, block) for name, block in scene.all_blocks.items()}
+    at |= {name: (np.array(p), np.array(axes)) for name in scene.all_blocks for p, axes in [scene.put(name)]}
     for machine in (machine for machine in built.machines if machine.ties):
         straight = {rope.name: rope for rope in machine.system.ropes}
         for tie in (tie for tie in machine.ties if tie.lug and tie.rope in straight):

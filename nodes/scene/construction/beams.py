@@ -38,7 +38,7 @@ from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
 from .rigging.hook_ratings import rope_factor
 from .rigging.hooks import check_drums, hoist_of, mass_of, winch_of
-from .rigging.slings import key_of, lugs_of, rated, stood
+from .rigging.slings import key_of, lugs_of, rated
 from .scene_builder import SceneBuilder, by_beam
 
 Edges = tuple[Sheave, ...]
@@ -186,7 +186,8 @@ def _over(
     x, y, top = exit_
     R, blocks, eye = np.eye(3), builder.scene.all_blocks, np.array([x, y, top - hangs])
     at = {WORLD: (np.zeros(3), R)} | {body: (eye + p, Q) for body, (p, Q) in own.items() if body != WORLD}
-    at |= {block: stood(builder.scene, given) for block, given in blocks.items()}
+    puts = {block: builder.scene.put(block) for block in blocks}
+    at |= {block: (np.array(p), np.array(axes)) for block, (p, axes) in puts.items()}
     coms = {block: given.com for block, given in blocks.items()}
     over = [
         along_edges(builder.source, path, given.over_edges, builder.scene.edges, pair, coms, lambda: at)

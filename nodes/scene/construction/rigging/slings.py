@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.limits.slings import Terms, at_rest
 from heavylift.nodes.scene.keys.parts.rigging import Frame, SlingKeys, SlingType
-from heavylift.nodes.scene.keys.schema import Block, Scene
-from numpy.typing import NDArray
+from heavylift.nodes.scene.keys.schema import Scene
 
 
 class Sling(NamedTuple):
@@ -50,12 +48,6 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
     named = [lug for block in blocks.values() for lug in block.lugs]
     found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
     return found | {f"{name}.{lug}": k.Point(name, p) for name, x in scene.blocks.items() for lug, p in x.lugs.items()}
-
-
-def stood(scene: Scene, block: Block) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where a block is put at the start: its middle in the world [m], and its axes."""
-    deck = scene.vessels.get(block.on)
-    return (np.array(deck.place(block.at)), np.array(deck.attitude)) if deck else (np.array(block.at), np.eye(3))
 
 
 def terms(given: SlingType, item: str = "") -> Terms:
