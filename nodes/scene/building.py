@@ -158,8 +158,9 @@ def _built(
     still = {name for name, hook in frames_on_hooks(loaded.plan.machines).items() if hook.ends}
     own = (machine for machine in loaded.plan.machines if machine.name not in still)
     hung = bent or any(machine.ties and not machine.hooks for machine in own)
-    hooks = any(machine.hooks for machine in loaded.plan.machines)
-    if (hooks or hung) and (first := _first_rest(loaded, followed)):
+    lifting = (machine for machine in loaded.plan.machines if machine.hooks)
+    sinks = any(machine.girders or any(hook.ends for hook in machine.hooks) for machine in lifting)
+    if (sinks or hung) and (first := _first_rest(loaded, followed)):
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))
