@@ -22,7 +22,6 @@ from heavylift.kernel.description.mechanics import (
     Vector,
     merge,
 )
-from heavylift.nodes.limits.reeving import lead_factor
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
 from heavylift.nodes.plan.spellings import BEAMS
@@ -36,8 +35,7 @@ from heavylift.nodes.scene.text.source import Path
 
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
-from .rigging.hook_ratings import rope_factor
-from .rigging.hooks import check_drums, hoist_of, mass_of, winch_of
+from .rigging.hooks import check_drums, hoist_of, winch_of
 from .rigging.slings import key_of, lugs_of, rated
 from .scene_builder import SceneBuilder, by_beam
 
@@ -85,16 +83,14 @@ def on_hook(
     pose = (x, y, top - hangs, *_turned(yaw))
     ahead = product(start[hook.on][1].T.tolist(), [float(cos(yaw)), float(sin(yaw)), 0.0])
     rope = _rope(builder, called, hook, given, mass, (hangs + away) / (1 + strain), ahead)
-    where, line = builder.source.where((*path, "hook")), mass_of(hook)
+    where = builder.source.where((*path, "hook"))
     winch = winch_of(rope.name, hook, rope.L0, away, hook.shortest + away, "")
-    hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body, (0.0, 0.0, 0.0)), where)
-    part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * builder.scene.gravity * rope.L0
-    rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
+    hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body), rope.L0, builder.scene.gravity, where)
     falls = (x, y, top), pose[:3]
     afloat = any(joint.parent in builder.scene.vessels for joint in crane.system.joints)  # whose rest is to be found
-    hoist = msgspec.structs.replace(hoist, line=line, ends=None if afloat else falls, below=mass, rated=rated)
+    hoist = msgspec.structs.replace(hoist, ends=None if afloat else falls, below=mass)
     heavy = Heavy(
-        rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
+        rope=rope.name, line=hoist.line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
         ends=falls, below=0.0 if afloat else mass, on=hook.on, lead=away,
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
