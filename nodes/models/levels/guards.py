@@ -7,7 +7,7 @@ leaves the plane, and a motion in it is exact.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 from heavylift.kernel.algebra.dense import dot, product
@@ -67,7 +67,7 @@ class _Mirror:
     """A plan and the vertical plane of its motion, through the first free body."""
 
     def __init__(self, plan: Plan) -> None:
-        self.plan, self.motion = plan, plan.fidelity.motion
+        self.plan, self.motion, self.ordered = plan, plan.fidelity.motion, ordered(plan)
         self.normal = NORMAL[self.motion]
         self.i = self.normal.index(1.0)
         self.whole = merge([machine.system for machine in plan.machines], plan.gravity)
@@ -102,7 +102,8 @@ class _Mirror:
         rigid = not (any(m.girders or m.bends for m in self.plan.machines) and self.plan.fidelity.girder == "elastic")
         return (
             simple and rigid and all(map(self._joint, system.joints)) and all(map(self._body, system.bodies))
-            and self._forces() and self._pairs() and self._orders()
+            and self._forces() and self._orders()
+            and len(self.partners) == len(system.straight_ropes) + len(system.supports)
         )  # fmt: skip
 
     def _axis(self, joint: Joint) -> Vector:
@@ -114,19 +115,16 @@ class _Mirror:
         if joint.kind not in SIMPLE or (joint.kind == "free" and any(joint.v0)):
             return False
         axis = self._axis(joint)
-        square = joint.kind in ("free", "fixed") or abs(dot(axis, self.normal)) < ASKEW or self._along(axis)
+        along = abs(dot(axis, self.normal))
+        square = joint.kind in ("free", "fixed") or along < ASKEW or along > 1.0 - ASKEW
         if not square or not leaves(joint, axis, self.motion):
             return square
         system, q = self.whole, joint.q0[0] if joint.q0 else 0.0
         ends = (stop.lower + stop.upper - 2.0 * q for stop in system.stops if stop.joint == joint.name)
         pulled = any(spring.k and spring.q_rest != q for spring in system.springs if spring.joint == joint.name)
-        driven = any(
-            drive.wave or drive.name in ordered(self.plan) for drive in system.drives if drive.joint == joint.name
-        )
+        drives = (drive for drive in system.drives if drive.joint == joint.name)
+        driven = any(drive.wave or drive.name in self.ordered for drive in drives)
         return not (any(joint.v0) or pulled or driven or any(abs(end) > ASKEW for end in ends))
-
-    def _along(self, axis: Vector) -> bool:
-        return abs(dot(axis, self.normal)) > 1.0 - ASKEW
 
     def _body(self, body: Body) -> bool:
         """Whether a body is its own image."""
@@ -139,17 +137,15 @@ class _Mirror:
 
     def _forces(self) -> bool:
         """Whether forces act in the plane."""
+        out = {joint.name for joint in self.whole.joints if leaves(joint, self._axis(joint), self.motion)}
         for force in self.whole.forces:
             if isinstance(force, Wind):
                 place = self._place(force.at.body, force.at.p)[self.i]
                 if abs(force.direction[self.i]) > ASKEW or abs(place - self.at) > ASKEW:
                     return False
-            elif not force.along or any(leaves(x, self._axis(x), self.motion) for x in self._of(force.along[0])):
+            elif not force.along or force.along[0] in out:
                 return False
         return True
-
-    def _of(self, name: str) -> Iterator[Joint]:
-        return (joint for joint in self.whole.joints if joint.name == name)
 
     def _point(self, point: Point, sign: float) -> tuple[str, ...]:
         p = self._place(point.body, point.p)
@@ -173,15 +169,12 @@ class _Mirror:
         images = {repr(key): name for name, key in self._keys(-1.0).items()}
         return {name: images[repr(key)] for name, key in self._keys(1.0).items() if repr(key) in images}
 
-    def _pairs(self) -> bool:
-        return len(self.partners) == len(self.whole.straight_ropes) + len(self.whole.supports)
-
     def _orders(self) -> bool:
         """Whether slings are taken off with their partners, and none is hooked."""
         for action in self.plan.actions:
             off = {order.sling for order in action.orders if isinstance(order, UnhookSling)}
             hooks = any(isinstance(order, Hookup) for order in action.orders)
             turned = any(isinstance(order, Turn) for order in action.orders) and self.motion != "across"
-            if hooks or turned or any(self.partners[sling] not in off for sling in off):
+            if hooks or turned or any(self.partners.get(sling) not in off for sling in off):
                 return False
         return True

@@ -128,7 +128,7 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
             (x, y, z), R = at[lug.body]
             i, j, k = dense.product(R.T.tolist(), [a - x, b - y, c - z])
             inside = passes_through((i, j, k), lug.p, (u, v, w))
-            if inside > 0.0:
+            if inside > 0.0 and block.shape is None:  # else the box is not the block
                 message = f"{tie.rope} would go through {inside:.2g} m of the block on its straight way to the lug "
                 yield tie.rope, tie.where, f"{message}{tie.lug}: put the lug on a face that the hook reaches"
 
