@@ -30,7 +30,7 @@ print(json.dumps(helps))
 """
 FEW = """
 import runpy, sys
-sys.modules.update(dict.fromkeys(("xdevs", "pypdevs"), None))
+sys.modules.update(dict.fromkeys(("xdevs", "simpy", "pypdevs"), None))
 sys.argv = ["devs.py", "--json", "--short"]
 runpy.run_path("devs.py", run_name="__main__")
 """
@@ -109,10 +109,11 @@ def test_an_object_that_is_no_bench_row_is_named() -> None:
 def test_a_peer_that_is_not_installed_gives_one_sentence_and_no_figure() -> None:
     done = python(FEW)
     other = [row for row in map(json.loads, done.stdout.splitlines()) if row["peer"]]
-    assert [(row["peer_value"], row["ratio"], row["met"]) for row in other] == [(None, None, None)] * 4
+    assert [(row["peer_value"], row["ratio"], row["met"]) for row in other] == [(None, None, None)] * 5
     assert [line.partition(" (")[0] for line in done.stderr.splitlines()] == [
         "xdevs is left out",
         "PythonPDEVS is left out",
+        "SimPy is left out",
     ]
 
 
