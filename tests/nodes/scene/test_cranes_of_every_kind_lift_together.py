@@ -117,3 +117,8 @@ def test_slings_beside_a_beam_are_those_of_all_slings() -> None:
     plan = scene(MIXED).plan
     first = plan.actions[0].orders[0].until
     assert {*first.names} == {"one.sling-1", "one.sling-2", "legs.sling-1", "legs.sling-2"}
+
+
+def test_a_lug_that_a_beam_holds_carries_no_other_sling() -> None:
+    with pytest.raises(SceneError, match=r"the lug a\.P already carries a sling of one"):
+        scene(MIXED.replace("to: [b.P, b.Q]", "to: [a.P, b.Q]"))

@@ -102,7 +102,8 @@ class RiggingTree:
 
     def _check(self) -> None:
         """Check that all ends exist, and every lug and lower point is held once."""
-        used: dict[str, str] = {}
+        beams = self.scene.rig.beams if self.scene.rig else {}
+        used = {lug: beam for beam, given in beams.items() for lug in given.lugs or ()}
         for name, given in self.rigging.items():
             here: Path = ("rigging", name)
             if name in self.taken:
