@@ -1,4 +1,4 @@
-"""Machines of a scene whose moves are known before, what hangs on them, and blocks; the fidelity of the scene."""
+"""Cranes with girders or with frames on their hooks, these frames, and blocks; the fidelity of the scene."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
-    """Machines whose moves are known before, what hangs on them by `rig`, and the blocks below; what is wrong is added
+    """Cranes with girders or with frames of `rig` on their hooks, the frames and the blocks below; what is wrong is added
     to the faults of the source."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
@@ -124,7 +124,7 @@ def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
 
 
 def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
-    """Machines whose moves are known before: those with girders, and those on whose hooks frames hang."""
+    """Cranes with girders, and those on whose hooks frames hang, without hooks."""
     scene, found = builder.scene, list[plan.Mechanism]()
     carrying = {crane for crane, _ in builder.hooks.values()}
     for name, given in scene.machines.items():
