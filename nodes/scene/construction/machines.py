@@ -24,8 +24,8 @@ from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
-    """Cranes with girders or with frames of `rig` on their hooks, the frames and the blocks below; what is wrong is added
-    to the faults of the source."""
+    """Cranes with girders or frames of `rig`, the frames and the blocks below; what is wrong is added to the faults of
+    the source."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:
