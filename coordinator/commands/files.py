@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import RecordingError
@@ -46,7 +45,7 @@ def plot(
 
     With a second recording, both over one another: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
     """
-    from heavylift.coordinator.record.resting import at_rest
+    from heavylift.coordinator.record.scene import at_rest
     from heavylift.recordings import Recording, curves, overlay, storyboard
     from heavylift.recordings import plot as tensions
     from heavylift.recordings.write.outputs import beside
@@ -71,8 +70,7 @@ def plot(
 def view(
     file: o.File,
     other: Annotated[
-        Path | None,
-        typer.Argument(help="another recording, shown beside it", autocompletion=completing.recordings),
+        Path | None, typer.Argument(help="another recording, shown beside it", autocompletion=o.recording_files)
     ] = None,
     output: Annotated[Path | None, o.written_to("page; default NAME.html")] = None,
     force: o.Force = False,
@@ -93,11 +91,10 @@ def view(
 def report(
     file: o.File,
     other: Annotated[
-        Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=completing.recordings)
+        Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=o.recording_files)
     ] = None,
     output: Annotated[
-        Path | None,
-        o.written_to("document: .html, .pdf, .xlsx, .json, .txt; drawings: .dxf; default NAME-report.html"),
+        Path | None, o.written_to("document: .html, .pdf, .xlsx, .json, .txt; drawings: .dxf; default NAME-report.html")
     ] = None,
     revision: Annotated[str, typer.Option("--revision", help="of the document, instead of the scene's")] = "",
     author: Annotated[str, typer.Option("--author", help="who prepared it, instead of the scene's")] = "",
@@ -200,9 +197,7 @@ def export(
 def recover(
     file: Annotated[
         Path,
-        typer.Argument(
-            help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=completing.recordings
-        ),
+        typer.Argument(help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=o.recording_files),
     ],
     output: Annotated[Path | None, o.written_to("default NAME-recovered.mcap")] = None,
     force: o.Force = False,
@@ -241,7 +236,7 @@ def layout(
 ) -> None:
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording
-    from heavylift.recordings.render.lichtblick import LAYOUT
+    from heavylift.recordings.render.foxglove import LAYOUT
     from heavylift.recordings.write.outputs import beside
     from heavylift.recordings.write.partfile import written
 

@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 
@@ -99,7 +98,7 @@ def run(
         if accuracy and not loaded.facts.ask:
             loaded = load(scene, [*(sets or []), *given, f"ask=[{', '.join(MEANT)}]"])
         if drive:
-            from heavylift.coordinator.measured.driving import driven
+            from heavylift.coordinator.measured.mapping import driven
 
             loaded = driven(loaded, drive)
         loaded = (decided if decide else chosen)(loaded, lambda message: typer.echo(f"  {message}", err=True))
@@ -189,7 +188,7 @@ def resume(
     file: Annotated[
         Path,
         typer.Argument(
-            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings
+            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=o.recording_files
         ),
     ],
     output: Annotated[Path | None, o.written_to("default NAME-resumed.mcap")] = None,

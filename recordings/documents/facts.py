@@ -10,7 +10,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format import machines
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import RecordedVerdict, recorded_peaks, recorded_verdict
-from heavylift.recordings.write.rows import Peak
+from heavylift.recordings.write.sink import Peak
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
-from heavylift.recordings.format.viewer_messages import Box, corners, turned
-from heavylift.recordings.read.part import HANGING
+from heavylift.recordings.format.viewer_messages import DrawnBox, corners, turned
 from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.signal import HANGING
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_peaks
 from numpy.typing import NDArray
 
@@ -149,7 +149,7 @@ def _instant(
     }
     frames = (hung | {tie["upper"]["body"] for tie in machines.ties(plan)}) - eyes
 
-    def kind(box: Box) -> Kind:
+    def kind(box: DrawnBox) -> Kind:
         body = box.body
         if body in cargo:
             size = cargo[body].get("size", box.size)

@@ -24,7 +24,7 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format.samples import SampleLayout, thinned
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.format.viewer_messages import Box, RopeLine
+from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine
 from heavylift.recordings.write.broadcast import Spectator
 from heavylift.recordings.write.sink import texts
 from numpy.typing import NDArray
@@ -198,7 +198,7 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
         self._packer.start()
 
     def begin(
-        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
+        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
         self._shown, self._facts = shown(layout), facts_shown(texts(run), [])
         head = {

@@ -268,5 +268,7 @@ def test_charts_report_limits_and_times_as_a_clock_does(browser: Chromium, lift:
     groups = browser.run("[...document.querySelectorAll('#picker label')].map(e => e.textContent.trim())")
     assert {"joint/position [m]", "joint/position [rad]"} <= set(groups)
     events = browser.run("[...document.querySelectorAll('#events li:not(.inner) span')].map(e => e.textContent)")
-    assert {"stage take up slack", "loader-1.sling-1 taut", "block lifted off", "move of crane.H1 done"} <= set(events)
+    assert {"stage take up slack begins", "loader-1.sling-1 taut", "block lifted off", "move of crane.H1 done"} <= set(
+        events
+    )
     assert not [text for text in events if "actor" in text]
