@@ -52,6 +52,31 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
     )
 
 
+def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
+    """Plan and two elevations, each at the scale that fits a room [mm]; the second is seen from the right of the
+    first."""
+    h = main_axis(x)
+    v = np.cross(UP, h)
+    seen = x.of("crane", "block", "hook", "frame")
+    wide, deep, high = (float(np.ptp(seen @ axis)) for axis in (h, v, UP))
+    inner = room[0] - 6 * ROW, room[1] - 4 * ROW
+    plan, front, side = (fitting(*size, inner) for size in ((wide, deep), (wide, high), (deep, high)))
+    aside = x._replace(hooks=[hook._replace(axis=None) for hook in x.hooks])  # a radius is not seen in true size
+    return (
+        _plan(x, View("Plan", plan), h, v),
+        _elevation(x, View(f"Elevation, seen along {_named_axis(v)}", front), h, v),
+        _elevation(aside, View(f"Elevation, seen along {_named_axis(-h)}", side), v, -h),
+    )
+
+
+def _named_axis(way: Floats) -> str:
+    """A horizontal direction in words."""
+    for name, axis in (("x", way[0]), ("y", way[1])):
+        if abs(abs(axis) - 1.0) < LEVEL:
+            return f"{'+' if axis > 0 else '-'}{name}"
+    return f"{degrees(atan2(way[1], way[0])) % 360.0:.1f} deg from x"
+
+
 def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
     """Solids from far to near and ropes; lower and upper corner on paper [mm]."""
     axes, ahead = np.column_stack([right, up]), np.cross(right, up)

@@ -1,0 +1,216 @@
+"""The workbench's server on 127.0.0.1: requests need the word in the address, and come from this machine's own page.
+
+GET of the word's folder is the page, of `events` in it the messages of the desk as Server-Sent Events, of
+`drawings/NUMBER/STATE` the drawings of a state, of `schema` the JSON Schema of scenes; POST takes JSON.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import secrets
+import socket
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import uvicorn
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene import bundled, json_schema
+from heavylift.nodes.scene.text.files import scene_file
+from heavylift.recordings.render.content import bundled as page_of
+from heavylift.recordings.render.server import HEADERS, HOST, PULSE, refusal
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from .desk import Desk
+
+LARGEST = 1 << 20  # of a request [bytes]
+
+
+class Guard:
+    """Lets requests through that name this host, come from no other site and know the word."""
+
+    def __init__(self, app: ASGIApp, word: str, port: int) -> None:
+        self._app, self._word, self._port = app, word, port
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            return
+        refused = refusal(Headers(scope=scope), self._port)
+        _, word, rest = (*str(scope["path"]).split("/", 2), "", "")[:3]
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                more = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+                message["headers"] = [*message["headers"], *more]
+            await send(message)
+
+        if refused:
+            return await PlainTextResponse(f"{refused}\n", 403)(scope, receive, with_headers)
+        if not hmac.compare_digest(word.encode(), self._word.encode()):
+            return await PlainTextResponse("no such page; copy the whole address\n", 404)(scope, receive, with_headers)
+        await self._app(scope | {"path": f"/{rest}", "raw_path": b""}, receive, with_headers)
+
+
+class Save(msgspec.Struct):
+    """A whole text, and the version that it replaces."""
+
+    text: str
+    version: str
+
+
+class Edit(msgspec.Struct):
+    """A value (YAML in one line; None: removed) at a path."""
+
+    path: list[str | int]
+    value: str | None
+
+
+class Edits(msgspec.Struct):
+    """Several edits, and the version that they change."""
+
+    edits: list[Edit]
+    version: str
+
+
+class Named(msgspec.Struct):
+    """A scene."""
+
+    name: str
+
+
+def application(desk: Desk, word: str, port: int) -> ASGIApp:
+    """The routes of a desk behind the guard."""
+
+    async def page(_: Request) -> Response:
+        return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
+
+    async def schema(_: Request) -> Response:
+        return _json(await run_in_threadpool(json_schema))
+
+    async def events(_: Request) -> Response:
+        return StreamingResponse(_stream(desk), media_type="text/event-stream")
+
+    async def drawings(request: Request) -> Response:
+        number, k = request.path_params["number"], request.path_params["k"]
+        found = await run_in_threadpool(desk.drawings, number, k)
+        return _json(found) if found is not None else _refused("these states are no longer shown", 404)
+
+    async def save(request: Request) -> Response:
+        return await _changed(desk, request, Save, lambda x: desk.save(x.text, x.version))
+
+    async def edit(request: Request) -> Response:
+        edits = lambda x: desk.edit([(e.path, e.value) for e in x.edits], x.version)  # noqa: E731
+        return await _changed(desk, request, Edits, edits)
+
+    async def opened(request: Request) -> Response:
+        return await _changed(desk, request, Named, lambda x: desk.open(x.name))
+
+    async def copied(request: Request) -> Response:
+        return await _changed(desk, request, Named, lambda x: desk.copy(x.name))
+
+    routes = [
+        Route("/", page),
+        Route("/schema", schema),
+        Route("/events", events),
+        Route("/drawings/{number:int}/{k:int}", drawings),
+        *(Route(f"/{x.__name__}", x, methods=["POST"]) for x in (save, edit)),
+        Route("/open", opened, methods=["POST"]),
+        Route("/copy", copied, methods=["POST"]),
+    ]
+    return Guard(Starlette(routes=routes), word, port)
+
+
+async def _changed(desk: Desk, request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
+    """Carry out a request with a body of JSON; a sentence with 409 where it cannot be."""
+    if request.headers.get("Content-Type", "").partition(";")[0] != "application/json":
+        return _refused("send JSON", 415)
+    body = bytearray()
+    async for piece in request.stream():
+        body += piece
+        if len(body) > LARGEST:
+            return _refused("that is too long", 413)
+    try:
+        asked = msgspec.json.decode(bytes(body), type=type_)
+    except msgspec.MsgspecError as error:
+        return _refused(f"this request cannot be read: {error}", 400)
+    try:
+        return _json({"version": await run_in_threadpool(change, asked)})
+    except HeavyliftError as error:
+        return _refused(str(error), 409)
+    except OSError as error:
+        return _refused(f"{error.filename}: {error.strerror}", 409)
+
+
+def _json(data: object) -> Response:
+    return Response(msgspec.json.encode(data), media_type="application/json")
+
+
+def _refused(sentence: str, status: int) -> Response:
+    return Response(msgspec.json.encode({"error": sentence}), status, media_type="application/json")
+
+
+async def _stream(desk: Desk) -> AsyncIterator[bytes]:
+    """The messages of a desk from now on, first the last one of each kind."""
+    wake, loop, last = asyncio.Event(), asyncio.get_running_loop(), 0
+
+    def ring() -> None:
+        loop.call_soon_threadsafe(wake.set)
+
+    desk.listen(ring)
+    try:
+        while not desk.closing:
+            wake.clear()
+            for message in desk.since(last):
+                last = message.number
+                yield b"event: %s\ndata: %s\n\n" % (message.kind.encode(), message.data)
+            try:
+                await asyncio.wait_for(wake.wait(), PULSE)
+            except TimeoutError:
+                yield b": still here\n\n"
+    finally:
+        desk.forget(ring)
+
+
+class _Server(uvicorn.Server):
+    """Lets pages go when it is asked to end."""
+
+    def __init__(self, config: uvicorn.Config, desk: Desk) -> None:
+        super().__init__(config)
+        self._desk = desk
+
+    def handle_exit(self, sig: int, frame: Any) -> None:
+        """End."""
+        self._desk.__exit__()
+        super().handle_exit(sig, frame)
+
+
+def serve(folder: Path, scene: Path | None, ready: Callable[[str], object]) -> None:
+    """Serve the workbench until a signal ends it; `ready` gets the address."""
+    word = secrets.token_urlsafe(24)
+    with socket.create_server((HOST, 0)) as listening, Desk(folder, scene) as desk:
+        port = listening.getsockname()[1]
+        settings = uvicorn.Config(
+            application(desk, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
+            server_header=False, timeout_graceful_shutdown=1,
+        )  # fmt: skip
+        ready(f"http://{HOST}:{port}/{word}/")
+        _Server(settings, desk).run(sockets=[listening])
+
+
+def workbench(place: str, ready: Callable[[str], object]) -> None:
+    """Serve a folder, a scene file in its folder, or a bundled scene beside the working folder."""
+    path = Path(place)
+    if path.is_dir():
+        return serve(path, None, ready)
+    found = scene_file(place)
+    if not found.is_file():
+        raise SceneError(f"there is no folder and no scene '{place}'")
+    return serve(Path() if found in bundled().values() else found.resolve().parent, found.resolve(), ready)
