@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -181,11 +180,7 @@ class Desk:
         names = [x.relative_to(self.folder).as_posix() for x in self.scenes()]
         told: dict[str, Any] = {"folder": self.folder.name, "scenes": names, "bundled": sorted(bundled()), "file": ""}
         if self.scene is not None:
-            try:
-                text = present(self.scene)
-            except SceneError as error:
-                return self.say("faults", {"faults": [_unread(self.scene, error)]})
-            own = self.own
+            text, own = present(self.scene), self.own
             name = self.scene.resolve().relative_to(self.folder).as_posix() if own else self.scene.name
             told |= {"file": name, "own": own, "text": text, "version": version_of(text)}
         self.say("scene", told)
@@ -209,8 +204,10 @@ class Desk:
             self._changed.clear()
             if self.closing:
                 return
-            with suppress(HeavyliftError, OSError):
+            try:
                 self._preview()
+            except (HeavyliftError, OSError) as error:
+                self.say("faults", {"version": "", "faults": [_unread(self.scene or self.folder, error)]})
 
     def _preview(self) -> None:
         scene, seen = self.scene, self._state()

@@ -20,7 +20,7 @@ from heavylift.nodes.scene.text.files import content
 from heavylift.nodes.scene.text.source import Data, read, shown
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.nodes import CollectionNode, MappingNode, Node, SequenceNode
 
 Keys: TypeAlias = tuple[str | int, ...]
 STEP = 2  # blanks by which a mapping is indented
@@ -151,7 +151,7 @@ def _child(node: Node, key: str | int) -> Node | None:
 
 def _end(node: Node) -> int:
     """Where what is written of a node ends."""
-    if isinstance(node, ScalarNode) or node.flow_style:
+    if not isinstance(node, CollectionNode) or node.flow_style:
         return int(node.end_mark.index)
     inner = [x for pair in node.value for x in (pair if isinstance(pair, tuple) else (pair,))]
     return max((_end(x) for x in inner), default=int(node.start_mark.index))
@@ -166,7 +166,7 @@ def _written(text: str, keys: Keys, value: str) -> str:
     if known == len(keys):
         return text[:start] + value + text[end:] if start < end else text[:start] + f" {value}" + text[start:]
     key = keys[known]
-    if isinstance(node, ScalarNode):  # nothing but a key is written of it yet
+    if not isinstance(node, CollectionNode):  # nothing but a key is written of it yet
         if not str(node.tag).endswith(":null"):
             raise SceneError(f"{shown(keys)}: {shown(keys[:known])} is a value, which has no keys")
         return f"{text[:start].rstrip(' ')} {{{_key(key)}: {value}}}{text[end:]}"
@@ -193,6 +193,7 @@ def _removed(text: str, keys: Keys) -> str:
     if known < len(keys):
         raise SceneError(f"{shown(keys)}: nothing stands there")
     parent, gone = nodes[-2], nodes[-1]
+    assert isinstance(parent, CollectionNode)
     entries = [(pair[0], pair[1]) if isinstance(pair, tuple) else (pair, pair) for pair in parent.value]
     number = next(i for i, (_, x) in enumerate(entries) if x is gone)
     start, end = int(entries[number][0].start_mark.index), _end(gone)

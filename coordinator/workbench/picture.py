@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 SIGNALS = {"rope/tension": "tensions", "support/force": "supports"}  # [N]
-ROOM = 118.0, 74.0  # [mm] of a drawing: letters of 2.2 mm are legible in a quarter of a screen
+ROOM = 100.0, 58.0  # [mm] of a drawing: letters of 2.2 mm are legible in a quarter of a screen
 
 
 class Picture:
@@ -71,7 +71,7 @@ class Picture:
         carried = block(self._data)
         return {
             **layout.head(),
-            "rows": {"t": packed(np.arange(len(self.states)), "<f8"), "x": packed(np.hstack(rows)[:, layout.columns])},
+            "rows": {"t": packed(np.arange(len(self.states), dtype=np.float64), "<f8"), "x": packed(np.hstack(rows)[:, layout.columns])},
             "boxes": self._boxes,
             "rig": rigs,
             "rated": rated(self.plan),

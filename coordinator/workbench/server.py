@@ -10,7 +10,9 @@ import asyncio
 import hmac
 import secrets
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +34,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from .desk import Desk
 
 LARGEST = 1 << 20  # of a request [bytes]
+
+
+_schema = cache(json_schema)
 
 
 class Guard:
@@ -56,7 +61,7 @@ class Guard:
             return await PlainTextResponse(f"{refused}\n", 403)(scope, receive, with_headers)
         if not hmac.compare_digest(word.encode(), self._word.encode()):
             return await PlainTextResponse("no such page; copy the whole address\n", 404)(scope, receive, with_headers)
-        await self._app(scope | {"path": f"/{rest}", "raw_path": b""}, receive, with_headers)
+        await self._app({**scope, "path": f"/{rest}", "raw_path": b""}, receive, with_headers)
 
 
 class Save(msgspec.Struct):
@@ -93,7 +98,7 @@ def application(desk: Desk, word: str, port: int) -> ASGIApp:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
 
     async def schema(_: Request) -> Response:
-        return _json(await run_in_threadpool(json_schema))
+        return _json(await run_in_threadpool(_schema))
 
     async def events(_: Request) -> Response:
         return StreamingResponse(_stream(desk), media_type="text/event-stream")
@@ -192,8 +197,9 @@ class _Server(uvicorn.Server):
         super().handle_exit(sig, frame)
 
 
-def serve(folder: Path, scene: Path | None, ready: Callable[[str], object]) -> None:
-    """Serve the workbench until a signal ends it; `ready` gets the address."""
+@contextmanager
+def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[], None], uvicorn.Server]]:
+    """The address of a workbench, what serves it until it is asked to exit, and the server."""
     word = secrets.token_urlsafe(24)
     with socket.create_server((HOST, 0)) as listening, Desk(folder, scene) as desk:
         port = listening.getsockname()[1]
@@ -201,16 +207,19 @@ def serve(folder: Path, scene: Path | None, ready: Callable[[str], object]) -> N
             application(desk, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
             server_header=False, timeout_graceful_shutdown=1,
         )  # fmt: skip
-        ready(f"http://{HOST}:{port}/{word}/")
-        _Server(settings, desk).run(sockets=[listening])
+        server = _Server(settings, desk)
+        yield f"http://{HOST}:{port}/{word}/", lambda: server.run(sockets=[listening]), server
 
 
 def workbench(place: str, ready: Callable[[str], object]) -> None:
-    """Serve a folder, a scene file in its folder, or a bundled scene beside the working folder."""
-    path = Path(place)
-    if path.is_dir():
-        return serve(path, None, ready)
-    found = scene_file(place)
-    if not found.is_file():
-        raise SceneError(f"there is no folder and no scene '{place}'")
-    return serve(Path() if found in bundled().values() else found.resolve().parent, found.resolve(), ready)
+    """Serve a folder, a scene file in its folder, or a bundled scene beside the working folder, until a signal ends it;
+    `ready` gets the address."""
+    folder, scene = Path(place), None
+    if not folder.is_dir():
+        scene = scene_file(place).resolve()
+        if not scene.is_file():
+            raise SceneError(f"there is no folder and no scene '{place}'")
+        folder = Path() if scene in bundled().values() else scene.parent
+    with served(folder, scene) as (url, run, _):
+        ready(url)
+        run()

@@ -5,7 +5,7 @@ import { yaml } from "@codemirror/lang-yaml";
 import { bracketMatching, foldGutter, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
 import { type Diagnostic, lintGutter, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
-import { Compartment, EditorState, Transaction } from "@codemirror/state";
+import { EditorState, Transaction } from "@codemirror/state";
 import { drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { api, type Fault, Refused, type Scene } from "./api";
@@ -29,38 +29,40 @@ export class Editor {
   schema: Schema | null = null;
   private readonly status = element("span", { className: "status", role: "status" });
   private readonly conflict = element("div", { id: "conflict", role: "alert", hidden: true });
-  private readonly locked = new Compartment();
   private file = "";
   private base = ""; // version of the file that the text comes from
   private written: string | null = null; // what is being saved
   private dirty = false;
   private theirs: Scene | null = null;
+  private ending = "\n";
   private timer = 0;
 
   constructor(private readonly moved: () => void) {
     const tools = element("div", { className: "tools" }, button(words.undo, () => undo(this.view)), button(words.redo, () => redo(this.view)), this.status);
     this.conflict.append(words.conflict, " ", button(words.keepMine, () => this.resolve(true)), button(words.takeTheirs, () => this.resolve(false)));
     this.host.append(tools, this.conflict);
-    this.view = new EditorView({
-      parent: this.host,
-      state: EditorState.create({
-        extensions: [
-          lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
-          highlightSelectionMatches(), lintGutter(), yaml(), syntaxHighlighting(colours), indentUnit.of("  "),
-          autocompletion({ override: [(context) => this.schema && completions(context, this.schema)] }),
-          hoverTooltip((view, at) => this.schema && explained(view, at, this.schema)),
-          keymap.of([
-            { key: "Mod-s", run: () => (void this.save(), true) },
-            ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...completionKeymap, indentWithTab,
-          ]),
-          this.locked.of(EditorState.readOnly.of(true)),
-          EditorView.contentAttributes.of({ "aria-label": words.text }),
-          EditorView.updateListener.of((update) => {
-            if (update.docChanged && !update.transactions.some((x) => x.annotation(Transaction.remote))) this.typed();
-            if (update.docChanged || update.selectionSet) this.moved();
-          }),
-        ],
-      }),
+    this.view = new EditorView({ parent: this.host, state: this.fresh("", true) });
+  }
+
+  private fresh(doc: string, locked: boolean): EditorState {
+    return EditorState.create({
+      doc,
+      extensions: [
+        lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
+        highlightSelectionMatches(), lintGutter(), yaml(), syntaxHighlighting(colours), indentUnit.of("  "),
+        autocompletion({ override: [(context) => this.schema && completions(context, this.schema)] }),
+        hoverTooltip((view, at) => this.schema && explained(view, at, this.schema)),
+        keymap.of([
+          { key: "Mod-s", run: () => (void this.save(), true) },
+          ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...completionKeymap, indentWithTab,
+        ]),
+        EditorState.readOnly.of(locked),
+        EditorView.contentAttributes.of({ "aria-label": words.text }),
+        EditorView.updateListener.of((update) => {
+          if (update.docChanged && !update.transactions.some((x) => x.annotation(Transaction.remote))) this.typed();
+          if (update.docChanged || update.selectionSet) this.moved();
+        }),
+      ],
     });
   }
 
@@ -81,12 +83,13 @@ export class Editor {
 
   // What stands in the file now.
   take(scene: Scene): void {
-    const text = scene.text ?? "";
+    const text = (scene.text ?? "").replaceAll("\r\n", "\n");
+    this.ending = text === scene.text ? "\n" : "\r\n";
     if (scene.file !== this.file) {
       this.file = scene.file;
-      this.dirty = false;
-      this.put(text, scene.version!, true);
-      this.view.dispatch({ effects: this.locked.reconfigure(EditorState.readOnly.of(!scene.own)) });
+      this.accept(scene.version!);
+      this.view.setState(this.fresh(text, !scene.own));
+      this.moved();
       this.status.textContent = scene.own ? "" : words.readOnly;
       return;
     }
@@ -95,7 +98,7 @@ export class Editor {
     else if (this.dirty) {
       this.theirs = scene;
       this.conflict.hidden = false;
-    } else this.put(text, scene.version!, false);
+    } else this.put(text, scene.version!);
   }
 
   private accept(version: string): void {
@@ -106,18 +109,17 @@ export class Editor {
     this.status.textContent = words.saved;
   }
 
-  // Only what differs is replaced, so that the cursor stays; `fresh`: another file, whose past is not to be undone.
-  private put(text: string, version: string, fresh: boolean): void {
+  // Only what differs is replaced, so that the cursor stays.
+  private put(text: string, version: string): void {
     const old = this.text;
     let from = 0;
     while (from < old.length && from < text.length && old[from] === text[from]) from++;
     let end = 0;
     while (end < old.length - from && end < text.length - from && old[old.length - 1 - end] === text[text.length - 1 - end]) end++;
-    const annotations = [Transaction.remote.of(true), ...(fresh ? [Transaction.addToHistory.of(false)] : [])];
     this.base = version;
     this.conflict.hidden = true;
     this.theirs = null;
-    this.view.dispatch({ changes: { from, to: old.length - end, insert: text.slice(from, text.length - end) }, annotations });
+    this.view.dispatch({ changes: { from, to: old.length - end, insert: text.slice(from, text.length - end) }, annotations: Transaction.remote.of(true) });
   }
 
   private resolve(mine: boolean): void {
@@ -125,7 +127,7 @@ export class Editor {
     if (!theirs) return;
     if (!mine) {
       this.dirty = false;
-      this.put(theirs.text!, theirs.version!, false);
+      this.put(theirs.text!.replaceAll("\r\n", "\n"), theirs.version!);
       this.status.textContent = "";
       return;
     }
@@ -142,7 +144,7 @@ export class Editor {
     const text = this.text;
     this.written = text;
     try {
-      const { version } = await api.save(text, this.base);
+      const { version } = await api.save(text.replaceAll("\n", this.ending), this.base);
       if (this.text === text) this.accept(version);
       else this.base = version;
       return true;
