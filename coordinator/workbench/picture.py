@@ -71,7 +71,10 @@ class Picture:
         carried = block(self._data)
         return {
             **layout.head(),
-            "rows": {"t": packed(np.arange(len(self.states), dtype=np.float64), "<f8"), "x": packed(np.hstack(rows)[:, layout.columns])},
+            "rows": {
+                "t": packed(np.arange(len(self.states), dtype=np.float64), "<f8"),
+                "x": packed(np.hstack(rows)[:, layout.columns]),
+            },
             "boxes": self._boxes,
             "rig": rigs,
             "rated": rated(self.plan),

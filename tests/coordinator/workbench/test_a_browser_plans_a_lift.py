@@ -1,0 +1,126 @@
+"""The workbench in a browser: preview beside another editor, edits by text and form, undo, conflicts, light and dark."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from heavylift.coordinator.workbench import version_of
+
+
+@pytest.fixture
+def page(chromium: Any, address: str) -> Any:
+    """The page of the folder when its checks are there."""
+    page = chromium.new_page(viewport={"width": 1500, "height": 950}, color_scheme="light")
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(address)
+    page.wait_for_selector("html[data-checks]")
+    yield page
+    assert complaints == []
+    page.close()
+
+
+def previewed(page: Any, text: str) -> None:
+    """Wait until the checks of a text are shown."""
+    page.wait_for_selector(f"html[data-checks='{version_of(text)}']")
+
+
+def scene_of(folder: Path) -> Path:
+    return folder / "my-lift.yaml"
+
+
+def test_a_save_of_any_editor_is_seen(page: Any, folder: Path) -> None:
+    assert page.locator("#verdict").inner_text().startswith("GREEN")
+    assert page.locator(".sheet svg").count() == 3
+    text = scene_of(folder).read_text()
+    wider = text.replace("size: [20 m, 16 m, 8 m]", "size: [22 m, 16 m, 8 m]")
+    scene_of(folder).write_text(wider)
+    previewed(page, wider)
+    assert "22.00" in page.locator(".sheet svg").first.text_content()
+    assert page.locator(".view.stale").count() == 0
+    scene_of(folder).write_text(wider.replace("22 m, 16 m", "22 bananas, 16 m"))
+    page.wait_for_selector("html[data-faults='1']")
+    assert "line 11" in page.locator("#faults").inner_text()
+    page.wait_for_selector(".view.stale")
+    assert "22.00" in page.locator(".sheet svg").first.text_content(), "the last good picture stays"
+    assert "last good picture" in page.locator(".view .mark").first.inner_text()
+
+
+def test_the_slider_leads_through_the_stages(page: Any) -> None:
+    stages = page.locator("#stages button")
+    assert stages.all_inner_texts()[:4] == ["at the start", "take up slack", "lift off", "up"]
+    before = page.locator(".sheet").nth(1).inner_html()
+    stages.filter(has_text="sideways").click()
+    assert "sideways" in page.locator("#state").inner_text()
+    page.locator(".sheet").nth(1).locator("text=/^3[.]/").first.wait_for()
+    assert page.locator(".sheet").nth(1).inner_html() != before, "the block hangs a metre above its supports"
+    page.locator("#checks tbody tr").first.click()
+    assert "sideways" not in page.locator("#state").inner_text(), "a check leads to its place and time"
+
+
+def test_text_and_form_write_the_same_file_and_undo_takes_back(page: Any, folder: Path) -> None:
+    text = scene_of(folder).read_text()
+    page.locator(".cm-line", has_text="mass: 300 t").click(position={"x": 40, "y": 5})
+    field = page.locator("#form input[data-key='mass']")
+    field.fill("310 t")
+    field.press("Enter")
+    formed = text.replace("mass: 300 t", "mass: 310 t")
+    previewed(page, formed)
+    assert scene_of(folder).read_text() == formed, "comments and order are kept"
+    page.locator(".cm-line", has_text="mass: 310 t").click(position={"x": 40, "y": 5})
+    page.keyboard.press("End")
+    page.keyboard.press("Backspace")
+    page.keyboard.type("kg")
+    typed = formed.replace("310 t", "310 kg")
+    page.wait_for_selector(f"html[data-faults], html[data-checks='{version_of(typed)}']")
+    for _ in range(3):
+        page.get_by_role("button", name="undo").click()
+    previewed(page, text)
+    assert scene_of(folder).read_text() == text
+
+
+def test_a_change_from_elsewhere_is_never_overwritten_unseen(page: Any, folder: Path) -> None:
+    text = scene_of(folder).read_text()
+    page.route("**/save", lambda route: route.abort())
+    page.locator(".cm-line", has_text="name: lift").click()
+    page.keyboard.press("End")
+    page.keyboard.type("-of-mine")
+    theirs = text.replace("name: lift", "name: theirs")
+    scene_of(folder).write_text(theirs)
+    page.locator("#conflict").wait_for()
+    assert scene_of(folder).read_text() == theirs
+    page.unroute("**/save")
+    page.get_by_role("button", name="keep mine").click()
+    previewed(page, text.replace("name: lift", "name: lift-of-mine"))
+    assert "name: lift-of-mine" in scene_of(folder).read_text()
+
+
+def test_the_schema_completes_and_explains(page: Any) -> None:
+    page.locator(".cm-line", has_text="mass: 300 t").click(position={"x": 40, "y": 5})
+    page.keyboard.press("End")
+    page.keyboard.press("Enter")
+    page.keyboard.type("ine")
+    page.locator(".cm-tooltip-autocomplete", has_text="inertia").wait_for()
+    page.keyboard.press("Escape")
+    page.locator(".cm-line .tok-key", has_text="supports").hover()
+    page.locator(".cm-tooltip .about", has_text="Stools").wait_for()
+
+
+def test_a_bundled_scene_is_looked_at_and_copied(page: Any, folder: Path) -> None:
+    page.on("dialog", lambda dialog: dialog.accept("my-jib"))
+    page.get_by_label("scene", exact=True).select_option("jib")
+    page.get_by_text("read only").wait_for()
+    page.get_by_role("button", name="copy").click()
+    page.wait_for_selector("select option[value='my-jib.yaml']", state="attached")
+    assert (folder / "my-jib.yaml").exists()
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_states_have_words_beside_their_colours(page: Any, theme: str) -> None:
+    page.emulate_media(color_scheme=theme)
+    page.wait_for_selector(f"html[data-theme='{theme}']")
+    words = page.locator("#checks td .state").all_inner_texts()
+    assert words
+    assert all(words)
