@@ -7,6 +7,7 @@ GET of the word's folder is the page, of `events` in it the messages of the desk
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import hmac
 import secrets
 import socket
@@ -18,6 +19,8 @@ from typing import Any
 
 import msgspec
 import uvicorn
+from heavylift import nodes
+from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import bundled, json_schema
 from heavylift.nodes.scene.text.files import scene_file
@@ -36,7 +39,15 @@ from .desk import Desk
 LARGEST = 1 << 20  # of a request [bytes]
 
 
-_schema = cache(json_schema)
+@cache
+def _schema() -> bytes:
+    """The JSON Schema of scenes, kept by the code that makes it."""
+    file = f"{hashlib.sha256(contents(Path(nodes.__file__).parent, '.py', '.yaml') + sources()).hexdigest()}.schema"
+    found = read_cached(file)
+    if not found:
+        found = msgspec.json.encode(json_schema())
+        write_cached(file, found)
+    return found
 
 
 class Guard:
@@ -98,7 +109,7 @@ def application(desk: Desk, word: str, port: int) -> ASGIApp:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
 
     async def schema(_: Request) -> Response:
-        return _json(await run_in_threadpool(_schema))
+        return Response(await run_in_threadpool(_schema), media_type="application/json")
 
     async def events(_: Request) -> Response:
         return StreamingResponse(_stream(desk), media_type="text/event-stream")

@@ -16,7 +16,7 @@ def page(chromium: Any, address: str) -> Any:
     complaints: list[str] = []
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.goto(address)
-    page.wait_for_selector("html[data-checks]")
+    page.wait_for_selector("html[data-checks][data-schema]")
     yield page
     assert complaints == []
     page.close()

@@ -123,6 +123,7 @@ listen({
 
 void api.schema().then((schema) => {
   editor.schema = new Schema(schema);
+  root.dataset.schema = "yes";
   showForm();
 });
 root.dataset.ready = "yes";
