@@ -19,6 +19,7 @@ from watchfiles import Change, watch
 from .editing import edited, present, version_of, write
 from .picture import Picture
 from .preview import previewed
+from .runs import SceneRun
 
 SCENES = (".yaml", ".yml")
 WATCHED = (*SCENES, ".csv", ".xlsx", ".stl", ".glb", ".gltf", ".json", ".mtx", ".py")
@@ -42,6 +43,7 @@ class Desk:
         self.folder, self.scene = folder.resolve(), scene
         self.picture: tuple[int, Picture] | None = None
         """The states that pages show, with their number."""
+        self.run = SceneRun(self.say)
         self._lock = threading.RLock()
         self._messages: dict[str, Message] = {}
         self._number = 0
@@ -58,6 +60,7 @@ class Desk:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.run.end()
         self._closing.set()
         self._changed.set()
         self._ring()
@@ -170,6 +173,12 @@ class Desk:
         except FileExistsError:
             raise SceneError(f"{path.name} is there already; choose another name") from None
         self.open(path.name)
+
+    def start(self) -> None:
+        """Run the scene on the desk."""
+        if self.scene is None:
+            raise SceneError("choose a scene first")
+        self.run.start(self.scene, self.folder)
 
     def _folders(self) -> list[Path]:
         below = (x for x in self.folder.iterdir() if x.is_dir() and not x.is_symlink() and x.name[0] not in "._")

@@ -35,6 +35,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .desk import Desk
+from .runs import recordings, result
 
 LARGEST = 1 << 20  # of a request [bytes]
 
@@ -96,6 +97,13 @@ class Edits(msgspec.Struct):
     version: str
 
 
+class Asked(msgspec.Struct):
+    """`run` starts a run of the scene; `pause`, `continue`, `stop` and `command` with its text go to it."""
+
+    do: str
+    text: str = ""
+
+
 class Named(msgspec.Struct):
     """A scene."""
 
@@ -132,12 +140,30 @@ def application(desk: Desk, word: str, port: int) -> ASGIApp:
     async def copied(request: Request) -> Response:
         return await _changed(desk, request, Named, lambda x: desk.copy(x.name))
 
+    async def run(request: Request) -> Response:
+        return await _changed(
+            desk, request, Asked, lambda x: desk.run.order(x.do, x.text) if x.do != "run" else desk.start()
+        )
+
+    async def listed(_: Request) -> Response:
+        return _json(await run_in_threadpool(lambda: [*recordings(desk.folder)]))
+
+    async def shown(request: Request) -> Response:
+        kind, name = request.path_params["kind"], request.path_params["name"]
+        try:
+            return HTMLResponse(await run_in_threadpool(result, desk.folder, kind, name))
+        except HeavyliftError as error:
+            return PlainTextResponse(f"{error}\n", 404)
+
     routes = [
         Route("/", page),
         Route("/schema", schema),
         Route("/events", events),
         Route("/drawings/{number:int}/{k:int}", drawings),
         *(Route(f"/{x.__name__}", x, methods=["POST"]) for x in (save, edit)),
+        Route("/recordings", listed),
+        Route("/result/{kind}/{name}", shown),
+        Route("/run", run, methods=["POST"]),
         Route("/open", opened, methods=["POST"]),
         Route("/copy", copied, methods=["POST"]),
     ]
@@ -158,7 +184,7 @@ async def _changed(desk: Desk, request: Request, type_: type[Any], change: Calla
     except msgspec.MsgspecError as error:
         return _refused(f"this request cannot be read: {error}", 400)
     try:
-        return _json({"version": await run_in_threadpool(change, asked)})
+        return _json({"answer": await run_in_threadpool(change, asked)})
     except HeavyliftError as error:
         return _refused(str(error), 409)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The workbench in a browser: preview beside another editor, edits by text and form, undo, conflicts, light and dark."""
+"""The workbench in a browser: preview beside another editor, edits by text and form, undo, conflicts, runs."""
 
 from __future__ import annotations
 
@@ -106,6 +106,22 @@ def test_the_schema_completes_and_explains(page: Any) -> None:
     page.keyboard.press("Escape")
     page.locator(".cm-line .tok-key", has_text="supports").hover()
     page.locator(".cm-tooltip .about", has_text="Stools").wait_for()
+
+
+def test_a_run_is_begun_and_its_results_are_opened(page: Any, folder: Path) -> None:
+    short = scene_of(folder).read_text().replace("name: lift\n", "name: lift\nend: 5 s\n")
+    scene_of(folder).write_text(short)
+    page.wait_for_selector(f"html[data-picture='start {version_of(short)}']")
+    page.get_by_role("button", name="run", exact=True).click()
+    page.wait_for_selector("html[data-run='ended 0']", timeout=120_000)
+    assert "take up slack" in page.locator("#lines").inner_text()
+    with page.expect_popup() as popup:
+        page.get_by_role("link", name="3D page").click()
+    popup.value.wait_for_selector("html[data-ready='yes']")
+    assert popup.value.locator("#title").inner_text() == "lift"
+    with page.expect_popup() as popup:
+        page.get_by_role("link", name="report").click()
+    popup.value.get_by_role("heading", name="Lift report").wait_for()
 
 
 def test_a_bundled_scene_is_looked_at_and_copied(page: Any, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""A preview: start pose, path at rest and checks of a text, or its faults at their places, whatever is wrong with it."""
+"""A preview: start pose, path at rest and checks of a text, or its faults at their places."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_start_pose_first_then_the_path_and_its_checks() -> None:
 def test_scenes_of_all_kinds_are_pictured(name: str) -> None:
     found = steps(name)
     assert [data["faults"] for kind, data in found if kind == "faults"] == [[]]
-    assert [kind for kind, _ in found][0] == "picture"
+    assert next(kind for kind, _ in found) == "picture"
     assert found[-1][0] == "checks"
 
 

@@ -1,4 +1,4 @@
-"""Edits of a scene's text: the value is there, all other values, comments and lines stay, or a sentence says why not."""
+"""Edits of a scene's text: the value is there and all else stays, or a sentence says why not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Requests: only with the word, from this machine's own page; writes only inside the folder and over the known version."""
+"""Requests: only with the word, from this machine's own page; writes only inside the folder, over a known version."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_save_needs_the_version_that_it_replaces(page: TestClient, folder: Pat
     path = folder / "my-lift.yaml"
     before = path.read_text()
     answer = page.post(f"/{WORD}/save", json={"text": "heavylift: 1\n", "version": version_of(before)})
-    assert answer.json() == {"version": version_of("heavylift: 1\n")}
+    assert answer.json() == {"answer": version_of("heavylift: 1\n")}
     second = page.post(f"/{WORD}/save", json={"text": before, "version": version_of(before)})
     assert second.status_code == 409
     assert "changed elsewhere" in second.json()["error"]

@@ -10,12 +10,15 @@ export interface Check {
   stage: string; basis: string; sentence: string; where: string; value?: number; why: string;
 }
 export interface Checks { version: string; state: string; line: string; checks: Check[]; notes: { severity: string; sentence: string }[]; tables: string[]; ends: string }
+export interface RunMessage { running: boolean; lines: string[]; file: string; code?: number }
+export interface Recorded { name: string; state: string; line: string }
 export interface Messages {
   scene: Scene;
   busy: { version: string; busy: boolean };
   faults: { version: string; faults: Fault[] };
   picture: Picture;
   checks: Checks;
+  run: RunMessage;
 }
 
 export function listen(heard: { [K in keyof Messages]: (data: Messages[K]) => void }, lost: (away: boolean) => void): void {
@@ -29,18 +32,20 @@ export function listen(heard: { [K in keyof Messages]: (data: Messages[K]) => vo
 
 export class Refused extends Error {}
 
-async function post<T>(name: string, body: object): Promise<T> {
+async function post(name: string, body: object): Promise<string> {
   const answer = await fetch(name, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
   const data = await answer.json();
   if (!answer.ok) throw new Refused(data.error);
-  return data as T;
+  return data.answer;
 }
 
 export const api = {
-  save: (text: string, version: string) => post<{ version: string }>("save", { text, version }),
-  edit: (edits: { path: Path; value: string | null }[], version: string) => post<{ version: string }>("edit", { edits, version }),
+  save: (text: string, version: string) => post("save", { text, version }),
+  edit: (edits: { path: Path; value: string | null }[], version: string) => post("edit", { edits, version }),
   open: (name: string) => post("open", { name }),
   copy: (name: string) => post("copy", { name }),
+  run: (act: string, text = "") => post("run", { do: act, text }),
+  recordings: async (): Promise<Recorded[]> => (await fetch("recordings")).json(),
   schema: async () => (await fetch("schema")).json(),
   async drawings(number: number, k: number): Promise<Drawing[] | null> {
     const answer = await fetch(`drawings/${number}/${k}`);

@@ -13,16 +13,13 @@ export class CheckTable {
   private readonly body = element("div", { className: "scroll", tabIndex: 0 });
   private readonly tabs = element("div", { role: "tablist", className: "tabs" });
   private every = false;
-  private tab: "checks" | "tables" | "notes" = "checks";
+  private tab: "checks" | "tables" | "notes" | "runs" = "checks";
   private found: Checks | null = null;
 
-  constructor(private readonly go: (check: Check) => void) {
-    for (const name of ["checks", "tables", "notes"] as const) {
+  constructor(private readonly go: (check: Check) => void, private readonly runs: HTMLElement) {
+    for (const name of ["checks", "tables", "notes", "runs"] as const) {
       const made = element("button", { type: "button", role: "tab", textContent: words[name], "data-tab": name });
-      made.onclick = () => {
-        this.tab = name;
-        this.draw();
-      };
+      made.onclick = () => this.open(name);
       this.tabs.append(made);
     }
     const every = element("input", { type: "checkbox" });
@@ -32,6 +29,11 @@ export class CheckTable {
     };
     this.tabs.append(element("label", {}, every, words.all));
     this.host.append(this.line, this.mark, this.tabs, this.body);
+    this.draw();
+  }
+
+  open(tab: typeof this.tab): void {
+    this.tab = tab;
     this.draw();
   }
 
@@ -55,6 +57,7 @@ export class CheckTable {
     const { found } = this;
     this.line.className = found ? `state ${found.state}` : "";
     this.line.textContent = found ? found.line : words.noChecks;
+    if (this.tab === "runs") return this.body.replaceChildren(this.runs);
     if (!found) return this.body.replaceChildren();
     if (this.tab === "tables") return this.body.replaceChildren(...found.tables.map((html) => element("div", { className: "table" }, markup(html))));
     if (this.tab === "notes") {

@@ -144,7 +144,7 @@ export class Editor {
     const text = this.text;
     this.written = text;
     try {
-      const { version } = await api.save(text.replaceAll("\n", this.ending), this.base);
+      const version = await api.save(text.replaceAll("\n", this.ending), this.base);
       if (this.text === text) this.accept(version);
       else this.base = version;
       return true;

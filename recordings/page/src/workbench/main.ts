@@ -6,6 +6,7 @@ import { button, element } from "./dom";
 import { Editor } from "./editor";
 import { FaultList } from "./faults";
 import { Form } from "./form";
+import { Runs } from "./runs";
 import { Schema } from "./schema";
 import { Tree } from "./tree";
 import { Views } from "./views";
@@ -23,11 +24,12 @@ const form = new Form((edits) => editor.edit(edits), (at) => {
 });
 const views = new Views(() => {});
 const faults = new FaultList((fault: Fault) => editor.go(fault.line, fault.column));
-const checks = new CheckTable((check) => {
+const runs = new Runs(() => editor.save(), () => checks.open("runs"));
+const checks: CheckTable = new CheckTable((check) => {
   if (check.t !== undefined && check.t !== null) views.at(check.t, check.stage);
   const [, line, column] = /:(\d+):(\d+)$/.exec(check.where) ?? [];
   if (line) editor.go(Number(line), Number(column));
-});
+}, runs.host);
 const choice = element("select", { "aria-label": words.scene });
 const status = element("span", { id: "status", role: "status", textContent: words.connecting });
 const lost = element("span", { id: "lost", role: "alert", hidden: true, textContent: words.lost });
@@ -80,7 +82,7 @@ function paint(theme: string): void {
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.onchange = () => paint(dark.matches ? "dark" : "light");
-const header = element("header", {}, element("h1", { textContent: words.title }), choice, copy, status, lost, element("span", { className: "grow" }),
+const header = element("header", {}, element("h1", { textContent: words.title }), choice, copy, status, lost, element("span", { className: "grow" }), runs.begin,
   button(words.text, () => document.body.classList.toggle("without-text"), { id: "toggle-text" }),
   button(words.theme, () => paint(root.dataset.theme === "dark" ? "light" : "dark")));
 document.body.prepend(header, element("main", {}, element("div", { id: "left" }, editor.host, faults.host, form.host), element("div", { id: "right" }, views.host, checks.host)));
@@ -119,8 +121,10 @@ listen({
     checks.take(data);
     mark();
   },
+  run: (data) => runs.take(data),
 }, (away) => (lost.hidden = !away));
 
+void runs.refresh();
 void api.schema().then((schema) => {
   editor.schema = new Schema(schema);
   root.dataset.schema = "yes";

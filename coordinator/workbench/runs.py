@@ -1,0 +1,111 @@
+"""Runs of the scene on the desk, each a process `heavylift run`, and what has been recorded in its folder."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from heavylift.coordinator.live import Order, find, order
+from heavylift.coordinator.verdict.judging import verdict_of
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene.text.files import within
+from heavylift.recordings import Recording
+from heavylift.recordings.documents.document import report_sheet
+from heavylift.recordings.render.view import content, page
+from heavylift.recordings.sheets.page import page_of
+
+COMMAND = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", "run"]
+ENDING = ".mcap"
+MOST = 100  # recordings that are listed
+LINES = 200  # of what a run prints
+
+Say = Callable[[str, dict[str, Any]], None]
+
+
+class SceneRun:
+    """At most one run at a time; `say` sends its progress to pages."""
+
+    def __init__(self, say: Say) -> None:
+        self._say = say
+        self._process: subprocess.Popen[str] | None = None
+        self._lock = threading.Lock()
+        self._file = Path()
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether a run has not ended."""
+        return self._process is not None and self._process.poll() is None
+
+    def start(self, scene: Path, folder: Path) -> None:
+        """Run a scene into the folder; SceneError if a run goes on."""
+        with self._lock:
+            if self.goes_on:
+                raise SceneError("a run goes on; wait for its end, or stop it")
+            self._file = folder / f"{scene.stem}{ENDING}"
+            words = [*COMMAND, str(scene), "-o", str(self._file), "--force"]
+            self._process = subprocess.Popen(
+                words, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            )  # fmt: skip
+        threading.Thread(target=self._hear, args=(self._process,), daemon=True, name="run of a scene").start()
+
+    def order(self, do: str, text: str = "") -> str:
+        """Give an order to the run: pause, continue, command or stop; returns its answer."""
+        if not self.goes_on:
+            raise SceneError("no run goes on")
+        assert self._process is not None
+        if do == "stop":
+            self._process.send_signal(signal.SIGINT)
+            return "stopping"
+        if do not in ("pause", "continue", "command"):
+            raise SceneError(f"'{do}' is no order: pause, continue, command, stop")
+        return order(find(str(self._file)), Order(do, text=text))  # type: ignore[arg-type]
+
+    def end(self) -> None:
+        """Stop what goes on."""
+        if self.goes_on:
+            assert self._process is not None
+            self._process.send_signal(signal.SIGINT)
+            self._process.wait()
+
+    def _hear(self, process: subprocess.Popen[str]) -> None:
+        lines = list[str]()
+        self._say("run", {"running": True, "lines": [], "file": self._file.name})
+        assert process.stdout is not None
+        for line in process.stdout:
+            lines = [*lines, line.rstrip("\n")][-LINES:]
+            self._say("run", {"running": True, "lines": lines, "file": self._file.name})
+        code = process.wait()
+        self._say("run", {"running": False, "lines": lines, "file": self._file.name, "code": code})
+
+
+def recordings(folder: Path) -> Iterator[dict[str, str]]:
+    """Recordings of a folder, newest first, with their verdicts."""
+    found = sorted(folder.glob(f"*{ENDING}"), key=lambda path: -path.stat().st_mtime_ns)
+    for path in found[:MOST]:
+        try:
+            verdict = verdict_of(Recording(path))
+            yield {
+                "name": path.name,
+                "state": verdict.state if verdict else "none",
+                "line": verdict.line if verdict else "",
+            }
+        except (HeavyliftError, OSError) as error:
+            yield {"name": path.name, "state": "none", "line": str(error)}
+
+
+def result(folder: Path, kind: str, name: str) -> str:
+    """The page of a recording in the folder, `view` in 3D or `report`; raises HeavyliftError if there is none."""
+    try:
+        path = within(folder, folder / name)
+    except ValueError as error:
+        raise SceneError(f"'{name}': {error}") from None
+    if path.suffix != ENDING or kind not in ("view", "report"):
+        raise SceneError(f"'{name}' is no recording")
+    rec = Recording(path)
+    verdict = verdict_of(rec)
+    return page(content(rec, verdict)) if kind == "view" else page_of(report_sheet(rec, verdict, pictures=True))

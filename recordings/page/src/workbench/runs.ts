@@ -1,0 +1,58 @@
+// Runs of the scene: begin, pause, orders, stop; what they print; the recordings of the folder with their verdicts.
+import { api, type Recorded, Refused, type RunMessage } from "./api";
+import { button, element } from "./dom";
+import { stateWords, words } from "./words";
+
+export class Runs {
+  readonly host = element("div", { id: "runs" });
+  readonly begin = button(words.run, () => void this.start(), { id: "begin" });
+  private readonly told = element("span", { role: "status" });
+  private readonly lines = element("pre", { id: "lines", tabIndex: 0 });
+  private readonly list = element("ul", { id: "recordings" });
+  private readonly live: HTMLElement;
+
+  constructor(private readonly saved: () => Promise<boolean>, private readonly shown: () => void) {
+    const order = element("input", { "aria-label": words.command, placeholder: words.command, spellcheck: false });
+    const give = () => void this.ask("command", order.value);
+    order.onkeydown = (e) => e.key === "Enter" && give();
+    this.live = element("span", { className: "live", hidden: true }, ...["pause", "continue", "stop"].map((x) => button(words[x as "pause"], () => void this.ask(x))), order, button(words.give, give));
+    this.host.append(element("div", { className: "tools" }, this.live, this.told), this.lines, element("h2", { textContent: words.recordings }), this.list);
+  }
+
+  private async ask(act: string, text = ""): Promise<void> {
+    try {
+      const answer = await api.run(act, text);
+      if (answer) this.told.textContent = answer;
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.told.textContent = error.message;
+    }
+  }
+
+  private async start(): Promise<void> {
+    if (!(await this.saved())) return;
+    this.shown();
+    this.told.textContent = words.starting;
+    await this.ask("run");
+  }
+
+  take(message: RunMessage): void {
+    this.live.hidden = !message.running;
+    this.begin.disabled = message.running;
+    this.lines.textContent = message.lines.join("\n");
+    this.lines.scrollTop = message.running ? this.lines.scrollHeight : 0;
+    const stage = message.lines.at(-1)?.trim().replace(/\s+/g, " ") ?? words.starting;
+    this.told.textContent = message.running ? words.running(stage) : words.ended(message.code ?? 0);
+    document.documentElement.dataset.run = message.running ? "running" : `ended ${message.code}`;
+    if (!message.running) void this.refresh();
+  }
+
+  async refresh(): Promise<void> {
+    const found = await api.recordings();
+    const row = (x: Recorded) => element("li", {},
+      element("span", { className: `state ${x.state}`, textContent: stateWords[x.state] ?? x.state }), ` ${x.name} `,
+      ...(["view", "report"] as const).map((kind) => element("a", { href: `result/${kind}/${encodeURIComponent(x.name)}`, target: "_blank", rel: "noopener", textContent: words[kind] })),
+      element("small", { textContent: x.line }));
+    this.list.replaceChildren(...(found.length ? found.map(row) : [element("li", { textContent: words.noRecordings })]));
+  }
+}
