@@ -7,7 +7,7 @@ the path is shown as far as it leads.
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,6 +26,7 @@ from heavylift.nodes.statics import StaticState, follow
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.recordings.sheets.page import table_html
 
+from .handles import handles
 from .picture import Picture
 
 Data = dict[str, Any]
@@ -43,20 +44,21 @@ def previewed(path: Path, text: str) -> Iterator[Step]:
     """All steps of the preview of a scene's text; each fault is a message, none is raised."""
     try:
         first = build(path, path.name, text, (), followed=False)
-        yield _pictured(first.plan, [_start(first)], "start")
+        grips = handles(text, first.plan)
+        yield _pictured(first.plan, [_start(first)], "start", grips)
     except Exception as error:
         yield _faulty(error, path)
         return
     try:
         loaded = build(path, path.name, text, ())
         yield Step("faults", {"faults": []})
-        yield from _path(loaded.plan, loaded.statics.states)
+        yield from _path(loaded.plan, loaded.statics.states, grips)
         check_steps(loaded)
         yield _checked(loaded)
     except Exception as error:
         yield _faulty(error, path)
         with suppress(HeavyliftError):
-            yield from _path(first.plan, follow(first.plan).states)
+            yield from _path(first.plan, follow(first.plan).states, grips)
 
 
 def _start(scene: LoadedScene) -> StaticState:
@@ -77,15 +79,15 @@ def _start(scene: LoadedScene) -> StaticState:
     )  # fmt: skip
 
 
-def _pictured(plan: Plan, states: list[StaticState], what: str) -> Step:
+def _pictured(plan: Plan, states: Sequence[StaticState], what: str, grips: Data) -> Step:
     picture = Picture(plan, states)
-    content = {"title": plan.name, "what": what, **picture.content(), "drawings": picture.drawings(0)}
+    content = {"title": plan.name, "what": what, **picture.content(), "drawings": picture.drawings(0), **grips}
     return Step("picture", content, picture)
 
 
-def _path(plan: Plan, states: Any) -> Iterator[Step]:
+def _path(plan: Plan, states: Sequence[StaticState], grips: Data) -> Iterator[Step]:
     if len(states) > 1:
-        yield _pictured(plan, list(states), "path")
+        yield _pictured(plan, states, "path", grips)
 
 
 def _checked(scene: LoadedScene) -> Step:

@@ -204,6 +204,13 @@ export class Stage {
     this.ask();
   }
 
+  // Bodies were put elsewhere by hand: ropes follow.
+  moved() {
+    this.scene.updateMatrixWorld();
+    this.ropes.hang(0, this.at, (body) => (this.frames.get(body) ?? this.scene).matrixWorld);
+    this.ask();
+  }
+
   resize() {
     const { clientWidth: w, clientHeight: h } = this.host;
     if (!w || !h) return;

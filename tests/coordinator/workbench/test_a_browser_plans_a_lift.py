@@ -108,6 +108,39 @@ def test_the_schema_completes_and_explains(page: Any) -> None:
     page.locator(".cm-tooltip .about", has_text="Stools").wait_for()
 
 
+def drag(page: Any, body: str, p: list[float], by: tuple[int, int]) -> None:
+    """Drag what is seen at a point of a body by so many pixels."""
+    script = """([body, p]) => { const { stage } = workbench.views;
+        const [x, y] = stage.labels.seen(stage.labels.place(body, p), stage.camera);
+        const box = stage.gl.domElement.getBoundingClientRect(); return [box.x + x, box.y + y]; }"""
+    x, y = page.evaluate(script, [body, p])
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + by[0] / 2, y + by[1] / 2)
+    page.mouse.move(x + by[0], y + by[1], steps=3)
+    page.mouse.up()
+
+
+def test_what_is_dragged_writes_its_place(page: Any, folder: Path) -> None:
+    before = scene_of(folder).read_text()
+    page.get_by_role("button", name="move", exact=True).click()
+    drag(page, "block", [9.0, -7.0, 4.0], (-30, 0))
+    page.wait_for_selector("html[data-picture^='start'], html[data-picture^='path']")
+    page.locator(".cm-line", has_text="at: [40 m, 75 m, 6 m]").wait_for(state="detached")
+    page.wait_for_timeout(300)
+    (line,) = [x for x in scene_of(folder).read_text().splitlines() if x not in before.splitlines()]
+    x, y, z = (float(x.removesuffix(" m")) for x in line.partition("[")[2].partition("]")[0].split(", "))
+    assert (x, y) != (40.0, 75.0)
+    assert z == 6.0
+    assert "# on supports of 2 m" in line, "comments stay"
+    page.get_by_role("button", name="undo").click()
+    previewed(page, before)
+    middle = page.evaluate("""() => workbench.views.stage.run.boxes.filter(b => b.body === 'crane.main')
+        .reduce((a, b) => b.size[1] > a.size[1] ? b : a).centre""")
+    drag(page, "crane.main", [middle[0], middle[1] - 40.0, middle[2]], (40, 0))
+    page.locator(".cm-line", has_text="crane: {type: goliath-900, at: 40 m}").wait_for(state="detached")
+
+
 def test_a_run_is_begun_and_its_results_are_opened(page: Any, folder: Path) -> None:
     short = scene_of(folder).read_text().replace("name: lift\n", "name: lift\nend: 5 s\n")
     scene_of(folder).write_text(short)

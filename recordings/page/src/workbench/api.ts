@@ -4,7 +4,9 @@ export interface Scene { folder: string; scenes: string[]; bundled: string[]; fi
 export interface Fault { file: string; line: number; column: number; path: string; sentence: string; hint: string }
 export interface State { t: number; action: number; stage: string; event: string; last: boolean }
 export interface Drawing { title: string; svg: string }
-export interface Picture { version: string; number: number; what: "start" | "path"; states: State[]; drawings: Drawing[]; title: string; block: object | null }
+export interface Handle { path: Path; bodies: string[]; at: number[]; free: "x" | "y" | "xy" | "xyz"; listed: boolean; lug?: string; body?: string }
+export interface Hook { name: string; body: string; p: [number, number, number] }
+export interface Picture { version: string; number: number; what: "start" | "path"; states: State[]; drawings: Drawing[]; title: string; block: object | null; moving: Handle[]; hooks: Hook[] }
 export interface Check {
   state: string; word: string; quantity: string; subject: string; shown: string; allowed: string; use?: number; t?: number;
   stage: string; basis: string; sentence: string; where: string; value?: number; why: string;

@@ -22,7 +22,7 @@ const form = new Form((edits) => editor.edit(edits), (at) => {
   editor.view.dispatch({ selection: { anchor: at }, scrollIntoView: true });
   showForm();
 });
-const views = new Views(() => {});
+const views = new Views(() => {}, (edits) => editor.edit(edits));
 const faults = new FaultList((fault: Fault) => editor.go(fault.line, fault.column));
 const runs = new Runs(() => editor.save(), () => checks.open("runs"));
 const checks: CheckTable = new CheckTable((check) => {
@@ -131,3 +131,4 @@ void api.schema().then((schema) => {
   showForm();
 });
 root.dataset.ready = "yes";
+Object.assign(window, { workbench: { editor, views } }); // for the console, and for tests

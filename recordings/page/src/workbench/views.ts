@@ -1,8 +1,9 @@
 // The lift in four views: three dimensions, plan, two elevations; a slider leads along the path at rest.
 import { clock, Run } from "../data.js";
 import { Stage } from "../stage.js";
-import { api, type Drawing, type Picture, type State } from "./api";
+import { api, type Drawing, type Path, type Picture, type State } from "./api";
 import { button, element } from "./dom";
+import { Drag } from "./drag";
 import { words } from "./words";
 
 const DRAWN_ms = 60; // without a move of the slider until its drawings are asked for
@@ -23,7 +24,10 @@ export class Views {
   private timer = 0;
   k = 0;
 
-  constructor(private readonly moved: (state: State) => void) {
+  private readonly drag: Drag;
+
+  constructor(private readonly moved: (state: State) => void, edit: (edits: { path: Path; value: string }[]) => Promise<string>) {
+    this.drag = new Drag(() => this.stage!, () => this.picture, edit);
     const grid = element("div", { id: "grid" }, this.solid, ...this.sheets);
     const tools = element("div", { className: "tools" });
     for (const [view, word] of Object.entries(words.views)) tools.append(button(word, () => this.stage?.look(view), { "data-view": view }));
@@ -32,7 +36,13 @@ export class Views {
       box.onchange = () => this.show(name, box.checked);
       tools.append(element("label", {}, box, words[name]));
     }
-    this.solid.append(tools);
+    const move = button(words.move, () => {
+      this.drag.on = move.classList.toggle("on");
+      move.setAttribute("aria-pressed", String(this.drag.on));
+      if (this.drag.on) this.go(0);
+    }, { title: words.moveHelp, "aria-pressed": "false" });
+    tools.append(move);
+    this.solid.append(tools, this.drag.told);
     for (const panel of [this.solid, ...this.sheets]) {
       const mark = element("span", { className: "mark" });
       this.marks.push(mark);
@@ -86,8 +96,8 @@ export class Views {
     if (this.stage) this.stage.load(run);
     else {
       this.stage = new Stage(this.solid, run);
-      this.stage.paint(this.theme);
       this.stage.resize();
+      this.drag.attach(this.stage.gl.domElement);
     }
     this.stage.paint(this.theme);
     this.slider.max = String(picture.states.length - 1);
