@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 from heavylift.coordinator.workbench import version_of
+from heavylift.nodes.scene import bundled
 
 
 @pytest.fixture
@@ -167,9 +170,30 @@ def test_a_bundled_scene_is_looked_at_and_copied(page: Any, folder: Path) -> Non
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_states_have_words_beside_their_colours(page: Any, theme: str) -> None:
+def test_states_have_words_beside_their_colours_and_axe_finds_nothing_serious(page: Any, theme: str) -> None:
     page.emulate_media(color_scheme=theme)
     page.wait_for_selector(f"html[data-theme='{theme}']")
     words = page.locator("#checks td .state").all_inner_texts()
     assert words
     assert all(words)
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+    found = axe.Axe().run(page).response["violations"]
+    assert [x["id"] for x in found if x["impact"] in ("serious", "critical")] == [], "keyboard and screen reader"
+
+
+PICTURES = os.environ.get("HEAVYLIFT_PICTURES")  # folder for those of WORKBENCH.md
+
+
+def test_the_picture_of_the_page_is_taken(page: Any, folder: Path, tmp_path: Path) -> None:
+    shutil.copy(bundled()["turnover"], folder / "turnover.yaml")
+    page.set_viewport_size({"width": 1500, "height": 900})
+    page.get_by_label("scene", exact=True).select_option("turnover.yaml")
+    text = (folder / "turnover.yaml").read_text()
+    previewed(page, text)
+    page.locator(".cm-line", has_text="mass: 900 t").click(position={"x": 40, "y": 5})
+    page.locator("#stages button", has_text="turn to 90 degrees").click()
+    page.locator(".sheet").nth(1).locator("text=/50[.]99/").first.wait_for()
+    page.wait_for_timeout(500)
+    path = Path(PICTURES or tmp_path) / "workbench.png"
+    page.screenshot(path=path, scale="css")
+    assert path.stat().st_size > 30_000

@@ -27,8 +27,8 @@ export class CheckTable {
       this.every = every.checked;
       this.draw();
     };
-    this.tabs.append(element("label", {}, every, words.all));
-    this.host.append(this.line, this.mark, this.tabs, this.body);
+    const bar = element("div", { className: "bar" }, this.tabs, element("label", {}, every, words.all));
+    this.host.append(this.line, this.mark, bar, this.body);
     this.draw();
   }
 

@@ -42,6 +42,7 @@ export class Editor {
     this.conflict.append(words.conflict, " ", button(words.keepMine, () => this.resolve(true)), button(words.takeTheirs, () => this.resolve(false)));
     this.host.append(tools, this.conflict);
     this.view = new EditorView({ parent: this.host, state: this.fresh("", true) });
+    this.view.scrollDOM.tabIndex = 0;
   }
 
   private fresh(doc: string, locked: boolean): EditorState {

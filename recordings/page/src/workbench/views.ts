@@ -11,7 +11,7 @@ const SHOWS = ["names", "loads", "gravity", "lugs", "dimensions"] as const;
 
 export class Views {
   readonly host = element("section", { id: "views", "aria-label": words.states });
-  private readonly solid = element("div", { className: "view solid", "aria-label": words.three, role: "img" });
+  private readonly solid = element("div", { className: "view solid", "aria-label": words.three, role: "group" });
   private readonly sheets = [0, 1, 2].map(() => element("figure", { className: "view sheet" }));
   private readonly bar = element("div", { id: "stages" });
   private readonly slider = element("input", { type: "range", min: 0, step: 1, "aria-label": words.states });
