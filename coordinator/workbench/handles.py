@@ -57,6 +57,6 @@ def _mapping(data: Data) -> dict[str, Data]:
 def _lengths(written: Data) -> list[float]:
     """A length or a list of them [m]; empty for anything else."""
     try:
-        return [LENGTH.read(x) for x in (written if isinstance(written, list) else [written])]  # type: ignore[arg-type]
+        return [LENGTH.read(x) for x in (written if isinstance(written, list) else [written])]
     except (ValueError, TypeError, AttributeError):
         return []

@@ -1,4 +1,4 @@
-"""Runs of the scene on the desk, each a process `heavylift run`, and what has been recorded in its folder."""
+"""Runs of the open scene, each a process `heavylift run`, and what has been recorded in its folder."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The workbench's server on 127.0.0.1: requests need the word in the address, and come from this machine's own page.
 
-GET of the word's folder is the page, of `events` in it the messages of the desk as Server-Sent Events, of
+GET of the word's folder is the page, of `events` in it the messages of the open scene as Server-Sent Events, of
 `drawings/NUMBER/STATE` the drawings of a state, of `schema` the JSON Schema of scenes; POST takes JSON.
 """
 
@@ -34,7 +34,7 @@ from starlette.responses import HTMLResponse, PlainTextResponse, Response, Strea
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from .desk import Desk
+from .open_scene import OpenScene
 from .runs import recordings, result
 
 LARGEST = 1 << 20  # of a request [bytes]
@@ -110,8 +110,8 @@ class Named(msgspec.Struct):
     name: str
 
 
-def application(desk: Desk, word: str, port: int) -> ASGIApp:
-    """The routes of a desk behind the guard."""
+def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
+    """The routes of an open scene behind the guard."""
 
     async def page(_: Request) -> Response:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
@@ -120,38 +120,38 @@ def application(desk: Desk, word: str, port: int) -> ASGIApp:
         return Response(await run_in_threadpool(_schema), media_type="application/json")
 
     async def events(_: Request) -> Response:
-        return StreamingResponse(_stream(desk), media_type="text/event-stream")
+        return StreamingResponse(_stream(opened), media_type="text/event-stream")
 
     async def drawings(request: Request) -> Response:
         number, k = request.path_params["number"], request.path_params["k"]
-        found = await run_in_threadpool(desk.drawings, number, k)
+        found = await run_in_threadpool(opened.drawings, number, k)
         return _json(found) if found is not None else _refused("these states are no longer shown", 404)
 
     async def save(request: Request) -> Response:
-        return await _changed(desk, request, Save, lambda x: desk.save(x.text, x.version))
+        return await _changed(opened, request, Save, lambda x: opened.save(x.text, x.version))
 
     async def edit(request: Request) -> Response:
-        edits = lambda x: desk.edit([(e.path, e.value) for e in x.edits], x.version)  # noqa: E731
-        return await _changed(desk, request, Edits, edits)
+        edits = lambda x: opened.edit([(e.path, e.value) for e in x.edits], x.version)  # noqa: E731
+        return await _changed(opened, request, Edits, edits)
 
-    async def opened(request: Request) -> Response:
-        return await _changed(desk, request, Named, lambda x: desk.open(x.name))
+    async def chosen(request: Request) -> Response:
+        return await _changed(opened, request, Named, lambda x: opened.open(x.name))
 
     async def copied(request: Request) -> Response:
-        return await _changed(desk, request, Named, lambda x: desk.copy(x.name))
+        return await _changed(opened, request, Named, lambda x: opened.copy(x.name))
 
     async def run(request: Request) -> Response:
         return await _changed(
-            desk, request, Asked, lambda x: desk.run.order(x.do, x.text) if x.do != "run" else desk.start()
+            opened, request, Asked, lambda x: opened.run.order(x.do, x.text) if x.do != "run" else opened.start()
         )
 
     async def listed(_: Request) -> Response:
-        return _json(await run_in_threadpool(lambda: [*recordings(desk.folder)]))
+        return _json(await run_in_threadpool(lambda: [*recordings(opened.folder)]))
 
     async def shown(request: Request) -> Response:
         kind, name = request.path_params["kind"], request.path_params["name"]
         try:
-            return HTMLResponse(await run_in_threadpool(result, desk.folder, kind, name))
+            return HTMLResponse(await run_in_threadpool(result, opened.folder, kind, name))
         except HeavyliftError as error:
             return PlainTextResponse(f"{error}\n", 404)
 
@@ -164,13 +164,13 @@ def application(desk: Desk, word: str, port: int) -> ASGIApp:
         Route("/recordings", listed),
         Route("/result/{kind}/{name}", shown),
         Route("/run", run, methods=["POST"]),
-        Route("/open", opened, methods=["POST"]),
+        Route("/open", chosen, methods=["POST"]),
         Route("/copy", copied, methods=["POST"]),
     ]
     return Guard(Starlette(routes=routes), word, port)
 
 
-async def _changed(desk: Desk, request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
+async def _changed(opened: OpenScene, request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
     """Carry out a request with a body of JSON; a sentence with 409 where it cannot be."""
     if request.headers.get("Content-Type", "").partition(";")[0] != "application/json":
         return _refused("send JSON", 415)
@@ -199,18 +199,18 @@ def _refused(sentence: str, status: int) -> Response:
     return Response(msgspec.json.encode({"error": sentence}), status, media_type="application/json")
 
 
-async def _stream(desk: Desk) -> AsyncIterator[bytes]:
-    """The messages of a desk from now on, first the last one of each kind."""
+async def _stream(opened: OpenScene) -> AsyncIterator[bytes]:
+    """The messages of an open scene from now on, first the last one of each kind."""
     wake, loop, last = asyncio.Event(), asyncio.get_running_loop(), 0
 
     def ring() -> None:
         loop.call_soon_threadsafe(wake.set)
 
-    desk.listen(ring)
+    opened.listen(ring)
     try:
-        while not desk.closing:
+        while not opened.closing:
             wake.clear()
-            for message in desk.since(last):
+            for message in opened.since(last):
                 last = message.number
                 yield b"event: %s\ndata: %s\n\n" % (message.kind.encode(), message.data)
             try:
@@ -218,19 +218,19 @@ async def _stream(desk: Desk) -> AsyncIterator[bytes]:
             except TimeoutError:
                 yield b": still here\n\n"
     finally:
-        desk.forget(ring)
+        opened.forget(ring)
 
 
 class _Server(uvicorn.Server):
     """Lets pages go when it is asked to end."""
 
-    def __init__(self, config: uvicorn.Config, desk: Desk) -> None:
+    def __init__(self, config: uvicorn.Config, opened: OpenScene) -> None:
         super().__init__(config)
-        self._desk = desk
+        self._opened = opened
 
     def handle_exit(self, sig: int, frame: Any) -> None:
         """End."""
-        self._desk.__exit__()
+        self._opened.__exit__()
         super().handle_exit(sig, frame)
 
 
@@ -238,13 +238,13 @@ class _Server(uvicorn.Server):
 def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[], None], uvicorn.Server]]:
     """The address of a workbench, what serves it until it is asked to exit, and the server."""
     word = secrets.token_urlsafe(24)
-    with socket.create_server((HOST, 0)) as listening, Desk(folder, scene) as desk:
+    with socket.create_server((HOST, 0)) as listening, OpenScene(folder, scene) as opened:
         port = listening.getsockname()[1]
         settings = uvicorn.Config(
-            application(desk, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
+            application(opened, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
             server_header=False, timeout_graceful_shutdown=1,
         )  # fmt: skip
-        server = _Server(settings, desk)
+        server = _Server(settings, opened)
         yield f"http://{HOST}:{port}/{word}/", lambda: server.run(sockets=[listening]), server
 
 

@@ -26,7 +26,7 @@ def folder(tmp_path: Path) -> Path:
 @pytest.fixture
 def address(folder: Path) -> Iterator[str]:
     """Where a workbench serves that folder."""
-    from heavylift.coordinator.workbench.server import served
+    from heavylift.coordinator.workbench import served
 
     with served(folder, folder / "my-lift.yaml") as (url, run, server):
         thread = threading.Thread(target=run)

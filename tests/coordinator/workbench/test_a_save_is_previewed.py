@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.workbench import Desk, previewed, version_of
+from heavylift.coordinator.workbench import OpenScene, previewed, version_of
 from heavylift.nodes.scene import bundled, check
 
 PATIENCE_s = 60.0
@@ -87,31 +87,31 @@ def test_no_code_of_a_scene_runs_that_is_not_trusted(tmp_path: Path, monkeypatch
     assert not ran.exists()
 
 
-def last(desk: Desk, kind: str, version: str) -> dict[str, object]:
+def last(opened: OpenScene, kind: str, version: str) -> dict[str, object]:
     """The message of a kind about a version of the text, when it has come."""
     deadline = time.monotonic() + PATIENCE_s
     while time.monotonic() < deadline:
-        for message in desk.since(0):
+        for message in opened.since(0):
             data = msgspec.json.decode(message.data)
             if message.kind == kind and data["version"] == version:
                 return dict(data)
         time.sleep(0.02)
-    raise AssertionError(f"no {kind} of {version}; {[(m.kind, m.data[:200]) for m in desk.since(0)]}")
+    raise AssertionError(f"no {kind} of {version}; {[(m.kind, m.data[:200]) for m in opened.since(0)]}")
 
 
 def test_any_editor_may_save_and_pages_follow(folder: Path) -> None:
     scene = folder / "my-lift.yaml"
-    with Desk(folder, scene) as desk:
+    with OpenScene(folder, scene) as opened:
         text = scene.read_text()
-        last(desk, "checks", version_of(text))
+        last(opened, "checks", version_of(text))
         good = text.replace("300 t\n", "280 t\n", 1)
         for changed in (good, text.replace("300 t\n", "300 x\n", 1)):
             scene.write_text(changed)
-            faults = last(desk, "faults", version_of(changed))["faults"]
+            faults = last(opened, "faults", version_of(changed))["faults"]
             assert bool(faults) == ("300 x" in changed)
-            last(desk, "checks", version_of(good))  # those of the last good text stay
-        number, picture = desk.picture or (0, None)
+            last(opened, "checks", version_of(good))  # those of the last good text stay
+        number, picture = opened.picture or (0, None)
         assert picture is not None
-        assert desk.drawings(number, 3)
-        assert desk.drawings(number - 1, 3) is None
-        assert desk.drawings(number, len(picture.states)) is None
+        assert opened.drawings(number, 3)
+        assert opened.drawings(number - 1, 3) is None
+        assert opened.drawings(number, len(picture.states)) is None

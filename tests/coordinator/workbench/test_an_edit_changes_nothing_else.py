@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.workbench import edited, version_of, write
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import bundled
 from heavylift.nodes.scene.text import read
 

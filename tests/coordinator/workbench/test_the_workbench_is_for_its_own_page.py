@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("starlette")
-from heavylift.coordinator.workbench import Desk, version_of
-from heavylift.coordinator.workbench.server import application
+from heavylift.coordinator.workbench import OpenScene, application, version_of
 from starlette.testclient import TestClient
 
 WORD, PORT = "word", 4711
@@ -16,14 +15,14 @@ HERE = f"http://127.0.0.1:{PORT}"
 
 
 @pytest.fixture
-def desk(folder: Path) -> Desk:
-    """A desk that is not at work: nothing is previewed."""
-    return Desk(folder, folder / "my-lift.yaml")
+def opened(folder: Path) -> OpenScene:
+    """An open scene whose threads are not at work: nothing is previewed."""
+    return OpenScene(folder, folder / "my-lift.yaml")
 
 
 @pytest.fixture
-def page(desk: Desk) -> TestClient:
-    return TestClient(application(desk, WORD, PORT), base_url=HERE)
+def page(opened: OpenScene) -> TestClient:
+    return TestClient(application(opened, WORD, PORT), base_url=HERE)
 
 
 def test_the_page_needs_the_word(page: TestClient) -> None:
@@ -78,24 +77,24 @@ def test_edits_of_a_form_are_all_made_or_none(page: TestClient, folder: Path) ->
 
 
 @pytest.mark.parametrize("name", ["../secret.yaml", "/etc/passwd", "sub/../../secret.yaml", "link.yaml", "notes.txt"])
-def test_nothing_outside_the_folder_is_opened(page: TestClient, desk: Desk, folder: Path, name: str) -> None:
+def test_nothing_outside_the_folder_is_opened(page: TestClient, opened: OpenScene, folder: Path, name: str) -> None:
     (folder.parent / "secret.yaml").write_text("heavylift: 1\n")
     (folder / "notes.txt").write_text("heavylift: 1\n")
     (folder / "link.yaml").symlink_to(folder.parent / "secret.yaml")
     assert page.post(f"/{WORD}/open", json={"name": name}).status_code == 409
-    assert desk.scene == folder / "my-lift.yaml"
+    assert opened.scene == folder / "my-lift.yaml"
 
 
-def test_a_bundled_scene_is_read_only_and_copied(page: TestClient, desk: Desk, folder: Path) -> None:
+def test_a_bundled_scene_is_read_only_and_copied(page: TestClient, opened: OpenScene, folder: Path) -> None:
     assert page.post(f"/{WORD}/open", json={"name": "jib"}).status_code == 200
-    assert desk.scene is not None
-    text = desk.scene.read_text()
+    assert opened.scene is not None
+    text = opened.scene.read_text()
     assert page.post(f"/{WORD}/save", json={"text": "", "version": version_of(text)}).status_code == 409
     for name in ("../out", "a/b", "", ".hidden", "my-lift"):
         assert page.post(f"/{WORD}/copy", json={"name": name}).status_code == 409
     assert page.post(f"/{WORD}/copy", json={"name": "my-jib"}).status_code == 200
     assert (folder / "my-jib.yaml").read_text() == text
-    assert desk.own
+    assert opened.own
     assert {x.name for x in folder.iterdir()} == {"my-lift.yaml", "my-jib.yaml"}
 
 

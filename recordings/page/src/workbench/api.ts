@@ -1,6 +1,6 @@
 // What the server says and is asked.
 export type Path = (string | number)[];
-export interface Scene { folder: string; scenes: string[]; bundled: string[]; file: string; own?: boolean; text?: string; version?: string; number: number }
+export interface Scene { scenes: string[]; bundled: string[]; file: string; own?: boolean; text?: string; version?: string; number: number }
 export interface Fault { file: string; line: number; column: number; path: string; sentence: string; hint: string }
 export interface State { t: number; action: number; stage: string; event: string; last: boolean }
 export interface Drawing { title: string; svg: string }

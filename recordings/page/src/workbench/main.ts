@@ -13,7 +13,7 @@ import { Views } from "./views";
 import { words } from "./words";
 
 const root = document.documentElement;
-let scene: Scene = { folder: "", scenes: [], bundled: [], file: "", number: 0 };
+let scene: Scene = { scenes: [], bundled: [], file: "", number: 0 };
 let busy = false;
 let faultsOf = "";
 

@@ -1,4 +1,4 @@
-"""The scene on the desk: its files are watched, and each save goes to all pages, step by step of its preview.
+"""The open scene: its files are watched, and each save goes to all pages, step by step of its preview.
 
 Of each kind of message pages need the last one only: who comes late or is slow misses nothing, and nothing piles up.
 """
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, SceneError
-from heavylift.nodes.scene.text.files import scene_file, within
+from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scenes import bundled
 from watchfiles import Change, watch
 
@@ -36,8 +36,8 @@ class Message(NamedTuple):
     data: bytes
 
 
-class Desk:
-    """A folder with the scene on the desk, as a context manager; all methods may be called from any thread."""
+class OpenScene:
+    """A folder with its open scene, as a context manager; all methods may be called from any thread."""
 
     def __init__(self, folder: Path, scene: Path | None) -> None:
         self.folder, self.scene = folder.resolve(), scene
@@ -52,7 +52,7 @@ class Desk:
         self._seen = ""  # the state of the files that was previewed last
         self._threads = [threading.Thread(target=x, daemon=True, name=x.__name__) for x in (self._look, self._work)]
 
-    def __enter__(self) -> Desk:
+    def __enter__(self) -> OpenScene:
         self._tell_scene()
         self._changed.set()
         for thread in self._threads:
@@ -118,14 +118,13 @@ class Desk:
         return self.scene is not None and self.scene.resolve().is_relative_to(self.folder)
 
     def open(self, name: str) -> None:
-        """Put another scene of the folder, or a bundled one, on the desk; SceneError if there is none."""
+        """Put another scene of the folder, or a bundled one, in place of this; SceneError if there is none."""
         try:
             path = within(self.folder, self.folder / name)
         except ValueError as error:
             raise SceneError(f"'{name}': {error}") from None
-        if not path.is_file():
-            path = scene_file(name)
-        if path.suffix not in SCENES:
+        path = path if path.is_file() else bundled().get(name, path)
+        if not path.is_file() or path.suffix not in SCENES:
             raise SceneError(f"'{name}' is no scene file (.yaml)")
         with self._lock:
             self.scene, self._seen = path, ""
@@ -163,7 +162,7 @@ class Desk:
         return self.scene
 
     def copy(self, name: str) -> None:
-        """Write the scene on the desk under another name into the folder, and open that."""
+        """Write the open scene under another name into the folder, and open that."""
         if self.scene is None or not name or set(name) & set("/\\\0") or name.startswith("."):
             raise SceneError("give the copy a name, such as my-lift")
         path = self.folder / f"{name.removesuffix('.yaml')}.yaml"
@@ -175,7 +174,7 @@ class Desk:
         self.open(path.name)
 
     def start(self) -> None:
-        """Run the scene on the desk."""
+        """Run the open scene."""
         if self.scene is None:
             raise SceneError("choose a scene first")
         self.run.start(self.scene, self.folder)
@@ -187,12 +186,12 @@ class Desk:
     def _tell_scene(self) -> None:
         """Send text and version of the scene, and the names of all."""
         names = [x.relative_to(self.folder).as_posix() for x in self.scenes()]
-        told: dict[str, Any] = {"folder": self.folder.name, "scenes": names, "bundled": sorted(bundled()), "file": ""}
+        message: dict[str, Any] = {"scenes": names, "bundled": sorted(bundled()), "file": ""}
         if self.scene is not None:
             text, own = present(self.scene), self.own
             name = self.scene.resolve().relative_to(self.folder).as_posix() if own else self.scene.name
-            told |= {"file": name, "own": own, "text": text, "version": version_of(text)}
-        self.say("scene", told)
+            message |= {"file": name, "own": own, "text": text, "version": version_of(text)}
+        self.say("scene", message)
 
     # ---- threads -----------------------------------------------------------------------------------------
 
