@@ -48,6 +48,31 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
     raise SceneError(f"{shown(keys)}: '{value}' cannot be written there; change the text")
 
 
+def reordered(text: str, path: Sequence[str | int], to: int) -> str:
+    """The text with an item of a list in block style, with its comments, as number `to` of that list."""
+    *above, at = keys = tuple(path)
+    nodes, known = _found(text, keys)
+    if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):
+        raise SceneError(f"{shown(keys)}: no item of a list")
+    items, before = nodes[-2].value, _data(text)
+    if nodes[-2].flow_style or not 0 <= to < len(items):
+        raise SceneError(f"{shown(keys)}: this list is reordered in the text only")
+    starts = [_line_start(text, int(item.start_mark.index)) for item in items]
+    starts[1:] = [_with_comment(text, start) for start in starts[1:]]
+    ends = [*starts[1:], min(_line_end(text, _end(items[-1])) + 1, len(text))]
+    parts = [text[start:end].rstrip("\n") + "\n" for start, end in zip(starts, ends, strict=True)]
+    parts.insert(to, parts.pop(at))
+    changed = text[: starts[0]] + "".join(parts) + text[ends[-1] :]
+    expected = deepcopy(before)
+    listed: Any = expected
+    for key in above:
+        listed = listed[key]
+    listed.insert(to, listed.pop(at))
+    if _data(changed) != expected:
+        raise SceneError(f"{shown(keys)}: this list is reordered in the text only")
+    return changed
+
+
 def write(path: Path, text: str, version: str) -> None:
     """Replace a file whose present text has this version, at once or not at all; SceneError if it has another."""
     if version_of(present(path)) != version:
@@ -86,7 +111,7 @@ def _value(value: str, keys: Keys) -> Data:
     if "\n" in value:
         raise SceneError(f"{shown(keys)}: a value has one line")
     source = read(f"value: {value or chr(39) * 2}\n", "value")
-    if source.faults and value[0] not in "[{":
+    if value[:1] not in ("[", "{", "'", '"') and (source.faults or " #" in value):
         return value
     if source.faults:
         raise SceneError(f"{shown(keys)}: '{value}': {source.faults[0].sentence}")
@@ -204,12 +229,23 @@ def _removed(text: str, keys: Keys) -> str:
     before = _end(entries[number - 1][1]) if number else None
     if parent.flow_style:
         return text[:start] + text[after:] if after is not None else text[:before] + text[end:]
-    line = text.rfind("\n", 0, start) + 1
+    line = _line_start(text, start)
     lead = text[line:start]
     if lead.strip() in ("", "-" if isinstance(parent, SequenceNode) else ""):
         return text[:line] + text[min(_line_end(text, end) + 1, len(text)) :]
     assert after is not None  # the first key behind a dash: the next one takes its place
     return text[:start] + text[after:]
+
+
+def _line_start(text: str, at: int) -> int:
+    return text.rfind("\n", 0, at) + 1
+
+
+def _with_comment(text: str, start: int) -> int:
+    """Where the comment right above a line begins, or the line itself."""
+    while start and text[(above := _line_start(text, start - 1)) : start].lstrip().startswith("#"):
+        start = above
+    return start
 
 
 def _line_end(text: str, at: int) -> int:

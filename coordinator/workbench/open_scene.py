@@ -16,7 +16,7 @@ from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scenes import bundled
 from watchfiles import Change, watch
 
-from .editing import edited, present, version_of, write
+from .editing import edited, present, reordered, version_of, write
 from .picture import Picture
 from .preview import previewed
 from .runs import SceneRun
@@ -147,12 +147,15 @@ class OpenScene:
         self._changed.set()
         return version_of(text)
 
-    def edit(self, edits: list[tuple[list[str | int], str | None]], version: str) -> str:
-        """Change values of the scene, all or none, if it still has this version; returns the new one."""
+    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> str:
+        """Change values of the scene, all or none, if it still has this version; returns the new one.
+
+        A number in place of a value: the item of a list at the path is to have that number.
+        """
         text = present(self._writable())
         if version_of(text) == version:
             for path, value in edits:
-                text = edited(text, path, value)
+                text = reordered(text, path, value) if isinstance(value, int) else edited(text, path, value)
         return self.save(text, version)
 
     def _writable(self) -> Path:

@@ -84,10 +84,10 @@ class Save(msgspec.Struct):
 
 
 class Edit(msgspec.Struct):
-    """A value (YAML in one line; None: removed) at a path."""
+    """A value (YAML in one line; None: removed) at a path, or the new number of the item there."""
 
     path: list[str | int]
-    value: str | None
+    value: str | int | None
 
 
 class Edits(msgspec.Struct):

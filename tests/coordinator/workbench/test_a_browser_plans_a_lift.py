@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import os
 import shutil
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from heavylift.coordinator.workbench import version_of
 from heavylift.nodes.scene import bundled
+
+PATIENCE_s = 60.0
 
 
 @pytest.fixture
@@ -28,6 +32,14 @@ def page(chromium: Any, address: str) -> Any:
 def previewed(page: Any, text: str) -> None:
     """Wait until the checks of a text are shown."""
     page.wait_for_selector(f"html[data-checks='{version_of(text)}']")
+
+
+def until(page: Any, holds: Callable[[], bool]) -> None:
+    """Wait until something holds."""
+    deadline = time.monotonic() + PATIENCE_s
+    while not holds():
+        assert time.monotonic() < deadline
+        page.wait_for_timeout(50)
 
 
 def scene_of(folder: Path) -> Path:
@@ -158,6 +170,46 @@ def test_a_run_is_begun_and_its_results_are_opened(page: Any, folder: Path) -> N
     with page.expect_popup() as popup:
         page.get_by_role("link", name="report").click()
     popup.value.get_by_role("heading", name="Lift report").wait_for()
+
+
+SPREADSHEET = """lug\tx\ty\tz
+A1\t-26000\t0\t5400
+A2\t-21500\t0\t5400
+B3\t21500\t0\t5400
+B4\t26000\t0\t5400
+"""
+
+
+def test_two_cranes_lift_a_block_from_a_spreadsheet_by_mouse_and_forms_alone(page: Any, folder: Path) -> None:
+    page.on("dialog", lambda dialog: dialog.accept("two-cranes"))
+    page.get_by_label("scene", exact=True).select_option("tandem")
+    page.get_by_role("button", name="copy").click()
+    page.wait_for_selector("select option[value='two-cranes.yaml']:checked", state="attached")
+    form, path = page.locator("#form"), folder / "two-cranes.yaml"
+
+    def into(*keys: str) -> None:
+        form.get_by_role("button", name="scene", exact=True).click()
+        for key in keys:
+            form.locator(f"[data-key='{key}']").click()
+
+    into("block")
+    form.locator("input[data-key='mass']").fill("640 t")
+    form.locator("input[data-key='mass']").press("Enter")
+    page.locator(".cm-line", has_text="mass: 640 t").wait_for()
+    into("block", "lugs")
+    form.locator("textarea").fill(SPREADSHEET)
+    form.get_by_label("lengths in").select_option("mm")
+    form.get_by_role("button", name="add these rows").click()
+    page.locator(".cm-line", has_text="A2: [-21500 mm, 0 mm, 5400 mm]").wait_for()
+    form.get_by_label("add ...").select_option(label="wait")
+    until(page, lambda: path.read_text().endswith("  - {stage: wait, wait: 20 s}\n"))
+    into("actions")
+    form.get_by_role("button", name="earlier 6").click()
+    until(page, lambda: path.read_text().endswith("  - stage: swing\n    wait: 30 s\n"))
+    text = path.read_text()
+    assert text.count("#") == bundled()["tandem"].read_text().count("#"), "all comments are there"
+    previewed(page, text)
+    assert page.locator("html").get_attribute("data-faults") == "0"
 
 
 def test_a_bundled_scene_is_looked_at_and_copied(page: Any, folder: Path) -> None:

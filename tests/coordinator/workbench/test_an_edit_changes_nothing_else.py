@@ -6,7 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.workbench import edited, version_of, write
+from heavylift.coordinator.workbench import edited, reordered, version_of, write
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import bundled
 from heavylift.nodes.scene.text import read
@@ -29,13 +29,30 @@ def test_a_value_is_replaced_in_its_line() -> None:
 def test_keys_are_added_and_removed_where_they_belong() -> None:
     added = edited(LIFT, ["block", "com"], "[0 m, 0 m, 1 m]")
     assert read(added, "x").data["block"] == {**read(LIFT, "x").data["block"], "com": ["0 m", "0 m", "1 m"]}  # type: ignore[dict-item]
-    assert added.splitlines()[24:26] == ["    R2: [2 m, 6 m, 4.3 m]", "  com: [0 m, 0 m, 1 m]"]
+    assert added.splitlines()[23:25] == ["    R2: [2 m, 6 m, 4.3 m]", "  com: [0 m, 0 m, 1 m]"]
     assert edited(added, ["block", "com"], None) == LIFT
     assert edited(LIFT, ["rig", "loaders", "loader-2"], None) == LIFT.replace(
         "    loader-2: {hook: crane H2, sling: 10 m, lugs: [Q1, Q2], capacity: 300 t}\n", ""
     )
     assert edited(LIFT, ["factors", "wind"], None) == LIFT.replace("wind: 10 m/s, ", "")
     assert "    wait: 20 s\n  - {wait: 5 s}\n" in edited(LIFT, ["actions", 5], "{wait: 5 s}")
+
+
+@pytest.mark.parametrize("name", ["lift", "turnover", "in-turn"])
+def test_actions_are_reordered_with_their_comments(name: str) -> None:
+    text, rng = bundled()[name].read_text(), random.Random(name)
+    actions = read(text, "x").data["actions"]
+    assert isinstance(actions, list)
+    for _ in range(3):
+        at, to = rng.randrange(len(actions)), rng.randrange(len(actions))
+        changed = reordered(text, ["actions", at], to)
+        assert read(changed, "x").data["actions"] == [
+            *(rest := actions[:at] + actions[at + 1 :])[:to],
+            actions[at],
+            *rest[to:],
+        ]
+        assert sorted(filter(str.strip, changed.splitlines())) == sorted(filter(str.strip, text.splitlines()))
+        assert read(reordered(changed, ["actions", to], at), "x").data == read(text, "x").data
 
 
 @pytest.mark.parametrize("name", ["lift", "crawler", "jib", "linkage", "edge"])
@@ -50,9 +67,7 @@ def test_random_edits_of_bundled_scenes_change_one_value(name: str) -> None:
         assert set(gone) <= set(comments(text))
         nested = [other for other in paths if other[: len(path)] == path and other != path]
         if not nested:
-            assert [line.rstrip() for line in comments(changed) if "#1" not in line] == [
-                line.rstrip() for line in comments(text)
-            ]
+            assert [comment for comment in comments(text) if f"#{comment}" not in changed] == []
 
 
 @pytest.mark.parametrize(

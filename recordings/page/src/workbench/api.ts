@@ -11,7 +11,7 @@ export interface Check {
   state: string; word: string; quantity: string; subject: string; shown: string; allowed: string; use?: number; t?: number;
   stage: string; basis: string; sentence: string; where: string; value?: number; why: string;
 }
-export interface Checks { version: string; state: string; line: string; checks: Check[]; notes: { severity: string; sentence: string }[]; tables: string[]; ends: string }
+export interface Checks { version: string; state: string; line: string; checks: Check[]; notes: string[]; tables: string[]; ends: string }
 export interface RunMessage { running: boolean; lines: string[]; file: string; code?: number }
 export interface Recorded { name: string; state: string; line: string }
 export interface Messages {
@@ -43,7 +43,7 @@ async function post(name: string, body: object): Promise<string> {
 
 export const api = {
   save: (text: string, version: string) => post("save", { text, version }),
-  edit: (edits: { path: Path; value: string | null }[], version: string) => post("edit", { edits, version }),
+  edit: (edits: { path: Path; value: string | number | null }[], version: string) => post("edit", { edits, version }),
   open: (name: string) => post("open", { name }),
   copy: (name: string) => post("copy", { name }),
   run: (act: string, text = "") => post("run", { do: act, text }),

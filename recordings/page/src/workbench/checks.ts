@@ -61,7 +61,7 @@ export class CheckTable {
     if (!found) return this.body.replaceChildren();
     if (this.tab === "tables") return this.body.replaceChildren(...found.tables.map((html) => element("div", { className: "table" }, markup(html))));
     if (this.tab === "notes") {
-      const told = [...(found.ends ? [words.ends(found.ends)] : []), ...found.notes.map((x) => x.sentence)];
+      const told = [...(found.ends ? [words.ends(found.ends)] : []), ...found.notes];
       return this.body.replaceChildren(element("ul", {}, ...told.map((x) => element("li", { textContent: x }))));
     }
     const head = element("tr", {}, ...words.columns.map((x) => element("th", { textContent: x, scope: "col" })));

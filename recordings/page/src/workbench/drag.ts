@@ -1,8 +1,9 @@
 // Moves block, cranes, trolleys and lugs by hand: what is dragged goes along its free axes, snaps, and writes its place.
 import { type Object3D, Plane, Raycaster, Vector2, Vector3 } from "three";
 import type { Stage } from "../stage.js";
-import type { Handle, Path, Picture } from "./api";
+import type { Handle, Picture } from "./api";
 import { element } from "./dom";
+import type { Edit } from "./templates";
 import { words } from "./words";
 
 const GRID_m = 0.5, FINE_m = 0.01;
@@ -17,7 +18,7 @@ export class Drag {
   private held: Held | null = null;
 
   constructor(private readonly stage: () => Stage, private readonly picture: () => Picture | null,
-    private readonly edit: (edits: { path: Path; value: string }[]) => Promise<string>) {}
+    private readonly edit: (edits: Edit[]) => Promise<string>) {}
 
   attach(canvas: HTMLCanvasElement): void {
     canvas.addEventListener("pointerdown", (e) => this.take(e), true);

@@ -12,6 +12,7 @@ import { api, type Fault, Refused, type Scene } from "./api";
 import { button, element } from "./dom";
 import type { Schema } from "./schema";
 import { completions, explained } from "./complete";
+import type { Edit } from "./templates";
 import { words } from "./words";
 
 const PAUSE_ms = 350; // without a key until the text is saved
@@ -159,7 +160,7 @@ export class Editor {
   }
 
   // Change values of the file: what has been typed first.
-  async edit(edits: { path: (string | number)[]; value: string | null }[]): Promise<string> {
+  async edit(edits: Edit[]): Promise<string> {
     if (!(await this.save())) return words.conflict;
     try {
       await api.edit(edits, this.base);

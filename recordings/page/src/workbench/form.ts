@@ -3,6 +3,7 @@ import type { Path } from "./api";
 import { button, element } from "./dom";
 import type { Key, Schema } from "./schema";
 import type { Entry, Tree } from "./tree";
+import { type Edit, type Pasted, pasted, TABLES, templates } from "./templates";
 import { words } from "./words";
 
 const MOST = 120; // fields
@@ -12,7 +13,7 @@ export class Form {
   private shown = "";
 
   constructor(
-    private readonly edit: (edits: { path: Path; value: string | null }[]) => Promise<string>,
+    private readonly edit: (edits: Edit[]) => Promise<string>,
     private readonly go: (at: number) => void,
   ) {}
 
@@ -32,12 +33,36 @@ export class Form {
     this.shown = now;
     const list = node?.name.endsWith("Sequence") ?? false;
     const fields = entries.slice(0, MOST).map((entry) => this.field(tree, schema, path, entry, known.find((x) => x.name === entry.key)));
-    this.host.replaceChildren(this.crumbs(tree, path), ...fields, ...(list ? [] : [this.adding(path, known.filter((x) => !entries.some((e) => e.key === x.name)), schema)]));
+    const table = TABLES[String(path.at(-1))];
+    this.host.replaceChildren(this.crumbs(tree, path, schema), ...fields, ...(table ? [this.pasting(path, table)] : []), ...(list ? [] : [this.adding(path, known.filter((x) => !entries.some((e) => e.key === x.name)), schema)]));
   }
 
-  private crumbs(tree: Tree, path: Path): HTMLElement {
+  private crumbs(tree: Tree, path: Path, schema: Schema): HTMLElement {
+    const known = templates(schema);
+    const groups = [...new Set(known.map((x) => x.group))];
+    const insert = element("select", { "aria-label": words.insert, className: "insert" }, element("option", { textContent: words.insert, value: "" }),
+      ...groups.map((group) => element("optgroup", { label: group }, ...known.flatMap((x, i) => (x.group === group ? [element("option", { value: String(i), textContent: x.label })] : [])))));
+    const error = element("span", { className: "error", role: "alert" });
+    insert.onchange = async () => {
+      const template = known[Number(insert.value)];
+      insert.value = "";
+      error.textContent = await this.edit([template.edit(tree)]);
+    };
     const steps = [[], ...path.map((_, i) => path.slice(0, i + 1))];
-    return element("nav", { className: "crumbs" }, ...steps.map((to) => button(to.length ? String(to.at(-1)) : words.top, () => this.go(tree.at(to)?.from ?? 0))));
+    return element("nav", { className: "crumbs" }, ...steps.map((to) => button(to.length ? String(to.at(-1)) : words.top, () => this.go(tree.at(to)?.from ?? 0))), insert, error);
+  }
+
+  // Rows of a spreadsheet, their units asked once.
+  private pasting(path: Path, table: Pasted): HTMLElement {
+    const rows = element("textarea", { rows: 3, placeholder: words.paste(table.columns), "aria-label": words.paste(table.columns), spellcheck: false });
+    const units = (label: string, ...names: string[]) => element("select", { "aria-label": label, title: label }, ...names.map((x) => element("option", { value: x, textContent: x })));
+    const length = units(words.lengths, "m", "mm"), mass = units(words.masses, "t", "kg");
+    const error = element("span", { className: "error", role: "alert" });
+    const add = button(words.addRows, async () => {
+      const edits = pasted(rows.value, path, table, length.value, mass.value);
+      error.textContent = typeof edits === "string" ? words.noRow(edits) : edits.length ? await this.edit(edits) : "";
+    });
+    return element("div", { className: "field paste" }, rows, element("div", { className: "tools" }, words.lengths, length, ...(table.columns.includes("mass") ? [words.masses, mass] : []), add), error);
   }
 
   private field(tree: Tree, schema: Schema, path: Path, entry: Entry, key: Key | undefined): HTMLElement {
@@ -51,6 +76,11 @@ export class Form {
     if (tree.collection(entry.value) && (text.includes("\n") || (entry.value!.name === "FlowMapping"))) {
       row.append(button(`${words.wide(tree.entries(entry.value).length)} ›`, () => this.go(entry.value!.from), { "data-key": String(entry.key) }));
     } else row.append(this.input(schema, key, text, to, error, label));
+    if (typeof entry.key === "number") {
+      const at = entry.key;
+      const shift = (by: number, sign: string, word: string) => button(sign, () => void this.change(error, to, at + by), { title: word, "aria-label": `${word} ${at + 1}`, className: "remove" });
+      label.append(shift(-1, "↑", words.earlier), shift(1, "↓", words.later));
+    }
     row.append(remove, element("small", { textContent: about }), error);
     return row;
   }
@@ -86,7 +116,7 @@ export class Form {
     return element("div", { className: "field add" }, name, value, list, about, error);
   }
 
-  private async change(error: HTMLElement, path: Path, value: string | null): Promise<void> {
+  private async change(error: HTMLElement, path: Path, value: string | number | null): Promise<void> {
     error.textContent = await this.edit([{ path, value }]);
   }
 }

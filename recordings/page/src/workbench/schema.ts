@@ -34,6 +34,11 @@ export class Schema {
     return found;
   }
 
+  // The types of cranes.
+  types(): string[] {
+    return (this.root.$defs?.CraneKeys?.allOf ?? []).map((x) => String(x.if?.properties?.type?.const ?? "")).filter(Boolean);
+  }
+
   keys(parts: Part[]): Key[] {
     const found = new Map<string, Key>();
     for (const part of parts) {

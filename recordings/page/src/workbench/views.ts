@@ -1,9 +1,10 @@
 // The lift in four views: three dimensions, plan, two elevations; a slider leads along the path at rest.
 import { clock, Run } from "../data.js";
 import { Stage } from "../stage.js";
-import { api, type Drawing, type Path, type Picture, type State } from "./api";
+import { api, type Drawing, type Picture, type State } from "./api";
 import { button, element } from "./dom";
 import { Drag } from "./drag";
+import type { Edit } from "./templates";
 import { words } from "./words";
 
 const DRAWN_ms = 60; // without a move of the slider until its drawings are asked for
@@ -26,7 +27,7 @@ export class Views {
 
   private readonly drag: Drag;
 
-  constructor(private readonly moved: (state: State) => void, edit: (edits: { path: Path; value: string }[]) => Promise<string>) {
+  constructor(private readonly moved: (state: State) => void, private readonly edit: (edits: Edit[]) => Promise<string>) {
     this.drag = new Drag(() => this.stage!, () => this.picture, edit);
     const grid = element("div", { id: "grid" }, this.solid, ...this.sheets);
     const tools = element("div", { className: "tools" });
@@ -113,6 +114,17 @@ export class Views {
     this.bar.replaceChildren(...ends.map((x, i) => {
       const made = button("", () => this.go(x.k), { title: `${x.stage}, ${clock(x.t)}`, "data-k": x.k });
       made.append(element("span", { textContent: x.stage }));
+      if (x.action) {
+        made.title = words.reorder(made.title);
+        made.draggable = true;
+        made.ondragstart = (e) => e.dataTransfer!.setData("text/plain", String(x.action - 1));
+        made.ondragover = (e) => e.preventDefault();
+        made.ondrop = async (e) => {
+          e.preventDefault();
+          const refused = await this.edit([{ path: ["actions", Number(e.dataTransfer!.getData("text/plain"))], value: x.action - 1 }]);
+          if (refused) this.told.textContent = refused;
+        };
+      }
       made.style.flexGrow = String(Math.max(0.02, (x.t - (ends[i - 1]?.t ?? 0)) / (states[states.length - 1].t || 1)));
       return made;
     }));
