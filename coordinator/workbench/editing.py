@@ -23,7 +23,6 @@ from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import CollectionNode, MappingNode, Node, SequenceNode
 
 Keys: TypeAlias = tuple[str | int, ...]
-STEP = 2  # blanks by which a mapping is indented
 
 
 def version_of(text: str) -> str:

@@ -15,7 +15,10 @@ from heavylift.coordinator.verdict.judging import verdict_of
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene.text.files import within
 from heavylift.recordings import Recording
+from heavylift.recordings.documents.beside import alternatives
 from heavylift.recordings.documents.document import report_sheet
+from heavylift.recordings.documents.facts import facts
+from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.render.view import content, page
 from heavylift.recordings.sheets.page import page_of
 
@@ -100,12 +103,24 @@ def recordings(folder: Path) -> Iterator[dict[str, str]]:
 
 def result(folder: Path, kind: str, name: str) -> str:
     """The page of a recording in the folder, `view` in 3D or `report`; raises HeavyliftError if there is none."""
+    rec, verdict = _recorded(folder, name)
+    if kind not in ("view", "report"):
+        raise SceneError(f"'{kind}' is no page of a recording")
+    return page(content(rec, verdict)) if kind == "view" else page_of(report_sheet(rec, verdict, pictures=True))
+
+
+def compared(folder: Path, a: str, b: str) -> str:
+    """The page of two recordings in the folder beside each other; raises HeavyliftError if there are none."""
+    one, other = (facts(*_recorded(folder, name)) for name in (a, b))
+    return page_of(alternatives(one, other, pictures=True))
+
+
+def _recorded(folder: Path, name: str) -> tuple[Recording, RecordedVerdict | None]:
     try:
         path = within(folder, folder / name)
     except ValueError as error:
         raise SceneError(f"'{name}': {error}") from None
-    if path.suffix != ENDING or kind not in ("view", "report"):
+    if path.suffix != ENDING:
         raise SceneError(f"'{name}' is no recording")
     rec = Recording(path)
-    verdict = verdict_of(rec)
-    return page(content(rec, verdict)) if kind == "view" else page_of(report_sheet(rec, verdict, pictures=True))
+    return rec, verdict_of(rec)

@@ -35,7 +35,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .open_scene import OpenScene
-from .runs import recordings, result
+from .runs import compared, recordings, result
 
 LARGEST = 1 << 20  # of a request [bytes]
 
@@ -149,9 +149,10 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         return _json(await run_in_threadpool(lambda: [*recordings(opened.folder)]))
 
     async def shown(request: Request) -> Response:
-        kind, name = request.path_params["kind"], request.path_params["name"]
+        given = request.path_params
+        words = [given[key] for key in (("kind", "name") if "kind" in given else ("a", "b"))]
         try:
-            return HTMLResponse(await run_in_threadpool(result, opened.folder, kind, name))
+            return HTMLResponse(await run_in_threadpool(result if "kind" in given else compared, opened.folder, *words))
         except HeavyliftError as error:
             return PlainTextResponse(f"{error}\n", 404)
 
@@ -163,6 +164,7 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         *(Route(f"/{x.__name__}", x, methods=["POST"]) for x in (save, edit)),
         Route("/recordings", listed),
         Route("/result/{kind}/{name}", shown),
+        Route("/compare/{a}/{b}", shown),
         Route("/run", run, methods=["POST"]),
         Route("/open", chosen, methods=["POST"]),
         Route("/copy", copied, methods=["POST"]),

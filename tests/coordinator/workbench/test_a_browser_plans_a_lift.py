@@ -170,6 +170,14 @@ def test_a_run_is_begun_and_its_results_are_opened(page: Any, folder: Path) -> N
     with page.expect_popup() as popup:
         page.get_by_role("link", name="report").click()
     popup.value.get_by_role("heading", name="Lift report").wait_for()
+    shutil.copy(folder / "my-lift.mcap", folder / "other.mcap")
+    page.reload()
+    page.get_by_role("tab", name="runs").click()
+    for box in (page.locator("#recordings input").nth(0), page.locator("#recordings input").nth(1)):
+        box.check()
+    with page.expect_popup() as popup:
+        page.get_by_role("link", name="compare these two").click()
+    popup.value.get_by_role("heading", name="Largest use of each quantity").wait_for()
 
 
 SPREADSHEET = """lug\tx\ty\tz

@@ -74,7 +74,7 @@ export class Form {
     const remove = button("×", () => void this.change(error, to, null), { title: words.remove, "aria-label": `${words.remove} ${entry.key}`, className: "remove" });
     const row = element("div", { className: "field" }, label);
     if (tree.collection(entry.value) && (text.includes("\n") || (entry.value!.name === "FlowMapping"))) {
-      row.append(button(`${words.wide(tree.entries(entry.value).length)} ›`, () => this.go(entry.value!.from), { "data-key": String(entry.key) }));
+      row.append(button(`${typeof entry.key === "number" ? text.split("\n")[0] : words.wide(tree.entries(entry.value).length)} ›`, () => this.go(entry.value!.from), { "data-key": String(entry.key) }));
     } else row.append(this.input(schema, key, text, to, error, label));
     if (typeof entry.key === "number") {
       const at = entry.key;

@@ -34,7 +34,7 @@ const choice = element("select", { "aria-label": words.scene });
 const status = element("span", { id: "status", role: "status", textContent: words.connecting });
 const lost = element("span", { id: "lost", role: "alert", hidden: true, textContent: words.lost });
 const copy = button(words.copy, () => {
-  const name = prompt(words.copyName, `my-${scene.file.replace(/\.yaml$/, "")}`);
+  const name = prompt(words.copyName, scene.own ? `${scene.file.replace(/\.ya?ml$/, "")}-2` : `my-${scene.file.replace(/\.yaml$/, "")}`);
   if (name) void tried(api.copy(name));
 }, { hidden: true });
 
@@ -97,7 +97,8 @@ listen({
       checks.take(null);
       document.title = `${data.file} · ${words.title}`;
     }
-    copy.hidden = data.own !== false;
+    copy.hidden = !data.file;
+    copy.textContent = data.own ? words.duplicate : words.copy;
     listScenes();
     if (data.file) editor.take(data);
     mark();

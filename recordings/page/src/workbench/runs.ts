@@ -10,13 +10,15 @@ export class Runs {
   private readonly lines = element("pre", { id: "lines", tabIndex: 0 });
   private readonly list = element("ul", { id: "recordings" });
   private readonly live: HTMLElement;
+  private readonly both = element("a", { target: "_blank", rel: "noopener", textContent: words.compare, hidden: true });
+  private picked: string[] = [];
 
   constructor(private readonly saved: () => Promise<boolean>, private readonly shown: () => void) {
     const order = element("input", { "aria-label": words.command, placeholder: words.command, spellcheck: false });
     const give = () => void this.ask("command", order.value);
     order.onkeydown = (e) => e.key === "Enter" && give();
     this.live = element("span", { className: "live", hidden: true }, ...["pause", "continue", "stop"].map((x) => button(words[x as "pause"], () => void this.ask(x))), order, button(words.give, give));
-    this.host.append(element("div", { className: "tools" }, this.live, this.told), this.lines, element("h2", { textContent: words.recordings }), this.list);
+    this.host.append(element("div", { className: "tools" }, this.live, this.told), this.lines, element("h2", {}, words.recordings, " ", this.both), this.list);
   }
 
   private async ask(act: string, text = ""): Promise<void> {
@@ -47,12 +49,30 @@ export class Runs {
     if (!message.running) void this.refresh();
   }
 
+  private picker(name: string): HTMLElement {
+    const box = element("input", { type: "checkbox" });
+    box.onchange = () => {
+      this.picked = box.checked ? [...this.picked, name] : this.picked.filter((x) => x !== name);
+      this.compare();
+    };
+    return element("label", {}, box, words.beside);
+  }
+
+  private compare(): void {
+    const [a, b] = this.picked.map(encodeURIComponent);
+    this.both.hidden = this.picked.length !== 2;
+    this.both.href = `compare/${a}/${b}`;
+  }
+
   async refresh(): Promise<void> {
     const found = await api.recordings();
     const row = (x: Recorded) => element("li", {},
       element("span", { className: `state ${x.state}`, textContent: stateWords[x.state] ?? x.state }), ` ${x.name} `,
+      this.picker(x.name),
       ...(["view", "report"] as const).map((kind) => element("a", { href: `result/${kind}/${encodeURIComponent(x.name)}`, target: "_blank", rel: "noopener", textContent: words[kind] })),
       element("small", { textContent: x.line }));
+    this.picked = [];
+    this.compare();
     this.list.replaceChildren(...(found.length ? found.map(row) : [element("li", { textContent: words.noRecordings })]));
   }
 }
