@@ -23,7 +23,6 @@ from .runs import SceneRun
 
 SCENES = (".yaml", ".yml")
 WATCHED = (*SCENES, ".csv", ".xlsx", ".stl", ".glb", ".gltf", ".json", ".mtx", ".py")
-RECORDING = ".mcap"
 STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; after a change, for its last one
 MOST_FOLDERS = 200  # that are watched
 

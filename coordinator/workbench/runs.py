@@ -26,6 +26,7 @@ COMMAND = [sys.executable, "-c", "from heavylift.coordinator.cli import main; ma
 ENDING = ".mcap"
 MOST = 100  # recordings that are listed
 LINES = 200  # of what a run prints
+PATIENCE_s = 10.0  # for a run to finish its recording
 
 Say = Callable[[str, dict[str, Any]], None]
 
@@ -73,7 +74,10 @@ class SceneRun:
         if self.goes_on:
             assert self._process is not None
             self._process.send_signal(signal.SIGINT)
-            self._process.wait()
+            try:
+                self._process.wait(PATIENCE_s)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
 
     def _hear(self, process: subprocess.Popen[str]) -> None:
         lines = list[str]()

@@ -127,23 +127,11 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         found = await run_in_threadpool(opened.drawings, number, k)
         return _json(found) if found is not None else _refused("these states are no longer shown", 404)
 
-    async def save(request: Request) -> Response:
-        return await _changed(opened, request, Save, lambda x: opened.save(x.text, x.version))
+    def posted(name: str, type_: type[Any], change: Callable[[Any], object]) -> Route:
+        async def answer(request: Request) -> Response:
+            return await _changed(request, type_, change)
 
-    async def edit(request: Request) -> Response:
-        edits = lambda x: opened.edit([(e.path, e.value) for e in x.edits], x.version)  # noqa: E731
-        return await _changed(opened, request, Edits, edits)
-
-    async def chosen(request: Request) -> Response:
-        return await _changed(opened, request, Named, lambda x: opened.open(x.name))
-
-    async def copied(request: Request) -> Response:
-        return await _changed(opened, request, Named, lambda x: opened.copy(x.name))
-
-    async def run(request: Request) -> Response:
-        return await _changed(
-            opened, request, Asked, lambda x: opened.run.order(x.do, x.text) if x.do != "run" else opened.start()
-        )
+        return Route(f"/{name}", answer, methods=["POST"])
 
     async def listed(_: Request) -> Response:
         return _json(await run_in_threadpool(lambda: [*recordings(opened.folder)]))
@@ -161,18 +149,19 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         Route("/schema", schema),
         Route("/events", events),
         Route("/drawings/{number:int}/{k:int}", drawings),
-        *(Route(f"/{x.__name__}", x, methods=["POST"]) for x in (save, edit)),
         Route("/recordings", listed),
         Route("/result/{kind}/{name}", shown),
         Route("/compare/{a}/{b}", shown),
-        Route("/run", run, methods=["POST"]),
-        Route("/open", chosen, methods=["POST"]),
-        Route("/copy", copied, methods=["POST"]),
+        posted("save", Save, lambda x: opened.save(x.text, x.version)),
+        posted("edit", Edits, lambda x: opened.edit([(each.path, each.value) for each in x.edits], x.version)),
+        posted("open", Named, lambda x: opened.open(x.name)),
+        posted("copy", Named, lambda x: opened.copy(x.name)),
+        posted("run", Asked, lambda x: opened.start() if x.do == "run" else opened.run.order(x.do, x.text)),
     ]
     return Guard(Starlette(routes=routes), word, port)
 
 
-async def _changed(opened: OpenScene, request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
+async def _changed(request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
     """Carry out a request with a body of JSON; a sentence with 409 where it cannot be."""
     if request.headers.get("Content-Type", "").partition(";")[0] != "application/json":
         return _refused("send JSON", 415)
