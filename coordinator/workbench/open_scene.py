@@ -127,7 +127,7 @@ class OpenScene:
             raise SceneError(f"'{name}' is no scene file (.yaml)")
         with self._lock:
             self.scene, self._seen = path, ""
-            for kind in ("picture", "checks", "faults"):
+            for kind in ("picture", "checks", "faults", "proposal"):
                 self._messages.pop(kind, None)
         self._tell_scene()
         self._changed.set()
@@ -142,6 +142,7 @@ class OpenScene:
         with self._lock:
             path = self._writable()
             write(path, text, version)
+            self._messages.pop("proposal", None)
             self._tell_scene()
         self._changed.set()
         return version_of(text)
@@ -175,11 +176,17 @@ class OpenScene:
             raise SceneError(f"{path.name} is there already; choose another name") from None
         self.open(path.name)
 
-    def start(self) -> None:
-        """Run the open scene."""
+    def ask(self, do: str, text: str) -> str:
+        """`run` the open scene, `live` with a page of its own, `plan` it within a wall time, or order what goes on."""
         if self.scene is None:
             raise SceneError("choose a scene first")
-        self.run.start(self.scene, self.folder)
+        if do in ("run", "live"):
+            self.run.start(self.scene, self.folder, do == "live")
+        elif do == "plan":
+            self.run.plan(self._writable(), self.folder, text)
+        else:
+            return self.run.order(do, text)
+        return ""
 
     def _folders(self) -> list[Path]:
         below = (x for x in self.folder.iterdir() if x.is_dir() and not x.is_symlink() and x.name[0] not in "._")

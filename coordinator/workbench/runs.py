@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -22,7 +23,10 @@ from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.render.view import content, page
 from heavylift.recordings.sheets.page import page_of
 
-COMMAND = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", "run"]
+from .editing import present
+
+COMMAND = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()"]
+ADDRESS = re.compile(r"watch it at (http://127\.0\.0\.1:\d+/[\w-]+/)")
 ENDING = ".mcap"
 MOST = 100  # recordings that are listed
 LINES = 200  # of what a run prints
@@ -45,16 +49,29 @@ class SceneRun:
         """Whether a run has not ended."""
         return self._process is not None and self._process.poll() is None
 
-    def start(self, scene: Path, folder: Path) -> None:
-        """Run a scene into the folder; SceneError if a run goes on."""
+    def start(self, scene: Path, folder: Path, live: bool = False) -> None:
+        """Run a scene into the folder, `live`: with a page of its own; SceneError if a run goes on."""
+        file = folder / f"{scene.stem}{ENDING}"
+        self._begin(folder, file, "run", str(scene), "-o", str(file), "--force", *(["--view"] if live else []))
+
+    def plan(self, scene: Path, folder: Path, budget: str) -> None:
+        """Seek the shortest timing of a scene within a wall time; it is written beside it as NAME-planned.yaml."""
+        file = folder / f"{scene.stem}-planned.yaml"
+        self._begin(folder, file, "plan", str(scene), "-o", str(file), "--force", "--budget", budget)
+
+    def _begin(self, folder: Path, file: Path, *words: str) -> None:
         with self._lock:
             if self.goes_on:
                 raise SceneError("a run goes on; wait for its end, or stop it")
-            self._file = folder / f"{scene.stem}{ENDING}"
-            words = [*COMMAND, str(scene), "-o", str(self._file), "--force"]
+            self._file = file
             self._process = subprocess.Popen(
-                words, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-            )  # fmt: skip
+                [*COMMAND, *words],
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
         threading.Thread(target=self._hear, args=(self._process,), daemon=True, name="run of a scene").start()
 
     def order(self, do: str, text: str = "") -> str:
@@ -80,14 +97,20 @@ class SceneRun:
                 self._process.kill()
 
     def _hear(self, process: subprocess.Popen[str]) -> None:
-        lines = list[str]()
-        self._say("run", {"running": True, "lines": [], "file": self._file.name})
+        lines, file = list[str](), self._file
+        known = {"file": file.name, "live": ""}
+        self._say("run", {"running": True, "lines": [], **known})
         assert process.stdout is not None
         for line in process.stdout:
-            lines = [*lines, line.rstrip("\n")][-LINES:]
-            self._say("run", {"running": True, "lines": lines, "file": self._file.name})
+            if found := ADDRESS.search(line):
+                known["live"] = found[1]
+            else:
+                lines = [*lines, line.rstrip("\n")][-LINES:]
+            self._say("run", {"running": True, "lines": lines, **known})
         code = process.wait()
-        self._say("run", {"running": False, "lines": lines, "file": self._file.name, "code": code})
+        self._say("run", {"running": False, "lines": lines, **known, "code": code})
+        if file.suffix == ".yaml" and file.exists():
+            self._say("proposal", {"file": file.name, "text": present(file)})
 
 
 def recordings(folder: Path) -> Iterator[dict[str, str]]:

@@ -98,7 +98,7 @@ class Edits(msgspec.Struct):
 
 
 class Asked(msgspec.Struct):
-    """`run` starts a run of the scene; `pause`, `continue`, `stop` and `command` with its text go to it."""
+    """What is to be done: see `OpenScene.ask`."""
 
     do: str
     text: str = ""
@@ -156,7 +156,7 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         posted("edit", Edits, lambda x: opened.edit([(each.path, each.value) for each in x.edits], x.version)),
         posted("open", Named, lambda x: opened.open(x.name)),
         posted("copy", Named, lambda x: opened.copy(x.name)),
-        posted("run", Asked, lambda x: opened.start() if x.do == "run" else opened.run.order(x.do, x.text)),
+        posted("run", Asked, lambda x: opened.ask(x.do, x.text)),
     ]
     return Guard(Starlette(routes=routes), word, port)
 

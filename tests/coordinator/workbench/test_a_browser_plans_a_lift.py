@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from heavylift.coordinator.workbench import version_of
+from heavylift.coordinator.workbench import runs, version_of
 from heavylift.nodes.scene import bundled
 
 PATIENCE_s = 60.0
@@ -178,6 +179,30 @@ def test_a_run_is_begun_and_its_results_are_opened(page: Any, folder: Path) -> N
     with page.expect_popup() as popup:
         page.get_by_role("link", name="compare these two").click()
     popup.value.get_by_role("heading", name="Largest use of each quantity").wait_for()
+
+
+PLANNER = """import sys
+scene, out = sys.argv[2], sys.argv[4]
+text = open(scene).read().replace("min until all", "min ramp 1 s until all").replace("traverse 20 m/min", "traverse 15 m/min")
+open(out, "w").write(text)
+print("saves 9 s")
+"""
+
+
+def test_a_plan_is_a_proposal_whose_changes_are_accepted_or_refused(
+    page: Any, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", PLANNER])  # which takes a minute
+    before = scene_of(folder).read_text()
+    page.get_by_role("button", name="plan", exact=True).click()
+    page.locator("#proposal").wait_for()
+    assert scene_of(folder).read_text() == before, "nothing is changed before it is accepted"
+    page.locator(".cm-deletedChunk").first.scroll_into_view_if_needed()
+    page.get_by_role("button", name="Reject").first.click()
+    page.get_by_role("button", name="accept the rest").click()
+    previewed(page, after := before.replace("traverse 20 m/min", "traverse 15 m/min"))
+    assert scene_of(folder).read_text() == after
+    assert page.locator("#proposal").is_hidden()
 
 
 SPREADSHEET = """lug\tx\ty\tz

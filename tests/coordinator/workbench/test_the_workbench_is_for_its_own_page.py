@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from pathlib import Path
 
+import msgspec
 import pytest
 
 pytest.importorskip("starlette")
-from heavylift.coordinator.workbench import OpenScene, application, version_of
+from heavylift.coordinator.workbench import OpenScene, application, runs, version_of
 from starlette.testclient import TestClient
 
 WORD, PORT = "word", 4711
+PATIENCE_s = 30.0
 HERE = f"http://127.0.0.1:{PORT}"
 
 
@@ -96,6 +100,35 @@ def test_a_bundled_scene_is_read_only_and_copied(page: TestClient, opened: OpenS
     assert (folder / "my-jib.yaml").read_text() == text
     assert opened.own
     assert {x.name for x in folder.iterdir()} == {"my-lift.yaml", "my-jib.yaml"}
+
+
+SLEEPER = """import signal, sys, time
+signal.signal(signal.SIGINT, lambda *_: sys.exit(130))
+print("    0.0 s  lift off", "watch it at http://127.0.0.1:8/word/", sep=chr(10), flush=True)
+time.sleep(60)
+"""
+
+
+def test_one_run_at_a_time_is_stopped(page: TestClient, opened: OpenScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def ask(do: str) -> tuple[int, str]:
+        answer = page.post(f"/{WORD}/run", json={"do": do})
+        return answer.status_code, answer.json().get("error", "")
+
+    def said(key: str, value: object) -> None:
+        deadline = time.monotonic() + PATIENCE_s
+        while not any(m.kind == "run" and msgspec.json.decode(m.data).get(key) == value for m in opened.since(0)):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+
+    monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", SLEEPER])
+    assert ask("stop") == (409, "no run goes on")
+    assert ask("live") == (200, "")
+    said("live", "http://127.0.0.1:8/word/")
+    assert "a run goes on" in ask("run")[1]
+    assert "is no order" in ask("dance")[1]
+    assert ask("stop") == (200, "")
+    said("code", 130)
+    assert ask("stop") == (409, "no run goes on")
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ export interface Check {
   stage: string; basis: string; sentence: string; where: string; value?: number; why: string;
 }
 export interface Checks { version: string; state: string; line: string; checks: Check[]; notes: string[]; tables: string[]; ends: string }
-export interface RunMessage { running: boolean; lines: string[]; file: string; code?: number }
+export interface RunMessage { running: boolean; lines: string[]; file: string; live: string; code?: number }
+export interface Proposal { number: number; file: string; text: string }
 export interface Recorded { name: string; state: string; line: string }
 export interface Messages {
   scene: Scene;
@@ -21,6 +22,7 @@ export interface Messages {
   picture: Picture;
   checks: Checks;
   run: RunMessage;
+  proposal: Proposal;
 }
 
 export function listen(heard: { [K in keyof Messages]: (data: Messages[K]) => void }, lost: (away: boolean) => void): void {

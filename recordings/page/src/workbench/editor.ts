@@ -5,7 +5,8 @@ import { yaml } from "@codemirror/lang-yaml";
 import { bracketMatching, foldGutter, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
 import { type Diagnostic, lintGutter, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
-import { EditorState, Transaction } from "@codemirror/state";
+import { Compartment, EditorState, Transaction } from "@codemirror/state";
+import { getOriginalDoc, unifiedMergeView } from "@codemirror/merge";
 import { drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { api, type Fault, Refused, type Scene } from "./api";
@@ -36,12 +37,16 @@ export class Editor {
   private dirty = false;
   private theirs: Scene | null = null;
   private ending = "\n";
+  private proposing = false;
+  private readonly merge = new Compartment();
+  private readonly proposal = element("div", { id: "proposal", role: "alert", hidden: true });
   private timer = 0;
 
   constructor(private readonly moved: () => void) {
     const tools = element("div", { className: "tools" }, button(words.undo, () => undo(this.view)), button(words.redo, () => redo(this.view)), this.status);
     this.conflict.append(words.conflict, " ", button(words.keepMine, () => this.resolve(true)), button(words.takeTheirs, () => this.resolve(false)));
-    this.host.append(tools, this.conflict);
+    this.proposal.append(words.proposal, " ", button(words.acceptAll, () => this.settle(true)), button(words.refuseAll, () => this.settle(false)));
+    this.host.append(tools, this.conflict, this.proposal);
     this.view = new EditorView({ parent: this.host, state: this.fresh("", true) });
     this.view.scrollDOM.tabIndex = 0;
   }
@@ -59,6 +64,7 @@ export class Editor {
           ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...completionKeymap, indentWithTab,
         ]),
         EditorState.readOnly.of(locked),
+        this.merge.of([]),
         EditorView.contentAttributes.of({ "aria-label": words.text }),
         EditorView.updateListener.of((update) => {
           if (update.docChanged && !update.transactions.some((x) => x.annotation(Transaction.remote))) this.typed();
@@ -80,7 +86,7 @@ export class Editor {
     this.dirty = true;
     this.status.textContent = words.unsaved;
     clearTimeout(this.timer);
-    this.timer = window.setTimeout(() => void this.save(), PAUSE_ms);
+    if (!this.proposing) this.timer = window.setTimeout(() => void this.save(), PAUSE_ms);
   }
 
   // What stands in the file now.
@@ -91,6 +97,8 @@ export class Editor {
       this.file = scene.file;
       this.accept(scene.version!);
       this.view.setState(this.fresh(text, !scene.own));
+      Object.assign(this, { proposing: false });
+      this.proposal.hidden = true;
       this.moved();
       this.status.textContent = scene.own ? "" : words.readOnly;
       return;
@@ -142,6 +150,7 @@ export class Editor {
   // Write what has been typed; true if the file has it.
   async save(): Promise<boolean> {
     clearTimeout(this.timer);
+    if (this.proposing) return false;
     if (!this.dirty || this.theirs) return !this.theirs;
     const text = this.text;
     this.written = text;
@@ -169,6 +178,29 @@ export class Editor {
       if (!(error instanceof Refused)) throw error;
       return error.message;
     }
+  }
+
+  // Show another text as changes of this one, each to be accepted or refused; nothing is saved before.
+  propose(text: string): void {
+    const original = this.text;
+    if (text === original) return void (this.status.textContent = words.same);
+    this.proposing = true;
+    this.proposal.hidden = false;
+    this.view.dispatch({ effects: this.merge.reconfigure(unifiedMergeView({ original, mergeControls: true })) });
+    this.view.dispatch({ changes: { from: 0, to: original.length, insert: text }, annotations: Transaction.remote.of(true) });
+  }
+
+  private settle(accept: boolean): void {
+    const { state } = this.view;
+    if (!accept) {
+      const original = getOriginalDoc(state).toString();
+      this.view.dispatch({ changes: { from: 0, to: state.doc.length, insert: original }, annotations: Transaction.remote.of(true) });
+    }
+    this.proposing = false;
+    this.proposal.hidden = true;
+    this.view.dispatch({ effects: this.merge.reconfigure([]) });
+    this.dirty = true;
+    void this.save();
   }
 
   mark(faults: Fault[]): void {

@@ -16,6 +16,7 @@ const root = document.documentElement;
 let scene: Scene = { scenes: [], bundled: [], file: "", number: 0 };
 let busy = false;
 let faultsOf = "";
+let proposed = 0; // number of the last proposal
 
 const editor = new Editor(() => showForm());
 const form = new Form((edits) => editor.edit(edits), (at) => {
@@ -82,7 +83,7 @@ function paint(theme: string): void {
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.onchange = () => paint(dark.matches ? "dark" : "light");
-const header = element("header", {}, element("h1", { textContent: words.title }), choice, copy, status, lost, element("span", { className: "grow" }), runs.begin,
+const header = element("header", {}, element("h1", { textContent: words.title }), choice, copy, status, lost, element("span", { className: "grow" }), runs.begin, ...runs.others,
   button(words.text, () => document.body.classList.toggle("without-text"), { id: "toggle-text" }),
   button(words.theme, () => paint(root.dataset.theme === "dark" ? "light" : "dark")));
 document.body.prepend(header, element("main", {}, element("div", { id: "left" }, editor.host, faults.host, form.host), element("div", { id: "right" }, views.host, checks.host)));
@@ -123,6 +124,11 @@ listen({
     mark();
   },
   run: (data) => runs.take(data),
+  proposal(data) {
+    if (data.number <= proposed) return;
+    proposed = data.number;
+    if (data.file === scene.file.replace(/\.ya?ml$/, "-planned.yaml").split("/").at(-1)) editor.propose(data.text);
+  },
 }, (away) => (lost.hidden = !away));
 
 void runs.refresh();

@@ -5,12 +5,14 @@ import { stateWords, words } from "./words";
 
 export class Runs {
   readonly host = element("div", { id: "runs" });
-  readonly begin = button(words.run, () => void this.start(), { id: "begin" });
+  readonly begin = button(words.run, () => void this.start("run"), { id: "begin" });
+  readonly others = [button(words.runLive, () => void this.start("live")), button(words.plan, () => void this.start("plan", words.budget), { title: words.planHelp })];
   private readonly told = element("span", { role: "status" });
   private readonly lines = element("pre", { id: "lines", tabIndex: 0 });
   private readonly list = element("ul", { id: "recordings" });
   private readonly live: HTMLElement;
   private readonly both = element("a", { target: "_blank", rel: "noopener", textContent: words.compare, hidden: true });
+  private readonly watch = element("a", { target: "_blank", rel: "noopener", textContent: words.watch, hidden: true });
   private picked: string[] = [];
 
   constructor(private readonly saved: () => Promise<boolean>, private readonly shown: () => void) {
@@ -18,7 +20,7 @@ export class Runs {
     const give = () => void this.ask("command", order.value);
     order.onkeydown = (e) => e.key === "Enter" && give();
     this.live = element("span", { className: "live", hidden: true }, ...["pause", "continue", "stop"].map((x) => button(words[x as "pause"], () => void this.ask(x))), order, button(words.give, give));
-    this.host.append(element("div", { className: "tools" }, this.live, this.told), this.lines, element("h2", {}, words.recordings, " ", this.both), this.list);
+    this.host.append(element("div", { className: "tools" }, this.live, this.watch, this.told), this.lines, element("h2", {}, words.recordings, " ", this.both), this.list);
   }
 
   private async ask(act: string, text = ""): Promise<void> {
@@ -31,16 +33,18 @@ export class Runs {
     }
   }
 
-  private async start(): Promise<void> {
+  private async start(act: string, text = ""): Promise<void> {
     if (!(await this.saved())) return;
     this.shown();
     this.told.textContent = words.starting;
-    await this.ask("run");
+    await this.ask(act, text);
   }
 
   take(message: RunMessage): void {
     this.live.hidden = !message.running;
-    this.begin.disabled = message.running;
+    for (const x of [this.begin, ...this.others]) x.disabled = message.running;
+    this.watch.hidden = !message.running || !message.live;
+    if (message.live) this.watch.href = message.live;
     this.lines.textContent = message.lines.join("\n");
     this.lines.scrollTop = message.running ? this.lines.scrollHeight : 0;
     const stage = message.lines.at(-1)?.trim().replace(/\s+/g, " ") ?? words.starting;
