@@ -157,6 +157,7 @@ def test_what_is_dragged_writes_its_place(page: Any, folder: Path) -> None:
     page.locator(".cm-line", has_text="crane: {type: goliath-900, at: 40 m}").wait_for(state="detached")
 
 
+@pytest.mark.large
 def test_a_run_is_begun_and_its_results_are_opened(page: Any, folder: Path) -> None:
     short = scene_of(folder).read_text().replace("name: lift\n", "name: lift\nend: 5 s\n")
     scene_of(folder).write_text(short)
@@ -269,6 +270,7 @@ def test_states_have_words_beside_their_colours_and_axe_finds_nothing_serious(pa
 PICTURES = os.environ.get("HEAVYLIFT_PICTURES")  # folder for those of WORKBENCH.md
 
 
+@pytest.mark.large
 def test_the_picture_of_the_page_is_taken(page: Any, folder: Path, tmp_path: Path) -> None:
     shutil.copy(bundled()["turnover"], folder / "turnover.yaml")
     page.set_viewport_size({"width": 1500, "height": 900})
