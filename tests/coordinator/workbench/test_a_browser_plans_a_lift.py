@@ -137,6 +137,15 @@ def drag(page: Any, body: str, p: list[float], by: tuple[int, int]) -> None:
     page.mouse.up()
 
 
+def test_two_clicks_measure_a_distance(page: Any) -> None:
+    page.get_by_role("button", name="top", exact=True).click()
+    page.get_by_role("button", name="measure", exact=True).click()
+    for x in (9.9, -9.9):
+        drag(page, "block", [x, -7.9, 4.0], (0, 0))
+    told = page.locator(".moving", has_text="x ").inner_text()
+    assert abs(float(told.partition(" m")[0]) - 19.8) < 0.8, "from one end of the block to the other, to a pixel"
+
+
 def test_what_is_dragged_writes_its_place(page: Any, folder: Path) -> None:
     before = scene_of(folder).read_text()
     page.get_by_role("button", name="move", exact=True).click()

@@ -83,10 +83,11 @@ function paint(theme: string): void {
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.onchange = () => paint(dark.matches ? "dark" : "light");
+const welcome = element("p", { id: "welcome", textContent: words.welcome });
 const header = element("header", {}, element("h1", { textContent: words.title }), choice, copy, status, lost, element("span", { className: "grow" }), runs.begin, ...runs.others,
   button(words.text, () => document.body.classList.toggle("without-text"), { id: "toggle-text" }),
   button(words.theme, () => paint(root.dataset.theme === "dark" ? "light" : "dark")));
-document.body.prepend(header, element("main", {}, element("div", { id: "left" }, editor.host, faults.host, form.host), element("div", { id: "right" }, views.host, checks.host)));
+document.body.prepend(header, element("main", {}, element("div", { id: "left" }, editor.host, faults.host, form.host), element("div", { id: "right" }, views.host, checks.host, welcome)));
 paint(dark.matches ? "dark" : "light");
 
 listen({
@@ -99,6 +100,7 @@ listen({
       document.title = `${data.file} · ${words.title}`;
     }
     copy.hidden = !data.file;
+    root.classList.toggle("empty", !data.file);
     copy.textContent = data.own ? words.duplicate : words.copy;
     listScenes();
     if (data.file) editor.take(data);

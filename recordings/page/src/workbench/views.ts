@@ -4,6 +4,7 @@ import { Stage } from "../stage.js";
 import { api, type Drawing, type Picture, type State } from "./api";
 import { button, element } from "./dom";
 import { Drag } from "./drag";
+import { Measure } from "./measure";
 import type { Edit } from "./templates";
 import { words } from "./words";
 
@@ -26,6 +27,8 @@ export class Views {
   k = 0;
 
   private readonly drag: Drag;
+  private readonly measure: Measure;
+  private readonly measured = element("output", { className: "moving", hidden: true });
 
   constructor(private readonly moved: (state: State) => void, private readonly edit: (edits: Edit[]) => Promise<string>) {
     this.drag = new Drag(() => this.stage!, () => this.picture, edit);
@@ -42,8 +45,16 @@ export class Views {
       move.setAttribute("aria-pressed", String(this.drag.on));
       if (this.drag.on) this.go(0);
     }, { title: words.moveHelp, "aria-pressed": "false" });
-    tools.append(move);
-    this.solid.append(tools, this.drag.told);
+    this.measure = new Measure(() => this.stage!, (text) => {
+      this.measured.hidden = !text;
+      this.measured.textContent = text;
+    });
+    const measure = button(words.measure, () => {
+      this.measure.toggle(measure.classList.toggle("on"));
+      measure.setAttribute("aria-pressed", String(this.measure.on));
+    }, { title: words.measureHelp, "aria-pressed": "false" });
+    tools.append(move, measure);
+    this.solid.append(tools, this.drag.told, this.measured);
     for (const panel of [this.solid, ...this.sheets]) {
       const mark = element("span", { className: "mark" });
       this.marks.push(mark);
@@ -99,6 +110,7 @@ export class Views {
       this.stage = new Stage(this.solid, run);
       this.stage.resize();
       this.drag.attach(this.stage.gl.domElement);
+      this.measure.attach(this.stage.gl.domElement);
     }
     this.stage.paint(this.theme);
     this.slider.max = String(picture.states.length - 1);
