@@ -12,8 +12,7 @@ import msgspec
 from heavylift.coordinator.hosts import JoinReply, JoinRequest
 from heavylift.coordinator.live import Notice, Reply, RunOrder, journaled
 from heavylift.coordinator.participants import Participant, built, couplings, participant, parts
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
-from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol import Coordinator, Node, messages as m, run_in_memory
 from heavylift.coordinator.record import MERGED, RESOLVED
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import Beginning, run
@@ -27,8 +26,7 @@ from heavylift.recordings import Recording
 from heavylift.recordings.format import SampleChannel, SampleLayout, decode_batch
 from heavylift.recordings.write import Sink
 from mutations import JSON, MSGPACK, bytes_of, spoiled
-from spoiled_recordings import read_in_all_ways
-from spoiled_recordings import spoiled as spoiled_recording
+from spoiled_recordings import read_in_all_ways, spoiled as spoiled_recording
 
 Kind = Callable[[Path], tuple[Callable[[Random], bytes], Callable[[bytes], None]]]
 

@@ -12,15 +12,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
-from heavylift.kernel.description.mechanics import (
-    WORLD,
-    Line,
-    Point,
-    Rope,
-    System,
-    Vector,
-    merge,
-)
+from heavylift.kernel.description.mechanics import WORLD, Line, Point, Rope, System, Vector, merge
 from heavylift.nodes.limits.reeving import lead_factor
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
