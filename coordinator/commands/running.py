@@ -171,8 +171,7 @@ def branch(
     What if: up to there every event and sample must come again, else it is refused. The mechanics go on from the last
     checkpoint in the recording, or begin at the start where it has none for the changed scene.
     """
-    from heavylift.coordinator.run.branch import Branch
-    from heavylift.coordinator.run.branch import branch as simulate
+    from heavylift.coordinator.run.branch import Branch, branch as simulate
     from heavylift.coordinator.run.progress import Progress, summary
 
     what = Branch.of(file, at, sets or [], edited or None)
@@ -203,8 +202,7 @@ def resume(
 
     with Processes(PRELOAD) as crew:
         from heavylift.coordinator.run.progress import Progress, summary
-        from heavylift.coordinator.run.resume import Beginning
-        from heavylift.coordinator.run.resume import resume as go_on
+        from heavylift.coordinator.run.resume import Beginning, resume as go_on
 
         begun = Beginning.of(file, crew.directory.path)
         with Progress(begun.scene.plan, as_json) as watch:

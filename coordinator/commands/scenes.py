@@ -56,8 +56,7 @@ def check(
 @app.command()
 def tree(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Print the tree of DEVS models.    heavylift tree turnover"""
-    from heavylift.nodes.models import tree as draw
-    from heavylift.nodes.models import tree_data
+    from heavylift.nodes.models import tree as draw, tree_data
 
     plan = o.scene_of(scene, sets).plan
     typer.echo(json.dumps(tree_data(plan)) if as_json else draw(plan))
@@ -84,8 +83,7 @@ def equations(
 def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
     from heavylift.coordinator.participants.mechanics_at import at_rest
-    from heavylift.kernel.analysis import modes as about
-    from heavylift.kernel.analysis import reactions
+    from heavylift.kernel.analysis import modes as about, reactions
     from heavylift.kernel.analysis.modes import statics_data, statics_text
 
     found, simulation = at_rest(o.scene_of(scene, sets), at, after)
@@ -207,7 +205,7 @@ def workbench(
         typer.Argument(
             metavar="[FOLDER | SCENE]",
             help="a folder with scenes, a scene file, or a bundled scene",
-            autocompletion=completing.scenes,
+            autocompletion=o.scene_names,
         ),
     ] = ".",
 ) -> None:

@@ -17,8 +17,7 @@ from heavylift.kernel.description.forces import Ball, Box, Plane, Shape, Spring
 from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
-from heavylift.nodes.plan.plan import Actuator, Plan
-from heavylift.nodes.plan.plan import Shape as OwnShape
+from heavylift.nodes.plan.plan import Actuator, Plan, Shape as OwnShape
 from heavylift.nodes.plan.shapes import Shapes, Solid
 from heavylift.recordings import DrawnBox, RopeLine
 from numpy.typing import NDArray

@@ -20,8 +20,7 @@ from heavylift.kernel.errors import HeavyliftError, PlacedFault, SceneError
 from heavylift.kernel.model.program import Program
 from heavylift.nodes.models import system
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene import check as examine
+from heavylift.nodes.scene import LoadedScene, check as examine
 from heavylift.nodes.scene.building import build
 from heavylift.nodes.statics import StaticState, follow
 from heavylift.nodes.statics.static_path import first_rest

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from heavylift.coordinator.live import Order, find, order
+from heavylift.coordinator.live import RunOrder, find, order
 from heavylift.coordinator.verdict.judging import verdict_of
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene.text.files import within
@@ -84,7 +84,7 @@ class SceneRun:
             return "stopping"
         if do not in ("pause", "continue", "command"):
             raise SceneError(f"'{do}' is no order: pause, continue, command, stop")
-        return order(find(str(self._file)), Order(do, text=text))  # type: ignore[arg-type]
+        return order(find(str(self._file)), RunOrder(do, text=text))
 
     def end(self) -> None:
         """Stop what goes on."""

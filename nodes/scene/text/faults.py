@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from heavylift.kernel.errors import PlacedFault, SceneError
-from heavylift.kernel.errors import closest as closest
+from heavylift.kernel.errors import PlacedFault, SceneError, closest as closest
 
 from .source import Fault, Mark, Path, Source, shown
 
