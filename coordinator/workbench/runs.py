@@ -84,7 +84,7 @@ class SceneRun:
             return "stopping"
         if do not in ("pause", "continue", "command"):
             raise SceneError(f"'{do}' is no order: pause, continue, command, stop")
-        return order(find(str(self._file)), RunOrder(do, text=text))
+        return order(find(str(self._file)), RunOrder(do, text=text))  # type: ignore[arg-type]
 
     def end(self) -> None:
         """Stop what goes on."""
