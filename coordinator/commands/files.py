@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 @app.command()
 def info(file: o.File, as_json: o.Json = False) -> None:
     """Print what a recording contains.    heavylift info turnover.mcap"""
-    from heavylift.recordings import Recording, info_data
-    from heavylift.recordings import info as describe
+    from heavylift.recordings import Recording, info as describe, info_data
 
     rec = Recording(file)
     found = _verdict(rec)
@@ -46,8 +45,7 @@ def plot(
     With a second recording, both over one another: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
     """
     from heavylift.coordinator.record.scene import at_rest
-    from heavylift.recordings import Recording, curves, overlay, storyboard
-    from heavylift.recordings import plot as tensions
+    from heavylift.recordings import Recording, curves, overlay, plot as tensions, storyboard
     from heavylift.recordings.write.outputs import beside
 
     out = output or beside(file, "-lift.png" if lift else "-signals.png" if signals else ".png")
@@ -79,8 +77,7 @@ def view(
 
     With a second recording, that one is beside it as glass and dashed curves.
     """
-    from heavylift.recordings import Recording
-    from heavylift.recordings import view as write
+    from heavylift.recordings import Recording, view as write
     from heavylift.recordings.write.outputs import beside
 
     out = write(file, output or beside(file, ".html"), _verdict(Recording(file)), force, other)
@@ -105,13 +102,11 @@ def report(
 
     With a second recording, two alternatives beside each other: heavylift report lift.mcap slower.mcap
     """
-    from heavylift.recordings import Recording
-    from heavylift.recordings import report as write
+    from heavylift.recordings import Recording, report as write
     from heavylift.recordings.documents import alternatives, facts, report_sheet
     from heavylift.recordings.read.verdict import as_recorded, complaints
     from heavylift.recordings.sheets.sheet import data_of
-    from heavylift.recordings.sheets.writing import FORMATS
-    from heavylift.recordings.sheets.writing import write as write_sheet
+    from heavylift.recordings.sheets.writing import FORMATS, write as write_sheet
     from heavylift.recordings.write.outputs import beside, output_path
 
     every = [Recording(path) for path in (file, other) if path is not None]
@@ -167,8 +162,7 @@ def compare(
     as_json: o.Json = False,
 ) -> None:
     """Compare two runs: equal (exit code 0), or first difference (1).    heavylift compare a.mcap b.mcap"""
-    from heavylift.recordings import compare as side_by_side
-    from heavylift.recordings import overlay
+    from heavylift.recordings import compare as side_by_side, overlay
 
     found = side_by_side(a, b)
     if output is not None:

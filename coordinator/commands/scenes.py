@@ -57,8 +57,7 @@ def check(
 @app.command()
 def tree(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Print the tree of DEVS models.    heavylift tree turnover"""
-    from heavylift.nodes.models import tree as draw
-    from heavylift.nodes.models import tree_data
+    from heavylift.nodes.models import tree as draw, tree_data
 
     plan = o.scene_of(scene, sets).plan
     typer.echo(json.dumps(tree_data(plan)) if as_json else draw(plan))
@@ -85,8 +84,7 @@ def equations(
 def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
     from heavylift.coordinator.participants.mechanics_at import at_rest
-    from heavylift.kernel.analysis import modes as about
-    from heavylift.kernel.analysis import reactions
+    from heavylift.kernel.analysis import modes as about, reactions
     from heavylift.kernel.analysis.modes import statics_data, statics_text
 
     found, simulation = at_rest(o.scene_of(scene, sets), at, after)
@@ -199,6 +197,33 @@ def new(
             raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
         typer.echo(f"wrote {path}")
     typer.echo(f"\nnext: {command()} check {path}")
+
+
+@app.command()
+def workbench(
+    scene: Annotated[
+        str,
+        typer.Argument(
+            metavar="[FOLDER | SCENE]",
+            help="a folder with scenes, a scene file, or a bundled scene",
+            autocompletion=o.scene_names,
+        ),
+    ] = ".",
+) -> None:
+    """See and change scenes in a browser, drawn and checked with each save.    heavylift workbench my-lift.yaml
+
+    Any editor may change the files meanwhile. The page is for this machine only; Ctrl-C ends it.
+    """
+    from heavylift.kernel.errors import extra
+
+    for package in ("starlette", "uvicorn", "watchfiles"):
+        extra(
+            package,
+            SceneError("the workbench needs Starlette, uvicorn and watchfiles: pip install 'heavylift[workbench]'"),
+        )
+    from heavylift.coordinator.workbench.server import workbench as serve
+
+    serve(scene, o.browse)
 
 
 @app.command()

@@ -24,8 +24,7 @@ from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.supervision.journal import Journal, read
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, RecordingError, printable
-from heavylift.nodes.devs import Event, Tag, encode
-from heavylift.nodes.devs import encode as canonical
+from heavylift.nodes.devs import Event, Tag, encode, encode as canonical
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.write.outputs import COMMANDS

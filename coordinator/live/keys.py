@@ -12,8 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from threading import Event as Flag
-from threading import Thread
+from threading import Event as Flag, Thread
 from typing import Self
 
 import msgspec

@@ -27,8 +27,7 @@ from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
 from heavylift.recordings.sheets.sheet import Table
 
-from .clearances import LIMIT, SMALLEST, clearances
-from .clearances import findings as too_near
+from .clearances import LIMIT, SMALLEST, clearances, findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import History, RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run

@@ -18,24 +18,27 @@ from typing import Any, Literal, get_args
 
 from .flexible import Flexible
 from .forces import Contact, Force, Matrix6, Reeving, UserLaw
-from .laws import Brake as Brake
-from .laws import Drive as Drive
-from .laws import JointSpring as JointSpring
-from .laws import Law as Law
-from .laws import Lock as Lock
-from .laws import RigidRope as RigidRope
-from .laws import Rope as Rope
-from .laws import Stop as Stop
-from .laws import Support as Support
-from .signals import Quantity as Quantity
-from .signals import Threshold as Threshold
-from .units import IDENTITY as IDENTITY
-from .units import WORLD as WORLD
-from .units import Line as Line
-from .units import Matrix as Matrix
-from .units import Point as Point
-from .units import Vector as Vector
-from .units import natural
+from .laws import (
+    Brake as Brake,
+    Drive as Drive,
+    JointSpring as JointSpring,
+    Law as Law,
+    Lock as Lock,
+    RigidRope as RigidRope,
+    Rope as Rope,
+    Stop as Stop,
+    Support as Support,
+)
+from .signals import Quantity as Quantity, Threshold as Threshold
+from .units import (
+    IDENTITY as IDENTITY,
+    WORLD as WORLD,
+    Line as Line,
+    Matrix as Matrix,
+    Point as Point,
+    Vector as Vector,
+    natural,
+)
 
 MethodName = Literal["semi-implicit-euler", "rk4", "dopri5", "dop853", "radau5"]
 RemovedMethod = Literal["ros34pw2", "sdirk2", "sdirk3"]  # in older scenes: radau5 takes their place

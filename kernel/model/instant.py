@@ -20,8 +20,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, mi
 from heavylift.kernel.constraints.rows import ConstraintRows
 from heavylift.kernel.description.mechanics import Drive, RigidRope
 from heavylift.kernel.forces.force_law import Poses
-from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
-from heavylift.kernel.multibody.continuous_angles import on_turn
+from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel, on_turn
 
 from .program import Label, Program
 

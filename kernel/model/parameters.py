@@ -15,8 +15,7 @@ from heavylift.kernel.forces.table import SharedForce
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
 
-from .quantities import numbers as quantity_numbers
-from .quantities import points
+from .quantities import numbers as quantity_numbers, points
 
 PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
 

@@ -23,8 +23,7 @@ from heavylift.kernel.forces.force_law import Poses, SampledQuantity, Setting
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.ropes import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
-from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
-from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
+from heavylift.kernel.multibody.continuous_angles import AXES, Label as AngleLabel, turned_at_start
 from heavylift.kernel.multibody.graph import Graph, Link, build_graph
 from heavylift.kernel.multibody.joint_locking import check_locks, merged
 from heavylift.kernel.multibody.kinematics import kinematics
@@ -32,8 +31,7 @@ from heavylift.kernel.multibody.trees import Tree, cut
 
 from .checks import check_description
 from .parameters import PROFILE, ParameterLayout
-from .quantities import check_signal
-from .quantities import points as quantity_points
+from .quantities import check_signal, points as quantity_points
 from .traced_functions import SharedTree, profile, shared_tree
 
 if TYPE_CHECKING:

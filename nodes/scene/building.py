@@ -39,8 +39,7 @@ from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.source import Data, Fault, Source, read
-from heavylift.nodes.scene.text.source import Path as InData
+from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, Source, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
 from heavylift.nodes.statics.resting import rigged, settled, standing

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.description.findings import Check, State, clock, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import HEAD, governing, likewise, line_of, open_checks, state_of
-from heavylift.nodes.limits.checks import rows as rows_of
+from heavylift.nodes.limits.checks import HEAD, governing, likewise, line_of, open_checks, rows as rows_of, state_of
 from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.models.machine import turning

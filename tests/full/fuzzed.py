@@ -12,8 +12,7 @@ import msgspec
 from heavylift.coordinator.hosts import JoinReply, JoinRequest
 from heavylift.coordinator.live import Notice, Reply, RunOrder, journaled
 from heavylift.coordinator.participants import Participant, built, couplings, participant, parts
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
-from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol import Coordinator, Node, messages as m, run_in_memory
 from heavylift.coordinator.record import MERGED, RESOLVED
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import Beginning, run
@@ -25,10 +24,9 @@ from heavylift.nodes.scene import load, parse, spoken
 from heavylift.nodes.scenes import bundled
 from heavylift.recordings import Recording
 from heavylift.recordings.format import SampleChannel, SampleLayout, decode_batch
-from heavylift.recordings.write import Sink
+from heavylift.recordings.write import RecordingSink
 from mutations import JSON, MSGPACK, bytes_of, spoiled
-from spoiled_recordings import read_in_all_ways
-from spoiled_recordings import spoiled as spoiled_recording
+from spoiled_recordings import read_in_all_ways, spoiled as spoiled_recording
 
 Kind = Callable[[Path], tuple[Callable[[Random], bytes], Callable[[bytes], None]]]
 
@@ -131,7 +129,7 @@ def resume(folder: Path) -> Any:
             message = msgspec.json.decode(facts)
         message = message if isinstance(message, dict) and all(isinstance(x, str) for x in message.values()) else {}
         out = folder / "left.mcap"
-        sink = Sink(out, message, {**files, name: text, RESOLVED: plan})
+        sink = RecordingSink(out, message, {**files, name: text, RESOLVED: plan})
         made = {x: sink.channel(x, "json", "Event", "jsonschema", b"{}", facts) for x, facts in topics.items()}
         with sink.writing():
             for topic, t, data in events:

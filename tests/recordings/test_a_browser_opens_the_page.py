@@ -14,8 +14,7 @@ from browser import CHROMIUM, Chromium
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, view
-from heavylift.recordings.render import LivePage
-from heavylift.recordings.render import view as rendering
+from heavylift.recordings.render import LivePage, view as rendering
 from matplotlib.colors import rgb_to_hsv
 from matplotlib.image import imread
 from numpy.typing import NDArray

@@ -16,8 +16,7 @@ from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.errors import KernelError
 
 from . import candidates, frames
-from .candidates import SIGNS, VERTICES, Witness, edge
-from .candidates import OrientedBox as BoxAt
+from .candidates import SIGNS, VERTICES, OrientedBox as BoxAt, Witness, edge
 from .frames import BALLS, CORNER, EDGE, EDGES, FACE, ContactFrame, Side
 
 HELD = 19  # numbers of what a slot holds: kind, those of its frame, half widths of the face or edges

@@ -13,15 +13,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
-from heavylift.kernel.description.mechanics import (
-    WORLD,
-    Line,
-    Point,
-    Rope,
-    System,
-    Vector,
-    merge,
-)
+from heavylift.kernel.description.mechanics import WORLD, Line, Point, Rope, System, Vector, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
 from heavylift.nodes.plan.spellings import BEAMS

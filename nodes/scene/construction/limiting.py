@@ -16,14 +16,7 @@ from heavylift.nodes.scene.text.source import Path
 
 from .environment.footings import standing_limits, wind_limits
 from .rigging.hook_ratings import WAYS, hook_limits
-from .rigging.ratings import (
-    bridle_limit,
-    lug_limits,
-    rigging_limits,
-    shackle_limit,
-    sling_limits,
-    tandem_limits,
-)
+from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_limit, sling_limits, tandem_limits
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
 

@@ -13,8 +13,7 @@ from typing import Any
 
 from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.constraints.contact.pairs import check_contact
-from heavylift.kernel.description import forces as forces
-from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.description import forces as forces, mechanics as k
 from heavylift.kernel.description.flexible import Beam, Flexible, check_flexible
 from heavylift.kernel.description.forces import Contact
 from heavylift.kernel.errors import KernelError

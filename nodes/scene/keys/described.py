@@ -17,8 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_
 
 import msgspec
 from heavylift.kernel.description.forces import InputSignal
-from heavylift.kernel.description.units import Direction as UnitVector
-from heavylift.kernel.description.units import Matrix, Point, Unit
+from heavylift.kernel.description.units import Direction as UnitVector, Matrix, Point, Unit
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field, create_model
 

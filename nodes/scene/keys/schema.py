@@ -9,8 +9,7 @@ from typing import Annotated, Any, Literal
 
 from heavylift.kernel.description.mechanics import IDENTITY, Matrix, MethodName, RemovedMethod, Vector
 from heavylift.nodes.devs.execution.rules import LIMIT
-from heavylift.nodes.plan import factors as f
-from heavylift.nodes.plan import plan
+from heavylift.nodes.plan import factors as f, plan
 from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
 from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u

@@ -17,17 +17,16 @@ from heavylift.coordinator.protocol import (
     Node,
     NodeState,
     RunEnd,
+    core as core_module,
     distance,
     run_in_memory,
     together,
 )
-from heavylift.coordinator.protocol import core as core_module
 from heavylift.kernel import HeavyliftError
 from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Model, Simulator, Tag
 from heavylift.nodes.devs.execution import Wire, flatten, transitions
 from mutants import changed
-from random_models import Run, build, build_ring, distributed, flat
-from random_models import told as results
+from random_models import Run, build, build_ring, distributed, flat, told as results
 
 MODELS = range(24)
 MANY = range(150)  # at most, for a mutant; most are reported by the first few

@@ -12,8 +12,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.limits import KINDS, READERS, RatedLimit, Use, signals_of, uses_of, uses_on_path
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
-from lifting import cranes
-from lifting import findings_of as judged
+from lifting import cranes, findings_of as judged
 
 SIDE = "cranes.crane.{}=1 MN"
 LIFT = (

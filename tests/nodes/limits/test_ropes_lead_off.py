@@ -10,15 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel.description import NOT_CHECKED
-from heavylift.nodes.limits import (
-    Check,
-    SignalColumns,
-    Use,
-    checks_of,
-    rows,
-    uses_of,
-    uses_on_path,
-)
+from heavylift.nodes.limits import Check, SignalColumns, Use, checks_of, rows, uses_of, uses_on_path
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.statics import StaticState
 from lifting import bare, cargo, findings_of, hook_ropes, slings

@@ -89,7 +89,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         kernel / "description" / "forces.py",
         ("\nForce = ", DESCRIPTION),
         ("from typing import Literal", "from typing import Annotated, Literal"),
-        ('    "Bushing",', '    "Bushing",\n    "EddyBrake",'),
+        ('"Bushing",', '"Bushing", "EddyBrake",'),
     )
     (kernel / "forces" / "eddy_brake.py").write_text(LAW)
     row = ("    kinds.Load: LoadLaw(),", "    kinds.Load: LoadLaw(),\n    kinds.EddyBrake: EddyBrakeLaw(),")
