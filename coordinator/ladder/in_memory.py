@@ -135,8 +135,8 @@ class Played:
         from heavylift.coordinator.verdict.judging import verdict_with_uses
 
         past, known = self.past(every), self.mechanics
-        least = SMALLEST if smallest is None else smallest
-        return verdict_with_uses(self.plan, past, self.conduct, self.errors, least, known)
+        least, whole = (SMALLEST, every == 1) if smallest is None else (smallest, False)
+        return verdict_with_uses(self.plan, past, self.conduct, self.errors, least, known, whole)
 
     def past(self, every: int = 1) -> Collector:
         """What every so many-th sample has shown, as columns."""
