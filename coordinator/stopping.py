@@ -16,6 +16,7 @@ error is not missed.  A run prints its summary when its recording is whole.
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -31,7 +32,7 @@ STOPPED, UNHEARD = 130, 141  # exit codes: Ctrl-C; nobody reads
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 MAIN = threading.main_thread().ident  # the only one that signals reach
 PAST = ("buffer", "detach", "reconfigure")  # of a stream, by which text would pass unseen
-LOOK_s = 0.05  # between two looks for an exception that was lost
+POLL_s = 0.05  # between two looks for an exception that was lost
 
 
 class Interrupted(KeyboardInterrupt):
@@ -39,11 +40,11 @@ class Interrupted(KeyboardInterrupt):
 
 
 class ReaderLeft(BaseException):
-    """Nobody reads standard output any more; no error of the command."""
+    """Standard output was closed by its reader; not an error of the command."""
 
 
 class Stopping:
-    """From now on these signals end what the main thread does."""
+    """Makes these signals end the work of the main thread."""
 
     def __init__(self) -> None:
         self._over = self._stopped = False
@@ -55,7 +56,7 @@ class Stopping:
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
 
     def end(self, process: bool = False) -> None:
-        """The command has ended, there is nothing left to stop; signals change nothing while its `process` ends."""
+        """The command has ended; signals are ignored while its `process` ends."""
         self._over = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = self._unraisable
@@ -67,12 +68,12 @@ class Stopping:
 
     @property
     def code(self) -> int:
-        """The exit code of a command that a signal has ended, as shells count."""
+        """Exit code after a signal, by the convention of shells."""
         return 128 + self._signal
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
         self._signal, self._stopped = signal.Signals(number), True
-        signal.setitimer(signal.ITIMER_REAL, LOOK_s, LOOK_s)
+        signal.setitimer(signal.ITIMER_REAL, POLL_s, POLL_s)
         self._look()
 
     def _look(self, *signalled: object) -> None:
@@ -90,7 +91,7 @@ class Stopping:
             del error  # whom only this frame holds would never be lost
 
     def _lost(self, what: sys.UnraisableHookArgs) -> None:
-        """It comes again, so nobody needs to be told."""
+        """Ignore an exception that a signal raised in a place where it is lost; the signal is repeated."""
         if what.exc_type is not Interrupted:
             self._unraisable(what)
 
@@ -101,7 +102,7 @@ def _ignored(numbers: Iterable[int]) -> None:
 
 
 class whole:
-    """What the main thread does under it is not cut by a signal, which comes at its end; not for what may wait."""
+    """Block signals during work of the main thread that is not interruptible; they are delivered at its end."""
 
     depth = 0
     asked: Stopping | None = None
@@ -118,7 +119,8 @@ class whole:
 
 
 def open_streams() -> None:
-    """Open standard streams that are closed on /dev/null, lest a file or a socket takes their place."""
+    """Open standard streams that are closed on /dev/null, lest a file or a socket takes their place; escape characters
+    that the encoding of others does not have."""
     for fd, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(fd)
@@ -126,11 +128,14 @@ def open_streams() -> None:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # gets the lowest number that is free
             if getattr(sys, name) is None:
                 setattr(sys, name, open(fd, "w" if fd else "r", encoding="utf-8", closefd=False))  # noqa: SIM115 - lives as long
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
 
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Let standard error drop what nobody hears, and standard output raise ReaderLeft when nobody does."""
+    """Make standard error drop text without a reader, and standard output raise ReaderLeft."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:
@@ -142,7 +147,7 @@ def heard() -> Iterator[None]:
 
 
 def displayed(text: str) -> str:
-    """Lines that may go to a terminal, whoever has written them."""
+    """Text that may be printed on a terminal, whoever wrote it."""
     if text.replace("\n", "").isprintable():
         return text
     from heavylift.kernel.errors import SPACES, printable  # takes long, and is hardly ever needed
@@ -151,14 +156,14 @@ def displayed(text: str) -> str:
 
 
 class _Heard:
-    """A stream that tells, or does not tell, that its reader has left: a pipe is closed, a terminal gone."""
+    """A stream that handles the loss of its reader (closed pipe or terminal)."""
 
     def __init__(self, stream: TextIO, tells: bool, raw: bool = False) -> None:
         self._stream, self._tells, self._raw = stream, tells, raw
 
     @property
     def drawn(self) -> _Heard:
-        """The same stream for who steers the terminal."""
+        """The same stream, for code that controls the terminal."""
         return _Heard(self._stream, self._tells, raw=True)
 
     def write(self, text: str) -> int:

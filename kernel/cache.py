@@ -33,7 +33,7 @@ T = TypeVar("T")
 CHECKSUM = 32  # bytes of a SHA-256
 MOST = 1 << 28  # of a file [bytes]
 USUAL_MB = 512.0  # of all that is kept
-LOOK, LEFT = 1 / 32, 0.8  # of the bound: what a process writes before it looks again; what is left of too much
+CHECK_EVERY, LEFT = 1 / 32, 0.8  # of the bound: what a process writes before it looks again; what is left of too much
 BLOCK = 4096  # that the smallest file takes [bytes]
 OURS = re.compile(r"[0-9a-f]{64}\.[a-z]+(\.\d+)?|(fmu|gone)-[0-9a-f]{32}(-[0-9a-f]{32})?")  # all else is of others
 ONLY_THERE = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC  # no link, and no waiting for the other end of a pipe
@@ -41,7 +41,7 @@ _unseen = math.inf  # bytes that this process has written since it looked what t
 
 
 def cache_folder() -> Path:
-    """Where files are kept: $HEAVYLIFT_CACHE, else the user's cache folder."""
+    """The cache folder: $HEAVYLIFT_CACHE, else in the user's cache folder."""
     if own := os.environ.get("HEAVYLIFT_CACHE"):
         return Path(own).expanduser()
     from platformdirs import user_cache_path
@@ -50,7 +50,7 @@ def cache_folder() -> Path:
 
 
 def cache_bound() -> int:
-    """How much is kept at most [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; OutputError if that is no number."""
+    """Maximum size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError if it is no number."""
     given = os.environ.get("HEAVYLIFT_CACHE_MB", "")
     try:
         megabytes = float(given or USUAL_MB)
@@ -62,7 +62,7 @@ def cache_bound() -> int:
 
 
 def unsafe_cache() -> str:
-    """Why nothing is kept, with what to do about it; "" where the cache is used."""
+    """Why the cache is not used, and the remedy; "" if it is."""
     try:
         with _opened():
             return ""
@@ -71,7 +71,7 @@ def unsafe_cache() -> str:
 
 
 def read_cached(name: str) -> bytes:
-    """What a file of the cache holds, empty if there is none, or it is damaged or not safe."""
+    """Content of a cache file; empty if it is missing, damaged or unsafe."""
     try:
         with _opened() as folder, open(os.open(name, os.O_RDONLY | ONLY_THERE, dir_fd=folder), "rb") as file:
             found = os.fstat(file.fileno())
@@ -86,7 +86,7 @@ def read_cached(name: str) -> bytes:
 
 
 def write_cached(name: str, content: bytes) -> None:
-    """Atomic; a cache that cannot be written is no error, only slower starts."""
+    """Write a cache file atomically; failures are ignored."""
     global _unseen
     part = f"{name}.{os.getpid()}"
     with suppress(OSError), _opened() as folder:
@@ -99,12 +99,12 @@ def write_cached(name: str, content: bytes) -> None:
             with suppress(OSError):
                 os.unlink(part, dir_fd=folder)
     _unseen += max(len(content), BLOCK)
-    if _unseen > LOOK * cache_bound():
+    if _unseen > CHECK_EVERY * cache_bound():
         prune_cache()
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """A folder of the cache, filled if it is not there; it stays as long as this process."""
+    """A folder of the cache, filled if missing; it is kept while this process runs."""
     there = cache_folder() / name
     while True:
         try:
@@ -121,7 +121,7 @@ def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
 
 
 def _held(folder: Path) -> int:
-    """A descriptor whose lock keeps a folder."""
+    """A descriptor with a lock that keeps a folder."""
     held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | ONLY_THERE)
     fcntl.flock(held, fcntl.LOCK_SH)
     return held
@@ -144,7 +144,7 @@ def _filled(there: Path, fill: Callable[[Path], object]) -> None:
 
 
 class CacheEntry(NamedTuple):
-    """A file or folder of the cache: when it was used last [ns], its name, bytes on the disk, which of both it is."""
+    """A file or folder of the cache: time of last use [ns], name, size on disk."""
 
     used_ns: int
     name: str
@@ -153,7 +153,7 @@ class CacheEntry(NamedTuple):
 
 
 def kept() -> list[CacheEntry]:
-    """All that heavylift keeps, what was used last at the end; files of others in that folder are passed over."""
+    """All cache entries of heavylift, most recently used last; files of others are ignored."""
     found = []
     with suppress(OSError), _opened() as folder, os.scandir(folder) as entries:
         for entry in entries:
@@ -166,7 +166,7 @@ def kept() -> list[CacheEntry]:
 
 
 def prune_cache(bound: int | None = None) -> int:
-    """Let go of what was not used for longest if there is more than the bound; how many bytes."""
+    """Remove the least recently used entries above the bound; returns their bytes."""
     global _unseen
     _unseen, bound = 0.0, cache_bound() if bound is None else bound
     there = kept()
@@ -180,7 +180,7 @@ def prune_cache(bound: int | None = None) -> int:
 
 
 def _let_go(folder: int, x: CacheEntry) -> bool:
-    """Whether it is gone now; a folder that a process is using is not."""
+    """Remove an entry; False if a process uses it."""
     try:
         if not x.is_folder:
             os.unlink(x.name, dir_fd=folder)
@@ -201,7 +201,7 @@ def _let_go(folder: int, x: CacheEntry) -> bool:
 
 
 def _size(folder: int, name: str) -> int:
-    """Of all files below."""
+    """Total size of all files."""
     return sum(
         max(os.stat(file, dir_fd=at, follow_symlinks=False).st_size, BLOCK)
         for _, _, files, at in os.fwalk(name, dir_fd=folder)
@@ -211,18 +211,18 @@ def _size(folder: int, name: str) -> int:
 
 @cache
 def sources() -> bytes:
-    """All of the kernel that what is kept depends on, as it was when it was first asked for."""
+    """Contents of all kernel sources, as of the first call."""
     return contents(Path(__file__).parent, ".py")
 
 
 def contents(folder: Path, *endings: str) -> bytes:
-    """Of all files in a folder, and in those below, whose names end so; in the order of their paths."""
+    """Contents of all files below a folder with one of these suffixes, sorted by path."""
     found = (f"{at}/{name}" for at, _, names in os.walk(folder) for name in names if name.endswith(endings))
     return b"".join(Path(path).read_bytes() for path in sorted(found))
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """What `make` returns, plain data of a kind; from the cache if it was made before under this name."""
+    """Result of `make`, plain data of a type; cached under this name."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)
@@ -235,7 +235,7 @@ def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
 
 @contextmanager
 def _opened() -> Iterator[int]:
-    """A descriptor of the folder, which is made if need be; OSError, whose `strerror` tells why, if it is not safe."""
+    """A descriptor of the folder, created if needed; raises OSError with the reason in `strerror` if it is unsafe."""
     cache_bound()  # says so at once if it is none
     path = cache_folder()
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,7 @@ UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, Recursion
 
 
 def path_text(path: Path | str) -> str:
-    """A path as text that can be written anywhere: bytes that are no UTF-8 are escaped."""
+    """A path as writable text; bytes that are not UTF-8 are escaped."""
     return os.fsencode(path).decode(errors="backslashreplace")
 
 
@@ -36,7 +36,7 @@ SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0
 
 
 def printable(text: str, longest: int = 0, keep: str = "") -> str:
-    """What others have written, as it may be printed: nothing of it steers a terminal or looks like a line of ours.
+    """Foreign text made printable: no control characters, no imitation of our own lines.
 
     Control characters, line ends and changes of direction stand as escapes, except those to `keep`; above U+001F they
     are those of JSON, which stays JSON.
@@ -53,7 +53,7 @@ def _escape(c: str) -> str:
 
 
 def out_of_memory(error: BaseException | None) -> bool:
-    """Whether an error, or what it came from, is a lack of memory, be it for a library or a thread."""
+    """Whether an error, or its cause, is a lack of memory, also in libraries and threads."""
     seen = set[int]()
     while error is not None and id(error) not in seen:  # who raises an error from itself makes a circle
         seen.add(id(error))
@@ -66,7 +66,7 @@ def out_of_memory(error: BaseException | None) -> bool:
 
 
 class HeavyliftError(Exception):
-    """A sentence for the user: where, when (simulation time), what is wrong and what to do.
+    """A sentence for the user: place, simulation time, what is wrong, what to do.
 
     `verdict`: that on what was recorded of a run that the error has ended.
     """
@@ -75,7 +75,7 @@ class HeavyliftError(Exception):
 
 
 def closest(word: str, known: Iterable[str]) -> str:
-    """`did you mean 'x'?` for a known word near `word`, else the list of the known words."""
+    """`did you mean 'x'?` for a known word near `word`, else the list of known words."""
     from difflib import get_close_matches  # of those who err
 
     words = list(known)
@@ -99,15 +99,14 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """A package that heavylift can do without; the error, if it is not installed, says what needs it and how to get
-    it; one that is installed and cannot be imported is named."""
+    """Import an optional package; raises an error that names its installation and who needs it, or a failed import."""
     try:
         return import_module(package)
     except Exception as error:
         if isinstance(error, ModuleNotFoundError) and f"{package}.".startswith(f"{error.name}."):
             raise missing from None
-        told = " ".join(str(error).split()) or type(error).__name__
-        raise type(missing)(f"{package} is installed but fails ({told}); install another version of it") from None
+        message = " ".join(str(error).split()) or type(error).__name__
+        raise type(missing)(f"{package} is installed but fails ({message}); install another version of it") from None
 
 
 class SceneError(HeavyliftError):
@@ -123,7 +122,7 @@ class KernelError(HeavyliftError):
 
 
 class ProtocolError(HeavyliftError):
-    """A process or a message of a run is not what the protocol allows."""
+    """A process or message violates the protocol."""
 
 
 class RecordingError(HeavyliftError):
@@ -131,13 +130,13 @@ class RecordingError(HeavyliftError):
 
 
 class SignalError(RecordingError, KeyError):
-    """A recording has nothing of this name."""
+    """A recording has no signal of this name."""
 
     __str__ = Exception.__str__  # not in quotes as that of a KeyError
 
 
 class OutputError(RecordingError):
-    """An output may not have this name: something else stands there, or it is no name for what is written."""
+    """An output cannot have this name: another file exists there, or the name is unsuitable."""
 
 
 class Stopped(HeavyliftError):

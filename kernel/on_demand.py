@@ -28,8 +28,8 @@ def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], objec
 
 
 def face(package: str) -> None:
-    """Let a package offer all public names that exactly one of its modules defines, so that callers need not know
-    which; what the package itself imports or declares `on_demand` comes first."""
+    """Let a package offer all public names that exactly one of its modules defines; its own imports and `on_demand`
+    names come first."""
     module: Any = sys.modules[package]
     declared = getattr(module, "__getattr__", None)
 

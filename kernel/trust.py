@@ -1,6 +1,6 @@
 """Which Python code may run: what the user names himself, and what lies in a folder that he has trusted.
 
-A scene, a recording or a coordinator is data that others write, so code that one of them names is judged before
+A scene, a recording or a coordinator is data that others write, so code that one of them names is checked before
 anything of it is imported: by the files that the import would execute, links and `..` resolved.  `heavylift trust DIR`
 keeps a folder in the user's own configuration, as git's safe.directory does; a folder that others can write to counts
 as theirs.  A trusted folder says nothing of the packages installed below it.  What a command line names reaches the
@@ -36,7 +36,8 @@ _named: dict[str, str] = {}
 
 
 def refusal(where: str, reference: str = "") -> str:
-    """Why the code of a module or file.py must not run, with the line to type; "" if it may, or if there is none.
+    """Why the code of a module or file.py must not run, with the command that allows it; "" if it may, or does not
+    exist.
 
     `reference`: the whole of what was named, which a command line may have allowed as it stands.
     """
@@ -54,8 +55,8 @@ def refusal(where: str, reference: str = "") -> str:
             continue
         roots = [root for root in trusted() if file.is_relative_to(root) and not _installed(root, file)]
         if not roots:
-            told = f"'{where}' is code in a folder that you have not trusted; read it, then type: heavylift trust"
-            return f"{told} {quote(str(_folder(where, file)))}"
+            message = f"'{where}' is code in a folder that you have not trusted; read it, then type: heavylift trust"
+            return f"{message} {quote(str(_folder(where, file)))}"
         root = max(roots, key=lambda x: len(x.parts))
         cached = Path(importlib.util.cache_from_source(str(file)))
         for path in (file, *file.parents, cached, cached.parent):
@@ -65,7 +66,7 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Why a function found in a module that may run must not be called: it is written elsewhere; "" if it may."""
+    """Why a function of a trusted module must not be called: it is defined elsewhere; "" if it may."""
     while isinstance(function, functools.partial):
         function = function.func
     where = getattr(function, "__module__", None) or type(function).__module__
@@ -77,13 +78,13 @@ def foreign(function: object, reference: str = "") -> str:
 
 
 def named(references: Iterable[str], by: str = "") -> None:
-    """Say that data named these functions, and whose: from now on they are judged."""
+    """Register that data named these functions, and whose data: they are checked from now on."""
     for reference in references:
         _named[reference] = by or _named.get(reference, "")
 
 
 def demand(references: Iterable[str], by: str) -> None:
-    """The same, and KernelError if one of them must not run."""
+    """The same, and raise KernelError if one of them must not run."""
     references = [*references]
     named(references, by)
     for reference in references:
@@ -92,12 +93,12 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Whose data named a function, "" if that is told elsewhere; None if only this program did."""
+    """Whose data named a function, "" if that is reported elsewhere; None if only this program did."""
     return _named.get(reference)
 
 
 def trusted() -> list[Path]:
-    """The folders that this user has trusted, in the order of their names; KernelError if others can write the list."""
+    """Folders trusted by this user, sorted; raises KernelError if others can write the list."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -114,7 +115,8 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust what lies in a folder, or one file, without links; KernelError if there is none or others write to it."""
+    """Trust a folder or file, with links resolved; raises KernelError if it does not exist or others can write to
+    it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):
         raise KernelError(f"there is no folder {folder}; trust the folder that holds the code")
@@ -127,7 +129,7 @@ def trust(folder: Path) -> Path:
 
 
 def withdraw(folder: Path) -> Path:
-    """Trust a folder no longer; KernelError if it was not trusted."""
+    """Withdraw the trust in a folder; raises KernelError if it was not trusted."""
     known = trusted()
     found = next((x for x in (folder.expanduser().resolve(), folder.absolute()) if x in known), None)
     if found is None:
@@ -137,25 +139,25 @@ def withdraw(folder: Path) -> Path:
 
 
 def written_by_user(module: str) -> bool:
-    """Whether a module that is imported is no part of Python, heavylift or another installed package."""
+    """Whether an imported module belongs neither to Python nor to heavylift or another installed package."""
     file = getattr(sys.modules.get(module), "__file__", None)
     return file is not None and own_file(file)
 
 
 def own_file(file: str) -> bool:
-    """Whether a file is no part of Python, heavylift or another installed package."""
+    """Whether a file belongs neither to Python nor to heavylift or another installed package."""
     return not _among((STANDARD, *LIBRARIES, *HEAVYLIFT), Path(file).resolve())
 
 
 def written_by_others(file: str) -> bool:
-    """Whether a file is no part of heavylift, apart from its models."""
+    """Whether a file is not part of heavylift, apart from its models."""
     path = Path(file).resolve()
     return not _among(HEAVYLIFT, path) or path.is_relative_to(MODELS)
 
 
 @contextmanager
 def allowed(names: Iterable[str]) -> Iterator[None]:
-    """Paths and references whose code may run inside, in this process and in those that it starts."""
+    """Allow the code of paths and references inside, in this process and its children."""
     before = os.environ.get(ALLOWED)
     os.environ[ALLOWED] = json.dumps([*_allowed(), *names])
     try:
@@ -168,7 +170,7 @@ def allowed(names: Iterable[str]) -> Iterator[None]:
 
 
 def others_write(path: Path, found: os.stat_result | None = None) -> str:
-    """Why another user could write to a path, with what to do about it; "" if none can, or if nothing is there.
+    """Why another user could write to a path, with the remedy; "" if none can.
 
     `found`: its status, if that is known.
     """
@@ -187,7 +189,7 @@ def others_write(path: Path, found: os.stat_result | None = None) -> str:
 
 
 def _alone(group: int) -> bool:
-    """Whether a group is the private one of this user, as many systems make it."""
+    """Whether a group is the private one of this user."""
     import grp
     import pwd
 
@@ -226,7 +228,8 @@ def _keep(folders: Iterable[Path]) -> None:
 
 
 def _executed(where: str) -> Iterator[Path | None]:
-    """The files that an import would execute, packages first; None for what has no file; nothing if there is none."""
+    """Files that an import would execute, packages first; None for modules without file; nothing if it does not
+    exist."""
     if where.endswith((".py", ".fmu")):
         path = Path(where).resolve()
         if path.is_file():
@@ -262,7 +265,7 @@ def _spec(name: str, inside: Any) -> Any:
 
 
 def _installed(root: Path, file: Path) -> bool:
-    """Whether a file belongs to a package that is installed somewhere below a folder."""
+    """Whether a file belongs to a package installed below a folder."""
     return _among((library for library in LIBRARIES if root in library.parents), file)
 
 
@@ -271,6 +274,6 @@ def _among(roots: Iterable[Path], file: Path) -> bool:
 
 
 def _folder(where: str, file: Path) -> Path:
-    """What is to be trusted for it: the folder of a file, that of the whole package for a module in one."""
+    """What to trust for a file: its folder, for a module in a package that of the whole package."""
     outermost = next((x for x in _executed(where.partition(".")[0]) if x), file) if "/" not in where else file
     return outermost if outermost.parent in LIBRARIES else outermost.parent

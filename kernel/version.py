@@ -11,7 +11,7 @@ __version__ = metadata.version("heavylift")
 
 
 def install(version: str) -> str:
-    """What to do to get another version: "install heavylift 0.3.0", and which commit that is."""
+    """How to install another version: "install heavylift 0.3.0", and its commit."""
     commit = version.partition("+g")[2].partition(".")[0]
     return f"install heavylift {version}" + (f" (git checkout {commit})" if commit else "")
 

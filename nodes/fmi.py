@@ -29,13 +29,13 @@ ENUMERATION = {"2": "Integer", "3": "Int64"}  # by whose calls it is read and se
 
 
 class Signals(Message):
-    """Values by the names of variables; integers and truth values as numbers."""
+    """Values by variable name; integers and booleans as numbers."""
 
     values: tuple[tuple[str, float], ...]
 
 
 class Stepped(Atomic):
-    """The unit of a file, stepped by `step` [ns]; who derives from it has the ports and says what was `said`."""
+    """An FMU stepped by `step` [ns]; subclasses declare the ports and send `said`."""
 
     def __init__(
         self,
@@ -46,8 +46,8 @@ class Stepped(Atomic):
         parameters: Mapping[str, float] | None = None,
         who: str = "",
     ) -> None:
-        """`outputs`: variables that it says; `parameters`: their values before it starts. ModelError says what is
-        wrong with the file, or that it is not trusted, of `who` it is if that is not its name."""
+        """`outputs`: variables to send; `parameters`: values set before the start. Raises ModelError for an invalid or
+        untrusted file."""
         super().__init__(name)
         if type(step) is not int or step <= 0:
             raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
@@ -58,19 +58,19 @@ class Stepped(Atomic):
                 port.lookahead = step
 
     def start(self) -> None:
-        """At t = 0 it says what it has after its initialisation."""
+        """Send the values after initialisation at t = 0."""
         self.number = 0
         self.unit.begin()
         self.said = Signals(self.unit.outputs())
         self.hold_in(0)
 
     def confluent(self, x: Bag) -> None:
-        """What arrives when a step begins belongs to that step."""
+        """Inputs at the begin of a step belong to that step."""
         self.external(0, x)
         self.internal()
 
     def internal(self) -> None:
-        """Do the next step now: its result is what will be said at its end."""
+        """Make the next step: its result is sent at its end."""
         self.unit.advance(self.number * self.step * 1e-9, self.step * 1e-9)
         self.number += 1
         self.said = Signals(self.unit.outputs())
@@ -78,7 +78,7 @@ class Stepped(Atomic):
 
 
 class Fmu(Stepped):
-    """The unit of a file, stepped by `step` [ns]; its port y has that lookahead."""
+    """An FMU stepped by `step` [ns]; its port y has that lookahead."""
 
     u, y = In(Signals), Out(Signals)
 
@@ -93,28 +93,28 @@ class Fmu(Stepped):
 
 
 class FmuUnit:
-    """An instance of a unit with its state; as bytes if it can save that."""
+    """An instance of an FMU with its state, as bytes if it can be saved."""
 
-    def __init__(self, file: Path, name: str, said: tuple[str, ...], parameters: dict[str, float]) -> None:
-        self.file, self.name, self.said, self.parameters = file, name, said, parameters
+    def __init__(self, file: Path, name: str, text: tuple[str, ...], parameters: dict[str, float]) -> None:
+        self.file, self.name, self.said, self.parameters = file, name, text, parameters
         self._fmu: Any = None
         self._state: bytes | None = None  # of the last step
         if why := refusal(str(file)):
             raise ModelError(f"{name}: {why}")
         self._look(description(file, name))
 
-    def _look(self, told: Any) -> None:
+    def _look(self, message: Any) -> None:
         """Variables and abilities."""
-        self._told = told
-        self._version = told.fmiVersion[0]
-        self._variables = {v.name: v for v in told.modelVariables}
-        unit = told.coSimulation
+        self._message = message
+        self._version = message.fmiVersion[0]
+        self._variables = {v.name: v for v in message.modelVariables}
+        unit = message.coSimulation
         self.keeps = bool(unit.canGetAndSetFMUstate and unit.canSerializeFMUstate)
         for name in (*self.said, *self.parameters):
             self._kind(name)
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
-        """The variable, the end of its getter and setter, and how Python has it."""
+        """The variable, the suffix of its getter and setter, and its Python type."""
         found = self._variables.get(name)
         if found is None:
             known = ", ".join(v for v, x in self._variables.items() if x.causality in ("input", "output", "parameter"))
@@ -126,7 +126,7 @@ class FmuUnit:
         return found, ENUMERATION[self._version] if kind == "Enumeration" else kind, python
 
     def check(self, names: Iterable[str]) -> None:
-        """ModelError if one of these is no variable that may be set while the unit runs."""
+        """Raise ModelError for a variable that cannot be set during a run."""
         for name in names:
             found, _, _ = self._kind(name)
             if found.causality != "input" and (found.causality, found.variability) != ("parameter", "tunable"):
@@ -147,7 +147,7 @@ class FmuUnit:
     def _made(self) -> None:
         if self._fmu is not None:
             self._fmu.freeInstance()
-        self._fmu = library(self.name).instantiate_fmu(str(unpacked(self.file)), self._told, "CoSimulation")
+        self._fmu = library(self.name).instantiate_fmu(str(unpacked(self.file)), self._message, "CoSimulation")
 
     def hold(self, values: Iterable[tuple[str, float]]) -> None:
         """Set inputs, which keep these values."""
@@ -166,21 +166,21 @@ class FmuUnit:
             getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
     def advance(self, t: float, h: float) -> None:
-        """One step [s]; ModelError if the unit would end there."""
+        """Make a step [s]; raises ModelError if the unit ends there."""
         self._state = None
         try:
             done = self._fmu.doStep(t, h)  # in FMI 3: event, end, early return, time
         except Exception as error:
-            stop = getattr(self._told.defaultExperiment, "stopTime", None)
-            told = f"; its default experiment stops at {stop} s" if stop else ""
+            stop = getattr(self._message.defaultExperiment, "stopTime", None)
+            message = f"; its default experiment stops at {stop} s" if stop else ""
             raise ModelError(
-                f"{self.name}: {self.file.name} refuses the step of {h:g} s at {t:g} s ({error}){told}"
+                f"{self.name}: {self.file.name} refuses the step of {h:g} s at {t:g} s ({error}){message}"
             ) from None
         if done and done[1]:
             raise ModelError(f"{self.name}: {self.file.name} asks for the end of the simulation at {done[3]:g} s")
 
     def outputs(self) -> tuple[tuple[str, float], ...]:
-        """What it says now."""
+        """Its present outputs."""
         found = []
         for name in self.said:
             variable, kind, _ = self._kind(name)
@@ -197,8 +197,8 @@ class FmuUnit:
         return str(self.file), self.name, self.said, self.parameters, self._state
 
     def __setstate__(self, kept: tuple[Any, ...]) -> None:
-        file, name, said, parameters, data = kept
-        self.__init__(Path(file), name, said, parameters)  # type: ignore[misc]
+        file, name, text, parameters, data = kept
+        self.__init__(Path(file), name, text, parameters)  # type: ignore[misc]
         if data is not None:
             self.begin()
             state = self._fmu.deserializeFMUState(data)
@@ -208,18 +208,18 @@ class FmuUnit:
 
 
 def description(file: Path, name: str) -> Any:
-    """What a unit tells of itself; ModelError if it is none for co-simulation."""
+    """The model description of an FMU; raises ModelError if it does not support co-simulation."""
     try:
-        told = library(name).read_model_description(str(file))
+        message = library(name).read_model_description(str(file))
     except Exception as error:
         raise ModelError(f"{name}: {file} is no unit that can be read ({' '.join(str(error).split())})") from None
-    if told.fmiVersion.partition(".")[0] not in ("2", "3") or told.coSimulation is None:
-        raise ModelError(f"{name}: {file.name} is of FMI {told.fmiVersion} and must be of 2 or 3, for co-simulation")
-    return told
+    if message.fmiVersion.partition(".")[0] not in ("2", "3") or message.coSimulation is None:
+        raise ModelError(f"{name}: {file.name} is of FMI {message.fmiVersion} and must be of 2 or 3, for co-simulation")
+    return message
 
 
 def unpacked(file: Path) -> Path:
-    """The folder of an unpacked unit, kept for the next run under the hash of its bytes."""
+    """The folder of an unpacked FMU, cached by the hash of its bytes."""
     if why := unsafe_cache():
         raise ModelError(f"{file.name} cannot be unpacked: {cache_folder()} {why}")
     unit = library(file.name)
@@ -228,5 +228,5 @@ def unpacked(file: Path) -> Path:
 
 
 def library(name: str) -> Any:
-    """FMPy; ModelError says how to get it."""
+    """Import FMPy; raises ModelError that names its installation."""
     return extra("fmpy", ModelError(f"{name}: a unit of FMI needs FMPy: pip install 'heavylift[fmi]'"))

@@ -24,20 +24,20 @@ def drive(
     until: int = NEVER,
     log: Callable[[Transition], None] | None = None,
 ) -> list[Said]:
-    """All that leaves the model at t < `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
+    """Outputs of a model before `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
     simulator = Simulator(model, log)
     simulator._present.node = True
     simulator.start()
     timed = ((_tag(model, when, port), port, value) for when, port, value in inputs)
     waiting = sorted(timed, key=lambda entry: entry[0])
-    said: list[Said] = []
+    text: list[Said] = []
     while True:
         due = simulator.next_time
         tag = min(due, waiting[0][0]) if waiting else due
         if tag.t >= until:
-            return said
+            return text
         if tag == due:
-            said += [(event.tag, event.port, event.value) for event in _twice(simulator)]
+            text += [(event.tag, event.port, event.value) for event in _twice(simulator)]
         while waiting and waiting[0][0] == tag:
             _, port, value = waiting.pop(0)
             simulator.inject(port, value)

@@ -66,8 +66,8 @@ def altered(path: Path, out: Path, alter: Callable[[Parts], Any]) -> Path:
         for topic, (schema, channel) in parts.channels.items():
             form = writer.register_schema(schema.name, schema.encoding, schema.data)
             numbers[topic] = writer.register_channel(topic, channel.message_encoding, form, channel.metadata)
-        for said in parts.messages:
-            writer.add_message(numbers[said.topic], said.log_time, said.data, said.publish_time)
+        for text in parts.messages:
+            writer.add_message(numbers[text.topic], text.log_time, text.data, text.publish_time)
         if "result" in parts.metadata:
             writer.add_metadata("result", parts.metadata["result"])
         writer.finish()

@@ -65,8 +65,8 @@ def pytest_configure(config: pytest.Config) -> None:
     cache = getattr(config, "cache", None)
     if cache is not None and not hasattr(config, "workerinput"):
         config.pluginmanager.register(Clock(cache))
-    told = "large(beyond=0): with --full only, or if it is named; of many cases all but the first so many"
-    config.addinivalue_line("markers", told)
+    message = "large(beyond=0): with --full only, or if it is named; of many cases all but the first so many"
+    config.addinivalue_line("markers", message)
 
 
 @pytest.hookimpl(tryfirst=True)

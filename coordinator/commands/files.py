@@ -15,12 +15,12 @@ from heavylift.kernel.errors import RecordingError
 
 if TYPE_CHECKING:
     from heavylift.recordings import Recording
-    from heavylift.recordings.read.verdict import Judged
+    from heavylift.recordings.read.verdict import RecordedVerdict
 
 
 @app.command()
 def info(file: o.File, as_json: o.Json = False) -> None:
-    """Say what a recording holds.    heavylift info turnover.mcap"""
+    """Print what a recording contains.    heavylift info turnover.mcap"""
     from heavylift.recordings import Recording, info_data
     from heavylift.recordings import info as describe
 
@@ -151,8 +151,8 @@ def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
     return others, [x for x in given if not x.endswith(".mcap")]
 
 
-def _verdict(rec: Recording) -> Judged | None:
-    """The verdict that a recording has, or made again of what it holds."""
+def _verdict(rec: Recording) -> RecordedVerdict | None:
+    """The recorded verdict, or one computed from the recorded data."""
     from heavylift.coordinator.verdict import verdict_of
 
     return verdict_of(rec)
@@ -169,7 +169,7 @@ def compare(
     force: o.Force = False,
     as_json: o.Json = False,
 ) -> None:
-    """Say whether two runs are equal (exit code 0) or where they part (1).    heavylift compare a.mcap b.mcap"""
+    """Compare two runs: equal (exit code 0), or first difference (1).    heavylift compare a.mcap b.mcap"""
     from heavylift.recordings import compare as side_by_side
     from heavylift.recordings import overlay
 
@@ -221,7 +221,7 @@ def trace(
     force: o.Force = False,
     as_json: o.Json = False,
 ) -> None:
-    """Show who worked and who waited for whom in a run.    heavylift trace turnover.mcap --perfetto trace.json"""
+    """Print where the wall-clock time of a run went.    heavylift trace turnover.mcap --perfetto trace.json"""
     from heavylift.coordinator.trace import Timeline, data, text, trace_events
     from heavylift.recordings.write.partfile import written
 

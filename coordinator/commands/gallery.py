@@ -28,7 +28,7 @@ This page and its pictures are made by `heavylift gallery -o nodes/scenes --forc
 
 
 def page(scenes: Iterable[LoadedScene]) -> str:
-    """The page as Markdown; pictures are below `pictures/`."""
+    """The page as Markdown; its pictures are in `pictures/`."""
     return HEAD + "".join(_entry(scene) for scene in scenes)
 
 
@@ -42,7 +42,7 @@ def draw(scene: LoadedScene, folder: str | Path, force: bool = False) -> Path:
     except OSError as error:
         raise RecordingError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
     out = output_path(folder / f"{scene.plan.name}.png")
-    words = shlex.split(_told(scene)[1])[3:]  # behind `heavylift plot NAME.mcap`
+    words = shlex.split(_described(scene)[1])[3:]  # behind `heavylift plot NAME.mcap`
     with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as place:
         recording, drawn = Path(place) / f"{scene.plan.name}.mcap", Path(place) / "drawn.png"
         run(scene, recording, in_process=True)
@@ -57,7 +57,7 @@ def draw(scene: LoadedScene, folder: str | Path, force: bool = False) -> Path:
     return file.path
 
 
-def _told(scene: LoadedScene) -> tuple[str, str]:
+def _described(scene: LoadedScene) -> tuple[str, str]:
     """The first comment of a scene, its first paragraph, and the command that draws it."""
     lines = []
     for line in scene.text.splitlines():
@@ -65,8 +65,8 @@ def _told(scene: LoadedScene) -> tuple[str, str]:
             break
         lines.append(line.removeprefix("#").strip())
     see = next((line.removeprefix(SEE).strip() for line in lines if line.startswith(SEE)), "")
-    told = " ".join(line for line in lines if not line.startswith(SEE))
-    return told, see or f"heavylift plot {scene.plan.name}.mcap --lift"
+    message = " ".join(line for line in lines if not line.startswith(SEE))
+    return message, see or f"heavylift plot {scene.plan.name}.mcap --lift"
 
 
 def _entry(scene: LoadedScene) -> str:
@@ -74,11 +74,11 @@ def _entry(scene: LoadedScene) -> str:
     from heavylift.nodes.scenes import bundled
 
     name = scene.plan.name
-    told, see = _told(scene)
+    message, see = _described(scene)
     size = check(scene).lines[0].partition(": ")[2]
     called = name if scene.path in bundled().values() else scene.path.name
     return (
-        f"\n## {name}\n\n{told}\n\n![{name}](pictures/{name}.png)\n\n"
+        f"\n## {name}\n\n{message}\n\n![{name}](pictures/{name}.png)\n\n"
         f"    heavylift run {called}\n    {see}\n\n[{scene.path.name}]({scene.path.name}): {size}.\n"
     )
 
@@ -88,10 +88,10 @@ def _shrunk(drawn: Path, out: BinaryIO) -> None:
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
-    told = PngInfo()
-    told.add_text("Software", GENERATOR)
+    message = PngInfo()
+    message.add_text("Software", GENERATOR)
 
-    with Image.open(drawn) as picture:
-        small = picture.convert("RGB")
+    with Image.open(drawn) as state:
+        small = state.convert("RGB")
         small.thumbnail((WIDTH, WIDTH))
-        small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1).save(out, "png", optimize=True, pnginfo=told)
+        small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1).save(out, "png", optimize=True, pnginfo=message)

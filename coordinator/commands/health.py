@@ -29,14 +29,14 @@ EXTRAS = {  # what some commands need, and what for
 
 
 class HealthFinding(NamedTuple):
-    """One line of the answer."""
+    """One line of the diagnosis."""
 
     what: str
     state: Literal["ok", "missing", "broken"]
-    told: str
+    message: str
 
     def __str__(self) -> str:
-        return f"{self.state:<8} {self.what:<26} {self.told}"
+        return f"{self.state:<8} {self.what:<26} {self.message}"
 
 
 @app.command()
@@ -55,13 +55,15 @@ def doctor(
         if not as_json:
             typer.echo(str(finding))
     if as_json:
-        typer.echo(json.dumps([finding._asdict() for finding in found]))
+        typer.echo(
+            json.dumps([{"told" if key == "message" else key: x for key, x in f._asdict().items()} for f in found])
+        )
     if any(finding.state == "broken" for finding in found):
         raise typer.Exit(1)
 
 
 def findings() -> Iterator[HealthFinding]:
-    """What is found, one after the other."""
+    """All findings, one after the other."""
     from packaging.requirements import Requirement
 
     yield HealthFinding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")
@@ -76,24 +78,24 @@ def findings() -> Iterator[HealthFinding]:
 
 
 def _package(needed: Requirement, purpose: str = "") -> HealthFinding:
-    """What is installed of what heavylift's own metadata demand, always or for a purpose."""
+    """Compare an installed package with the requirement in heavylift's metadata."""
     try:
         found = version(needed.name)
     except PackageNotFoundError:
-        told = purpose or "is not installed; install heavylift again"
-        return HealthFinding(needed.name, "missing" if purpose else "broken", told)
+        message = purpose or "is not installed; install heavylift again"
+        return HealthFinding(needed.name, "missing" if purpose else "broken", message)
     if needed.specifier.contains(found, prereleases=True):
         return HealthFinding(needed.name, "ok", found)
-    told = f"{found} is too old; pip install '{needed.name}{needed.specifier}'"
-    return HealthFinding(needed.name, "broken", told)
+    message = f"{found} is too old; pip install '{needed.name}{needed.specifier}'"
+    return HealthFinding(needed.name, "broken", message)
 
 
 def _browser() -> HealthFinding:
     from heavylift.recordings.sheets.browser import BROWSERS
 
     found = next((path for name in BROWSERS if (path := shutil.which(name))), "")
-    told = found or "no Chromium or Chrome; needed for reports as .pdf, pages open in any browser"
-    return HealthFinding("browser", "ok" if found else "missing", told)
+    message = found or "no Chromium or Chrome; needed for reports as .pdf, pages open in any browser"
+    return HealthFinding("browser", "ok" if found else "missing", message)
 
 
 def _folder(what: str, folder: Path) -> HealthFinding:
@@ -110,18 +112,18 @@ def _cache() -> HealthFinding:
     from heavylift.kernel.cache import cache_bound, cache_folder, kept, unsafe_cache
 
     if why := unsafe_cache():
-        told = f"{cache_folder().absolute()} is not used, so every start compiles anew: it {why}"
-        return HealthFinding("cache", "broken", f"{told}; or name another by HEAVYLIFT_CACHE")
+        message = f"{cache_folder().absolute()} is not used, so every start compiles anew: it {why}"
+        return HealthFinding("cache", "broken", f"{message}; or name another by HEAVYLIFT_CACHE")
     found = _folder("cache", cache_folder())
     if found.state != "ok":
-        return found._replace(told=f"{found.told}; name another by HEAVYLIFT_CACHE")
+        return found._replace(message=f"{found.message}; name another by HEAVYLIFT_CACHE")
     there = kept()
     used = f"{len(there)} files, {sum(x.size for x in there) / 1e6:.1f} MB of at most {cache_bound() / 1e6:g} MB"
-    return found._replace(told=f"{found.told}; {used} (HEAVYLIFT_CACHE_MB)")
+    return found._replace(message=f"{found.message}; {used} (HEAVYLIFT_CACHE_MB)")
 
 
 def _run() -> HealthFinding:
-    """The pendulum for a second, in processes, and its recording."""
+    """Simulate a pendulum for a second in several processes, and read its recording."""
     from heavylift.coordinator.run import run
     from heavylift.nodes.scene import load
     from heavylift.recordings import Recording
@@ -135,5 +137,5 @@ def _run() -> HealthFinding:
             return HealthFinding("a short run", "broken", str(error))
         except Exception as error:  # of a package that is older or newer than what is tested
             return HealthFinding("a short run", "broken", f"{type(error).__name__}: {error}; install heavylift again")
-    told = f"{len(swing.t)} samples of a pendulum in {result.wall_s:.1f} s, {os.cpu_count()} cores"
-    return HealthFinding("a short run", "ok", told)
+    message = f"{len(swing.t)} samples of a pendulum in {result.wall_s:.1f} s, {os.cpu_count()} cores"
+    return HealthFinding("a short run", "ok", message)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.hosts.listener import RemoteListener
 
 
-def open_door(
+def open_listener(
     remote: frozenset[str], listen: str, keys: Path, in_process: bool, external: Iterable[str] = ()
 ) -> "RemoteListener | None":
     """The door of a run with remote processes; None where there are none."""
@@ -28,8 +28,8 @@ def open_door(
     if in_process and remote:
         raise SceneError(f"--in-process: process {names} is placed on another host, leave out one of the two")
     if remote and not listen:
-        told = f"process {names} runs on another host, say where it can reach this one"
-        raise SceneError(f"{told}: --listen tls/ADDRESS:7447")
+        message = f"process {names} runs on another host, say where it can reach this one"
+        raise SceneError(f"{message}: --listen tls/ADDRESS:7447")
     if listen and not remote:
         raise SceneError(f"--listen {listen}: no process runs on another host, name one by --remote")
     return RemoteListener.at(listen, Credentials.load(keys, COORDINATOR)) if remote else None
@@ -44,7 +44,7 @@ def certificates(
     ] = None,
     days: Annotated[int, typer.Option("--days", min=1, help="how long they are valid")] = 365,
 ) -> None:
-    """Make keys for processes on other hosts.    heavylift certificates keys west east --host 192.168.1.10"""
+    """Create keys for processes on other hosts.    heavylift certificates keys west east --host 192.168.1.10"""
     from heavylift.coordinator.hosts.certificates import make_certificates
 
     written = make_certificates(directory, names, hosts or [], days)
@@ -63,7 +63,7 @@ def node(
     scene: Annotated[str, typer.Option("--scene", help="join only if this scene is run")] = "",
     sets: o.Sets = None,
 ) -> None:
-    """Take part in a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
+    """Join a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
     from heavylift.coordinator.hosts.certificates import Credentials
     from heavylift.coordinator.hosts.listener import RemoteListener
     from heavylift.coordinator.hosts.remote_node import play
@@ -75,5 +75,5 @@ def node(
 
         wanted = fingerprint(encode(o.scene_of(scene, sets).plan))
     sys.path.append(os.getcwd())  # for a model's module; it runs only if its code is trusted here
-    door = RemoteListener.at(connect, Credentials.load(keys, name))
-    play(name, door, run, wanted, lambda told: typer.echo(told, err=True))
+    listener = RemoteListener.at(connect, Credentials.load(keys, name))
+    play(name, listener, run, wanted, lambda message: typer.echo(message, err=True))

@@ -42,7 +42,7 @@ def measured(
     force: o.Force = False,
     as_json: o.Json = False,
 ) -> None:
-    """Put a real lift beside its run; estimate inputs.    heavylift measured lift.mcap log.csv --map map.yaml
+    """Compare a measured log with its run, and estimate inputs.    heavylift measured lift.mcap log.csv --map map.yaml
 
     Writes a new recording with the channels of the log beside the run's, which plot, view and report draw dashed. For
     each: E = run - log and its uncertainty u_val, 95 %, after ASME V&V 20; the scene or --input says how uncertain
@@ -55,6 +55,6 @@ def measured(
     given = o.quantity("--offset", offset, TIME) if offset else None
     wanted = estimate or [], inputs or []
     found = measure(file, log, maps, given, *wanted, output, force, lambda x: typer.echo(f"  {x}", err=True))
-    typer.echo(json.dumps(found.data()) if as_json else "\n".join(found.told))
+    typer.echo(json.dumps(found.data()) if as_json else "\n".join(found.message))
     if not as_json:
         typer.echo(f"wrote {found.recording}" + (f" and {found.scene}" if found.scene else ""))

@@ -15,18 +15,19 @@ from heavylift.kernel.errors import ProtocolError
 def watch(
     run: o.Run = "",
     topics: Annotated[
-        str, typer.Option("--topics", help="events of this source.port only, such as 'west.*' or '*.stage'")
-    ] = "*",
+        str, typer.Option("--topics", help="messages of this source.port, such as 'west.*'; '*' for all")
+    ] = "",
     as_json: o.Json = False,
     ticket: Annotated[
         bool, typer.Option("--ticket", help="print the settings with which any Zenoh program can watch instead")
     ] = False,
 ) -> None:
-    """Print the events of a run, those so far and then each as it happens.    heavylift watch turnover.mcap"""
+    """Print stages, loads and landings of a run as they happen.    heavylift watch turnover.mcap"""
     from fnmatch import fnmatchcase
 
     from heavylift.coordinator.live import find, observe
     from heavylift.coordinator.live.observers import Lines
+    from heavylift.kernel.description.findings import clock
 
     found = find(run)
     if ticket:
@@ -38,34 +39,36 @@ def watch(
         return
     lines, observer = Lines(found.notice), observe(found)
     for number, event in observer:
-        wanted = fnmatchcase(f"{event.source}.{event.port}", topics)
-        if not wanted:
+        if not (topics or as_json):
+            if line := lines.report(event):
+                typer.echo(line)
+        elif not fnmatchcase(f"{event.source}.{event.port}", topics or "*"):
             lines.of(event)
         elif as_json:
             stage, value = lines.of(event)
-            told = {"number": number, "t_ns": event.t, "microstep": event.k, "stage": stage}
-            told |= {"source": event.source, "port": event.port, "index": event.index, "type": event.type}
-            typer.echo(msgspec.json.encode({**told, "value": value}).decode())
+            message = {"number": number, "t_ns": event.t, "microstep": event.k, "stage": stage}
+            message |= {"source": event.source, "port": event.port, "index": event.index, "type": event.type}
+            typer.echo(msgspec.json.encode({**message, "value": value}).decode())
         else:
             typer.echo(lines.text(event))
     ended = observer.ended
     if as_json:
         typer.echo(msgspec.json.encode({"ended": ended}).decode())
     elif ended.status == "finished":
-        typer.echo(f"finished at {ended.sim_s:.6f} s")
+        typer.echo(f"finished at {clock(ended.sim_s, 1)}")
     if ended.status != "finished":
         raise ProtocolError(f"the run has failed at {ended.sim_s:.6f} s: {ended.reason}")
 
 
 @app.command()
 def pause(run: o.Run = "", as_json: o.Json = False) -> None:
-    """Pause a run: all before that time is done, nothing at it.    heavylift pause turnover.mcap"""
+    """Pause a run before its next event.    heavylift pause turnover.mcap"""
     _order(run, "pause", as_json)
 
 
 @app.command("continue")
 def continue_(run: o.Run = "", as_json: o.Json = False) -> None:
-    """Let a paused run go on.    heavylift continue turnover.mcap"""
+    """Continue a paused run.    heavylift continue turnover.mcap"""
     _order(run, "continue", as_json)
 
 
@@ -76,7 +79,7 @@ def step(
     event: Annotated[bool, typer.Option("--event", help="to the next event")] = False,
     as_json: o.Json = False,
 ) -> None:
-    """Let a run go on for a while and pause it again.    heavylift step turnover.mcap --by 1s"""
+    """Run for a simulated duration and pause again.    heavylift step turnover.mcap --by 1s"""
     from heavylift.nodes.devs import NEVER, seconds
 
     length = o.duration_s("--by", by)
@@ -97,7 +100,7 @@ def command(
     ] = "30 s",
     as_json: o.Json = False,
 ) -> None:
-    """Give an order and tell what becomes of it.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
+    """Give an order and print its result.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
     from heavylift.coordinator.live.announce import PATIENCE_s
 
     patience = o.duration_s("--wait", wait)
@@ -106,16 +109,16 @@ def command(
 
 @app.command()
 def stop(run: o.Run = "", as_json: o.Json = False) -> None:
-    """End a run in order; its recording is whole.    heavylift stop turnover.mcap"""
+    """End a run with a complete recording.    heavylift stop turnover.mcap"""
     _order(run, "stop", as_json)
 
 
-def _order(run: str, do: str, as_json: bool, patience: float | None = None, **told: object) -> None:
+def _order(run: str, do: str, as_json: bool, patience: float | None = None, **message: object) -> None:
     """Send an order; print what the run answers, a refusal as the sentence with which the command ends."""
     from heavylift.coordinator.live.announce import Order, PATIENCE_s, ask
 
-    what = msgspec.convert({"do": do, **told}, Order)
-    answer = ask(run, what, patience or PATIENCE_s, lambda said: typer.echo(said, err=True))
+    what = msgspec.convert({"do": do, **message}, Order)
+    answer = ask(run, what, patience or PATIENCE_s, lambda text: typer.echo(text, err=True))
     if as_json:
         at = {} if answer.t_ns is None else {"t_s": answer.t_ns / 1e9}
         typer.echo(json.dumps({"done": answer.done, "said": answer.said, **at}))

@@ -11,7 +11,7 @@ import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 
-from .hosts import open_door
+from .hosts import open_listener
 
 if TYPE_CHECKING:
     from heavylift.coordinator.run.replications import Replications
@@ -63,7 +63,7 @@ def devs(
     if seed is not None:
         model = seeded(model, seed)
     away = frozenset(remote or [])
-    door = open_door(away, listen, keys, o.one_process(in_process, processes, places), external or ())
+    listener = open_listener(away, listen, keys, o.one_process(in_process, processes, places), external or ())
 
     class Aloud(RunObserver):
         def say(self, sentence: str) -> None:
@@ -86,13 +86,13 @@ def devs(
         deadline=patience,
         places=places or (),
         remote=away,
-        door=door,
+        listener=listener,
         stop=stop,
         external=external or (),
     )
     if as_json:
-        told = {**msgspec.to_builtins(run, enc_hook=str), "outcome": run.outcome.name.lower()}
-        typer.echo(msgspec.json.encode(told).decode())
+        message = {**msgspec.to_builtins(run, enc_hook=str), "outcome": run.outcome.name.lower()}
+        typer.echo(msgspec.json.encode(message).decode())
         return
     typer.echo(f"last event at {run.sim_s:g} s; {run.outcome.value}")
     typer.echo(f"{run.grants} grants in {run.wall_s:.2f} s\ndigest {run.digest}")
@@ -103,14 +103,14 @@ def devs(
 
 
 def _replications(found: "Replications", as_json: bool) -> str:
-    """Estimates with the numbers they are made of, or as a table."""
+    """Estimates as JSON, with the numbers behind them, or as a table."""
     from heavylift.recordings.format.text import table
 
     if as_json:
         return msgspec.json.encode({**msgspec.to_builtins(found), "estimates": found.estimates}).decode()
     rows = [[name, f"{x.mean:.6g}", f"+- {x.half:.2g}", f"{x.deviation:.3g}"] for name, x in found.estimates.items()]
     head = [f"{len(found.seeds)} runs", "mean", f"{100 * found.confidence:g} %", "deviation"]
-    return table(head, rows) or "no atomic has told a number in its result()"
+    return table(head, rows) or "no atomic has a number in its result()"
 
 
 @app.command()
@@ -119,7 +119,7 @@ def trust(
     withdraw: Annotated[bool, typer.Option("--withdraw", help="trust it no longer")] = False,
     listed: Annotated[bool, typer.Option("--list", help="list the trusted folders")] = False,
 ) -> None:
-    """Let Python code of a folder run when a scene or recording names it.    heavylift trust my_laws"""
+    """Allow the Python code of a folder when scenes or recordings name it.    heavylift trust my_laws"""
     from heavylift.kernel import trust as kept
 
     if folder is not None:

@@ -38,7 +38,7 @@ def replay(
     view: Annotated[bool, typer.Option("--view", help="show the lift in a browser while it is played")] = False,
     as_json: o.Json = False,
 ) -> None:
-    """Play a recording to observers; or prove it; or try one model on it.    heavylift replay turnover.mcap --rate 20
+    """Replay or verify a recording, or rerun one of its models.    heavylift replay turnover.mcap --rate 20
 
     Keys: space pauses and goes on, s steps, + and - change the rate, q ends. --verify and --live: exit code 1 if
     something deviates.
@@ -58,14 +58,14 @@ def replay(
             f"{file}: {alone} runs models as fast as they can and plays nothing; leave {', '.join(given)} out"
         )
     if verify:
-        _tell(run, prove(run), "the run", as_json)
+        _report(run, prove(run), "the run", as_json)
     elif live:
-        _tell(run, single(run, live), live, as_json)
+        _report(run, single(run, live), live, as_json)
     else:
         _publish(run, rate, start, end, loop, paused, topics or [], view)
 
 
-def _tell(run: RecordedRun, found: ReplayResult, who: str, as_json: bool) -> None:
+def _report(run: RecordedRun, found: ReplayResult, who: str, as_json: bool) -> None:
     """Print the outcome; exit code 1 if something deviates."""
     if as_json:
         typer.echo(msgspec.json.encode(found).decode())
@@ -74,7 +74,7 @@ def _tell(run: RecordedRun, found: ReplayResult, who: str, as_json: bool) -> Non
         typer.echo(f"the recording was made by heavylift {run.recording.version}, this is {__version__}")
     elif found.digest:
         typer.echo(f"reproduced: {found.events} events and all samples, digest {found.digest}")
-        typer.echo(f"judged again: {found.judged}" if found.judged else "facts of the result are the same")
+        typer.echo(f"checked again: {found.judged}" if found.judged else "facts of the result are the same")
     elif found.same:
         upto = "" if run.complete else f", as far as the recording goes, {run.end}"
         typer.echo(f"{who}: no deviation in {found.events} events{upto}")
@@ -116,32 +116,32 @@ def _publish(
             raise RecordingError(f"{run.path}: --paused waits for keys, but there is no terminal; leave it out")
         keys = "; space pauses, s steps, + - rate, q ends" if keyboard.there else ""
         typer.echo(f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.run}{keys}", err=True)
-        said = 0
-        picture = ReplayPage(run, page, asked.start) if page is not None else None
+        text = 0
+        state = ReplayPage(run, page, asked.start) if page is not None else None
         with _watching(run) as progress:
 
             def say(one: PublishedItem) -> None:
                 publisher.say(one)
                 if one.event is not None:
                     progress.event(one.event)
-                    if picture is not None:
-                        picture.event(one.event)
+                    if state is not None:
+                        state.event(one.event)
 
-            def told(t_ns: int) -> None:
+            def message(t_ns: int) -> None:
                 progress.progress(t_ns)
-                if picture is not None:
-                    picture.reached(t_ns)
+                if state is not None:
+                    state.reached(t_ns)
 
-            player = Player(say, rate, paused, keyboard, told=told)
+            player = Player(say, rate, paused, keyboard, message=message)
             while True:
-                said += player.play(asked)
-                if not said and not player.over:
+                text += player.play(asked)
+                if not text and not player.over:
                     raise RecordingError(f"{run.path}: nothing was recorded in this time; give an earlier --from")
                 if player.over or not loop:
                     break
-        if picture is not None:
-            picture.end()
-    typer.echo(f"replayed {said} messages of {len(asked.topics)} topics")
+        if state is not None:
+            state.end()
+    typer.echo(f"replayed {text} messages of {len(asked.topics)} topics")
 
 
 def _watching(run: RecordedRun) -> AbstractContextManager[RunObserver]:

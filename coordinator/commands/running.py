@@ -14,7 +14,7 @@ from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 
-from .hosts import open_door
+from .hosts import open_listener
 
 if TYPE_CHECKING:
     from heavylift.coordinator.ladder.certificate import Certifying
@@ -52,7 +52,7 @@ def run(
         list[str] | None, typer.Option("--drive", help="a drive follows a log: 'west.H1.hoist=log.csv:hoist_speed'")
     ] = None,
     certify: Annotated[
-        bool, typer.Option("--certify", help="tell how sure peaks, swings, times and places are; runs it several times")
+        bool, typer.Option("--certify", help="estimate the errors of peaks, swings, times and places by further runs")
     ] = False,
     within: Annotated[
         str, typer.Option("--within", help="as accurate as this machine can be in this time, start included: '10 s'")
@@ -66,6 +66,7 @@ def run(
     ] = None,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
@@ -101,7 +102,7 @@ def run(
             from heavylift.coordinator.measured.driving import driven
 
             loaded = driven(loaded, drive)
-        loaded = (decided if decide else chosen)(loaded, lambda told: typer.echo(f"  {told}", err=True))
+        loaded = (decided if decide else chosen)(loaded, lambda message: typer.echo(f"  {message}", err=True))
         nodes = node_names(loaded.plan)
 
         def tried(count: int, watch: RunObserver) -> object:
@@ -120,17 +121,17 @@ def run(
             [*loaded.facts.remote, *(remote or [])],
             external or [],
         )
-        door = open_door(placement.remote, listen, keys, in_process, placement.external)
+        listener = open_listener(placement.remote, listen, keys, in_process, placement.external)
         path = output or Path(f"{loaded.plan.name}.mcap")
         with (
             live_page(view) as page,
-            viewers(loaded.plan.name, foxglove, publish, page) as looking,
+            viewers(loaded.plan.name, foxglove, publish, page) as observers,
             Keyboard() as keyboard,
             certified(loaded, certify) as certifying,
             Progress(loaded.plan, as_json) as watch,
         ):
             if fitted:
-                watch.say(fitted.told)
+                watch.say(fitted.message)
             result = simulate(
                 loaded,
                 path,
@@ -138,8 +139,8 @@ def run(
                 watch,
                 crew,
                 placement=placement,
-                door=door,
-                page=looking,
+                listener=listener,
+                page=observers,
                 deadline=patience,
                 pace=pace,
                 keyboard=keyboard,
@@ -150,7 +151,7 @@ def run(
     finally:
         if crew is not None:
             crew.end()
-    summary(loaded.plan, result, as_json, certificate, loaded.answer)
+    summary(loaded.plan, result, as_json, certificate, loaded.answer, verbose)
     _exit(result, strict, fail_on)
 
 
@@ -164,6 +165,7 @@ def branch(
     force: o.Force = False,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
     """Run a recorded lift otherwise from some time on.    heavylift branch lift.mcap --at 'stage up' --set end='2 min'
@@ -178,7 +180,7 @@ def branch(
     what = Branch.of(file, at, sets or [], edited or None)
     with Progress(what.scene.plan, as_json) as watch:
         result = simulate(what, output, watch, force)
-    summary(what.scene.plan, result, as_json)
+    summary(what.scene.plan, result, as_json, verbose=verbose)
     _exit(result, strict, fail_on)
 
 
@@ -194,6 +196,7 @@ def resume(
     force: o.Force = False,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
@@ -208,19 +211,19 @@ def resume(
         begun = Beginning.of(file, crew.directory.path)
         with Progress(begun.scene.plan, as_json) as watch:
             result = go_on(file, begun, output, watch, crew, force=force)
-    summary(begun.scene.plan, result, as_json)
+    summary(begun.scene.plan, result, as_json, verbose=verbose)
     _exit(result, strict, fail_on)
 
 
 def _exit(result: RunResult, strict: bool, fail_on: str) -> None:
-    """With exit code 1 where the verdict is as bad as is named."""
+    """Exit with code 1 if the verdict is at least as bad as requested."""
     if (strict or fail_on) and result.verdict is not None and o.fails(result.verdict.state, strict, fail_on):
         raise typer.Exit(1)
 
 
 @contextmanager
 def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
-    """Runs by which a run is certified, begun on the idle core, if that is wanted."""
+    """Start the additional runs of a certificate on idle cores, if one is requested."""
     if not wanted:
         yield None
         return
@@ -234,7 +237,7 @@ def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
 
 @contextmanager
 def live_page(view: bool) -> Iterator[Spectator | None]:
-    """A page on this machine and its address, if one is wanted; a browser is opened where a person sits."""
+    """Serve a live page and open a browser where there is a display."""
     if not view:
         yield None
         return
@@ -254,7 +257,7 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
 
 @contextmanager
 def viewers(name: str, wanted: bool, hz: float, page: Spectator | None) -> Iterator[Spectator | None]:
-    """Those who look at the run: the page, and viewers of others if that is wanted."""
+    """Observers of the run: the live page, and Foxglove if requested."""
     if not wanted:
         yield page
         return

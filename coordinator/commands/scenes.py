@@ -17,6 +17,7 @@ def check(
     scene: o.Scene,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
+    verbose: Annotated[bool, typer.Option("--verbose", help="every check, with its limit and source")] = False,
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
@@ -36,17 +37,19 @@ def check(
     check_steps(loaded)
     found, answer = examine(loaded, near_at_rest(loaded.plan, loaded.statics)), known(loaded)
     if as_json:
-        told: dict[str, object] = msgspec.to_builtins(found)
-        own = {key: told.pop(key) for key in ("state", "line", "findings", "checks", "tables", "lines")}
-        del own["lines"]
-        told |= {"verdict": {"red": found.state == "red", **own}}  # as of a run
-        told |= {"modelled": msgspec.to_builtins(answer) | {"told": str(answer)} if answer else None}
-        typer.echo(msgspec.json.encode(told).decode())
+        message: dict[str, object] = msgspec.to_builtins(found)
+        own = {key: message.pop(key) for key in ("state", "line", "findings", "checks", "tables", "lines")}
+        del own["lines"], message["brief"]
+        message |= {"verdict": {"red": found.state == "red", **own}}  # as of a run
+        message |= {"modelled": msgspec.to_builtins(answer) | {"told": str(answer)} if answer else None}
+        typer.echo(msgspec.json.encode(message).decode())
     else:
+        lines = [*(found.lines if verbose else found.brief)]
+        if loaded.facts.ask:
+            lines.append(f"\nasked: {', '.join(loaded.facts.ask)}, to {percent(loaded.facts.accuracy)} of each")
+            lines.append(f"  {answer or 'errors are not measured yet; the first run measures them'}")
         crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
-        asks = f"asked: {', '.join(loaded.facts.ask)}, to {percent(loaded.facts.accuracy)} of each"
-        measured = [f"\n{asks}\n  {answer or 'no error was measured yet; the first run measures it'}"]
-        typer.echo("\n".join([str(found), *(measured * bool(loaded.facts.ask)), *([f"\n  {crowd}"] if crowd else [])]))
+        typer.echo("\n".join([*lines, *([f"\n  {crowd}"] if crowd else [])]))
     if o.fails(found.state, strict, fail_on or "red"):
         raise typer.Exit(1)
 
@@ -89,8 +92,8 @@ def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Jso
     found, simulation = at_rest(o.scene_of(scene, sets), at, after)
     shown = found, reactions(simulation), about(simulation).growth
     notes = [note.sentence for note in simulation.notes]
-    told = "\n".join([statics_text(*shown), *(f"note: {note}" for note in notes)])
-    typer.echo(json.dumps(statics_data(*shown) | {"notes": notes}) if as_json else told)
+    message = "\n".join([statics_text(*shown), *(f"note: {note}" for note in notes)])
+    typer.echo(json.dumps(statics_data(*shown) | {"notes": notes}) if as_json else message)
 
 
 @app.command()
@@ -124,7 +127,7 @@ def tradeoff(
     sets: o.Sets = None,
     as_json: o.Json = False,
 ) -> None:
-    """Measure speed against accuracy: every level and its steps.    heavylift tradeoff lift --ask swing"""
+    """Measure speed against accuracy for all model levels and steps.    heavylift tradeoff lift --ask swing"""
     from heavylift.coordinator.ladder.page import checked, data, write
     from heavylift.coordinator.ladder.tradeoff import measure
     from heavylift.coordinator.trace.communication import communicating, hanging
@@ -136,7 +139,7 @@ def tradeoff(
     seconds = o.wall_s("--budget", budget)
     if coupling:
         hanging(loaded)
-    measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True))
+    measured = measure(loaded, ask, limit, seconds, lambda message: typer.echo(f"  {message}", err=True))
     if coupling:
         measured = communicating(loaded, measured)
     outputs = [write(measured, path, force) for path in outputs]
@@ -166,8 +169,8 @@ def types(
     if as_json:
         typer.echo(json.dumps(found))
         return
-    for each, said in found.items():
-        typer.echo(f"{each}: {said['about']}\n    capacity: {said['capacity']}\n    source: {said['source']}")
+    for each, text in found.items():
+        typer.echo(f"{each}: {text['about']}\n    capacity: {text['capacity']}\n    source: {text['source']}")
 
 
 @app.command()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.ladder.certificate import Certificate
     from heavylift.coordinator.sweeps.study import Study
 
-TELL_s = 10.0  # between two lines where there is no terminal
+REPORT_s = 10.0  # between two lines where there is no terminal
 
 
 @app.command()
@@ -54,7 +54,7 @@ def sweep(
     """
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
-    from heavylift.coordinator.sweeps.page import study_sheet, told
+    from heavylift.coordinator.sweeps.page import status_line, study_sheet
     from heavylift.coordinator.sweeps.summary import measured_error, summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all
     from heavylift.coordinator.sweeps.sweeping import verified
@@ -83,7 +83,7 @@ def sweep(
         counted = {"study": str(output), **found.counts, "verified": len(again), "differing": differing}
         typer.echo(json.dumps(counted | more))
     else:
-        typer.echo("\n".join([told(study, found), *([error] if (error := measured_error(study)) else [])]))
+        typer.echo("\n".join([status_line(study, found), *([error] if (error := measured_error(study)) else [])]))
         for number, equal in again:
             typer.echo(f"variant {number}: {'the same digest again' if equal else 'ANOTHER DIGEST'}")
         typer.echo(f"wrote {output / 'summary.html'} and {output / 'rows.parquet'}")
@@ -93,7 +93,7 @@ def sweep(
 
 
 class _Progress:
-    """How far a study is: a bar on a terminal, else a line now and then."""
+    """Progress of a study: a bar on a terminal, else an occasional line."""
 
     def __init__(self) -> None:
         from heavylift.coordinator.live.terminal import Terminal, changing_line
@@ -102,10 +102,10 @@ class _Progress:
         self._console = Terminal(err=True)
         self._live = changing_line(self._console, 4)
         self._done, self._counts = 0, dict[str, int]()
-        self._began = self._told = time.monotonic()
+        self._began = self._message = time.monotonic()
 
     def __call__(self, study: "Study", row: dict[str, Any] | None) -> None:
-        """The study has begun (None), or a row has come."""
+        """Report the start of the study (None), or a new row."""
         if row is None:
             self.study = study
             known = len(study.rows)
@@ -121,8 +121,8 @@ class _Progress:
         now = time.monotonic()
         if self._console.is_terminal:
             self._live.update(self._line(now))
-        elif now - self._told > TELL_s:
-            self._told = now
+        elif now - self._message > REPORT_s:
+            self._message = now
             self._console.print(self._line(now), soft_wrap=True)
 
     def end(self) -> None:
@@ -185,7 +185,7 @@ def plan(
     output: Annotated[Path | None, o.written_to("scene; default NAME-planned.yaml")] = None,
     force: o.Force = False,
     budget: Annotated[str, typer.Option("--budget", help="wall time of the search")] = "15 min",
-    certify: Annotated[bool, typer.Option("--certify", help="tell how sure the figures of the new timing are")] = False,
+    certify: Annotated[bool, typer.Option("--certify", help="estimate the errors of the new timing")] = False,
     sets: o.Sets = None,
     as_json: o.Json = False,
 ) -> None:
@@ -201,21 +201,21 @@ def plan(
 
     loaded = o.scene_of(scene, sets)
     path = output_path(output or Path(f"{loaded.plan.name}-planned.yaml"), "a scene", (".yaml", ".yml"))
-    found = planned(loaded, o.wall_s("--budget", budget), lambda told: typer.echo(f"  {told}", err=True))
+    found = planned(loaded, o.wall_s("--budget", budget), lambda status_line: typer.echo(f"  {status_line}", err=True))
     if found.after is None:
         typer.echo(json.dumps({"wrong": found.wrong}) if as_json else f"{loaded.plan.name}: {found.wrong}")
         raise typer.Exit(1)
     path = written(found.after.text, path, "a scene", (".yaml", ".yml"), force)
     sure = _certified(path) if certify else None
     if as_json:
-        told = {**found.data(), "scene": str(path), "certified": sure.data() if sure else None}
-        typer.echo(json.dumps(told))
+        status_line = {**found.data(), "scene": str(path), "certified": sure.data() if sure else None}
+        typer.echo(json.dumps(status_line))
         return
-    typer.echo("\n".join([*found.told, *(sure.told if sure else []), f"wrote {path}"]))
+    typer.echo("\n".join([*found.message, *(sure.message if sure else []), f"wrote {path}"]))
 
 
 def _certified(path: Path) -> "Certificate":
-    """Of a scene's run, whose recording is not kept."""
+    """The certificate of a run whose recording is not kept."""
     from heavylift.coordinator.ladder.certificate import certifying
     from heavylift.coordinator.run.scene import run
     from heavylift.nodes.scene import load

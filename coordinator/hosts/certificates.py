@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def library() -> CertificateLibrary:
-    """The library, or the sentence that says how to get it."""
+    """Import the package `cryptography`, or raise the error that names its installation."""
     try:
         return CertificateLibrary()
     except ImportError:
@@ -40,7 +40,7 @@ def library() -> CertificateLibrary:
 
 
 class CertificateLibrary:
-    """What we use of the package `cryptography`, which is imported when the first certificate is looked at."""
+    """The part of `cryptography` that is used, imported on first use."""
 
     def __init__(self) -> None:
         from cryptography import x509
@@ -76,7 +76,7 @@ class CertificateLibrary:
         return str(names[0].value) if names else ""
 
     def signed(self, certificate: x509.Certificate, by: x509.Certificate) -> bool:
-        """Whether one certificate was signed by the other's key."""
+        """Whether one certificate was signed with the key of another."""
         try:
             certificate.verify_directly_issued_by(by)
         except self.invalid:
@@ -84,12 +84,12 @@ class CertificateLibrary:
         return True
 
     def pems(self, certificate: x509.Certificate, key: EllipticCurvePrivateKey) -> tuple[bytes, bytes]:
-        """Certificate and key as they stand in files."""
+        """Certificate and key in PEM form."""
         pem, plain = self.forms.Encoding.PEM, self.forms.NoEncryption()
         return certificate.public_bytes(pem), key.private_bytes(pem, self.forms.PrivateFormat.PKCS8, plain)
 
     def authority(self, name: str, days: float) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
-        """A certificate that may sign others, signed by itself."""
+        """A self-signed certificate authority."""
         key = self.ec.generate_private_key(self.ec.SECP256R1())
         begun = self._begin(name, name, key, days).add_extension(self.x509.BasicConstraints(True, 0), critical=True)
         usage = dict.fromkeys(
@@ -152,7 +152,7 @@ AUTHORITY_days = 3650
 
 @dataclass(frozen=True)
 class Credentials:
-    """The files by which one end of a connection shows who it is, and whom it trusts."""
+    """Key, certificate and authority of one end of a connection."""
 
     authority: Path
     certificate: Path
@@ -160,19 +160,20 @@ class Credentials:
 
     @classmethod
     def load(cls, directory: Path, name: str) -> Self:
-        """Those of a name, checked: all there, valid today, made for this name by this yard, the key private."""
+        """Load the files of a name; checks that they exist, are valid today, belong to the name and this yard, and that
+        the key is private."""
         found = cls(directory / f"{AUTHORITY}.pem", directory / f"{name}.pem", directory / f"{name}.key")
         for path in (found.authority, found.certificate, found.key):
             if not path.is_file():
-                told = f"{path} is missing, it belongs to the certificates of '{name}'"
-                raise ProtocolError(f"{told}; make them with 'heavylift certificates {directory} {name}'")
+                message = f"{path} is missing, it belongs to the certificates of '{name}'"
+                raise ProtocolError(f"{message}; make them with 'heavylift certificates {directory} {name}'")
         if stat.S_IMODE(found.key.stat().st_mode) & 0o077:
             raise ProtocolError(f"{found.key} can be read by others, make it private: chmod 600 {found.key}")
-        _judge(found, name)
+        _check(found, name)
         return found
 
 
-def _judge(found: Credentials, name: str) -> None:
+def _check(found: Credentials, name: str) -> None:
     use = library()
     own, authority = (use.x509_of(path) for path in (found.certificate, found.authority))
     for path, certificate in ((found.certificate, own), (found.authority, authority)):

@@ -6,7 +6,7 @@
     coordinator -> process   ANSWER                      a ticket, or the sentence that says why not
 
 To ask changes nothing, so nobody shuts another one out by its name.  What a process may write and hear is decided by
-the name in its certificate as well.  Refusals are told at both sides; what a stranger says of itself is escaped.
+the name in its certificate as well.  Refusals are reported at both sides; what a stranger says of itself is escaped.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ from zenoh.handlers import Callback
 from .certificates import Credentials
 
 SHOWN = 64  # characters of what a stranger says of itself
-REFUSALS = 100  # that are told
+REFUSALS = 100  # that are reported
 
 
 ROOMS = ("kernel", "nodes", "coordinator", "recordings")
@@ -43,14 +43,15 @@ ROOMS = ("kernel", "nodes", "coordinator", "recordings")
 
 @cache
 def code() -> str:
-    """A fingerprint of all of heavylift that this process may run: versions are told at installation, code changes."""
+    """Fingerprint of all code of heavylift that this process may run: versions are fixed at installation, code may
+    change."""
     rooms = Path(__file__).parent.parent.parent
     return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
 
 
 class JoinRequest(msgspec.Struct, frozen=True):
-    """A process on another host wants to join; an empty `run` or `scene` insists on nothing.  Any version can read it
-    of any other: fields come, with a default, and never go."""
+    """Request of a remote process to join; an empty `run` or `scene` accepts any. All versions can read it: fields are
+    only added, with defaults."""
 
     process: str
     version: str
@@ -61,7 +62,7 @@ class JoinRequest(msgspec.Struct, frozen=True):
 
 
 class JoinReply(msgspec.Struct, frozen=True):
-    """The run to enter, or a ticket without a password, or why there is none."""
+    """The run to join, or a ticket without password, or the reason for a refusal."""
 
     ticket: Ticket | None
     refusal: str = ""
@@ -69,20 +70,20 @@ class JoinReply(msgspec.Struct, frozen=True):
 
 
 class JoinHandshake:
-    """Answers those who ask to join; `expects` the scene of this fingerprint, `say`s what it does."""
+    """Answers requests to join; `expects` the scene with this fingerprint, reports by `say`."""
 
     def __init__(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> None:
         self.hosts: dict[str, str] = {}
         """Remote process -> the host from which it has joined."""
-        self._hub, self._session, self._scene, self._say = hub, session, scene, say
+        self._hub, self._session, self._scene, self._report = hub, session, scene, say
         self._entered: dict[str, float] = {}
-        self._told: set[str] = set()
+        self._message: set[str] = set()
         self._lock = Lock()
         doors = (key(JOIN, "*"), self._ask), (key(hub.run, "enter", "*"), self._enter)
         self._queryables = [session.declare_queryable(at, Callback(reply)) for at, reply in doors]
 
     def _ask(self, query: zenoh.Query) -> None:
-        """Somebody with a certificate of this yard asks whether a process may join."""
+        """Handle a join request of a client with a certificate of this yard."""
         asked = self._read(query)
         if asked is not None:
             why = self.refusal(asked) or self._impostor(asked.process)
@@ -105,36 +106,36 @@ class JoinHandshake:
             return msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=JoinRequest)
         except UNREADABLE:
             self._tell("somebody with a certificate of this yard asked to join in words of another program")
-            told = f"it asks in words that heavylift {__version__} does not know; {install(__version__)} there"
-            query.reply(query.key_expr, msgspec.msgpack.encode(JoinReply(None, told)))
+            message = f"it asks in words that heavylift {__version__} does not know; {install(__version__)} there"
+            query.reply(query.key_expr, msgspec.msgpack.encode(JoinReply(None, message)))
             return None
 
     def _answer(self, query: zenoh.Query, asked: JoinRequest, answer: JoinReply) -> None:
-        told = f"process {printable(asked.process, SHOWN)} on host {printable(asked.host, SHOWN)}"
+        message = f"process {printable(asked.process, SHOWN)} on host {printable(asked.host, SHOWN)}"
         if answer.ticket is not None:
-            self._say(f"{told} has joined")
+            self._report(f"{message} has joined")
         elif answer.refusal:
-            self._tell(f"refused {told}: {answer.refusal}")
+            self._tell(f"refused {message}: {answer.refusal}")
         query.reply(query.key_expr, msgspec.msgpack.encode(answer))
 
     def _tell(self, refusal: str) -> None:
-        """Each refusal once, and not more of them than anybody reads."""
+        """Report each refusal once, up to a maximum number."""
         with self._lock:
-            new = refusal not in self._told and len(self._told) <= REFUSALS
+            new = refusal not in self._message and len(self._message) <= REFUSALS
             if new:
-                self._told.add(refusal)
-                last = len(self._told) > REFUSALS
+                self._message.add(refusal)
+                last = len(self._message) > REFUSALS
         if new:
-            self._say("more refusals are not told" if last else refusal)
+            self._report("more refusals are not reported" if last else refusal)
 
     def _impostor(self, name: str) -> str:
-        """Why who asks cannot be this process: nobody is connected whose certificate bears its name; or ""."""
+        """Why the client cannot be this process: no connection has a certificate with its name; "" if one has."""
         if any(link.auth_identifier == name for link in self._session.info.links()):
             return ""
         return f"its certificate was not made for '{name}'"
 
     def refusal(self, asked: JoinRequest) -> str:
-        """Why a process may not join; "" if the run waits for it."""
+        """Why a process may not join; "" if the run expects it."""
         hub, name = self._hub, asked.process
         remote = hub.placement.remote
         if asked.version != __version__:
@@ -157,11 +158,11 @@ class JoinHandshake:
         return ""
 
     def free(self, process: str) -> None:
-        """Who has joined as this process is lost: another one may."""
+        """Free a process name whose process was lost, so that another one may join."""
         self._entered.pop(process, None)
 
     def _taken(self, process: str) -> bool:
-        """Whether somebody has joined as this process, or has just been given a ticket."""
+        """Whether a process of this name has joined or holds a ticket."""
         recently = time.monotonic() - self._entered.get(process, -math.inf) < JOIN_s
         return recently or self._hub.joined(process)
 
@@ -178,7 +179,7 @@ class RemoteListener:
 
     @classmethod
     def at(cls, endpoint: str, credentials: Credentials) -> Self:
-        """The door of an endpoint as a user gives it."""
+        """Create a listener at an endpoint as the user writes it."""
         protocol, slash, rest = endpoint.partition("/")
         if slash and protocol != "tls":
             raise ProtocolError(
@@ -198,12 +199,12 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint that another host can connect to, where this one listens on all interfaces."""
+        """The endpoint by which other hosts connect, also if this one listens on all interfaces."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
     def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> JoinHandshake:
-        """Begins to answer those who ask to join; arguments as of `JoinHandshake`."""
+        """Start answering join requests; arguments as of `JoinHandshake`."""
         return JoinHandshake(hub, session, scene, say)
 
     def listening(self) -> dict[str, object]:

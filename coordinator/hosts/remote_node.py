@@ -25,89 +25,92 @@ LOST = 86  # exit code of a process that has lost its coordinator
 KNOCK_s = 0.5  # in which a coordinator refuses a certificate
 
 
-def play(name: str, door: RemoteListener, run: str, scene: str, say: Callable[[str], None]) -> None:
-    """Take part as process `name` in what runs behind the door; insist on a run id or a scene's fingerprint, or ""."""
-    _knock(name, door)
-    session = remote_session(door)
+def play(name: str, listener: RemoteListener, run: str, scene: str, say: Callable[[str], None]) -> None:
+    """Run process `name` of a remote run; `run` and `scene` restrict it to a run id and a scene's fingerprint ("" for
+    any)."""
+    _knock(name, listener)
+    session = remote_session(listener)
     try:
-        ticket = _ask(session, JoinRequest(name, __version__, socket.gethostname(), run, scene, code()), door)
+        ticket = _ask(session, JoinRequest(name, __version__, socket.gethostname(), run, scene, code()), listener)
         if KERNEL in ticket.nodes:
             from heavylift.coordinator.participants import kernel_node  # noqa: F401
         link = NodeLink(ticket, session)
-        playing = _Playing(session, ticket, door, say)
+        playing = _Playing(session, ticket, listener, say)
         models = ", ".join(model for some in ticket.nodes.values() for model in some)
-        say(printable(f"joined run {ticket.run} at {door.endpoint} with {models}"))
+        say(printable(f"joined run {ticket.run} at {listener.endpoint} with {models}"))
         failed = serve(link)
         playing.over = True
         link.close()
         if failed:
-            raise ProtocolError(f"the coordinator at {door.endpoint} heard that this process cannot go on: {failed}")
+            raise ProtocolError(
+                f"the coordinator at {listener.endpoint} heard that this process cannot go on: {failed}"
+            )
         say(f"run {ticket.run} is over")
     finally:
         session.close()  # type: ignore[no-untyped-call]
 
 
 class _Playing:
-    """Ends this process when the coordinator is gone before the run is over, whatever its nodes are doing."""
+    """Ends this process when the coordinator disappears before the run is over."""
 
     def __init__(
-        self, session: zenoh.Session, ticket: Ticket, door: RemoteListener, say: Callable[[str], None]
+        self, session: zenoh.Session, ticket: Ticket, listener: RemoteListener, say: Callable[[str], None]
     ) -> None:
-        self.over, self._say = False, say
-        self._told = f"process {ticket.process}: the coordinator of run {ticket.run} at {door.endpoint} is gone"
+        self.over, self._report = False, say
+        self._message = f"process {ticket.process}: the coordinator of run {ticket.run} at {listener.endpoint} is gone"
         at = key(ticket.run, "alive", HUB)
         self._present = threading.Event()
         self._watch = session.liveliness().declare_subscriber(at, self._changed, history=True)
         if not self._present.wait(JOIN_s):  # the line was cut just now: of who was never seen, no end is heard
-            raise ProtocolError(f"{self._told}; join again when it runs again")
+            raise ProtocolError(f"{self._message}; join again when it runs again")
 
     def _changed(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.PUT:
             self._present.set()
         elif sample.kind == zenoh.SampleKind.DELETE and not self.over:
-            self._say(f"heavylift: {self._told}; join again when it runs again")
+            self._report(f"heavylift: {self._message}; join again when it runs again")
             os._exit(LOST)
 
 
-def _ask(session: zenoh.Session, asked: JoinRequest, door: RemoteListener) -> Ticket:
+def _ask(session: zenoh.Session, asked: JoinRequest, listener: RemoteListener) -> Ticket:
     """The ticket; a refusal in the coordinator's words."""
-    answer = _answer(session, key(JOIN, asked.process), asked, door)
-    entered = _answer(session, key(answer.run, "enter", asked.process), asked, door)
+    answer = _answer(session, key(JOIN, asked.process), asked, listener)
+    entered = _answer(session, key(answer.run, "enter", asked.process), asked, listener)
     assert entered.ticket is not None, "there is one, or a refusal"
     return entered.ticket
 
 
-def _answer(session: zenoh.Session, at: str, asked: JoinRequest, door: RemoteListener) -> JoinReply:
+def _answer(session: zenoh.Session, at: str, asked: JoinRequest, listener: RemoteListener) -> JoinReply:
     deadline = time.monotonic() + JOIN_s
     while time.monotonic() < deadline:
         replies = session.get(at, FifoChannel(4), payload=msgspec.msgpack.encode(asked), timeout=JOIN_s)
         for reply in replies:
             if reply.ok is not None:
-                answer = _decoded(reply.ok.payload.to_bytes(), door)
+                answer = _decoded(reply.ok.payload.to_bytes(), listener)
                 if answer.refusal or not (answer.run or answer.ticket):
                     why = printable(answer.refusal)
                     raise ProtocolError(f"process {asked.process} may not join: {why}")
                 return answer
         time.sleep(0.05)  # it listens, but does not answer yet
-    raise ProtocolError(f"process {asked.process} cannot join: nobody at {door.endpoint} answers for a run")
+    raise ProtocolError(f"process {asked.process} cannot join: nobody at {listener.endpoint} answers for a run")
 
 
-def _decoded(data: bytes, door: RemoteListener) -> JoinReply:
+def _decoded(data: bytes, listener: RemoteListener) -> JoinReply:
     try:
         return msgspec.msgpack.decode(data, type=JoinReply)
     except UNREADABLE:
         raise ProtocolError(
-            f"who answers at {door.endpoint} speaks the words of another program, or of another heavylift than "
+            f"who answers at {listener.endpoint} speaks the words of another program, or of another heavylift than "
             f"{__version__}; install one version on both hosts"
         ) from None
 
 
-def _knock(name: str, door: RemoteListener) -> None:
-    """Say in words which certificate is refused, and why: Zenoh only says that there is no connection.
+def _knock(name: str, listener: RemoteListener) -> None:
+    """Explain which certificate is refused and why; Zenoh reports only a failed connection.
 
     Where nobody answers yet, that is no trouble; Zenoh tries again for a while.
     """
-    own, (host, port) = door.credentials, door.address
+    own, (host, port) = listener.credentials, listener.address
     context = ssl.create_default_context(cafile=str(own.authority))
     context.load_cert_chain(own.certificate, own.key)
     with contextlib.suppress(OSError):
@@ -119,9 +122,9 @@ def _knock(name: str, door: RemoteListener) -> None:
                 wrapped.settimeout(KNOCK_s)
                 wrapped.recv(1)  # a refusal of our certificate comes after the handshake
         except ssl.SSLCertVerificationError as error:
-            why = f"the certificate shown at {door.endpoint} is not accepted: {error.verify_message}"
+            why = f"the certificate shown at {listener.endpoint} is not accepted: {error.verify_message}"
             raise ProtocolError(f"process {name} cannot join: {why}") from None
         except ssl.SSLError as error:
             reason = (error.reason or "no reason given").lower().replace("_", " ")
-            why = f"the coordinator at {door.endpoint} does not accept {own.certificate}: {reason}"
+            why = f"the coordinator at {listener.endpoint} does not accept {own.certificate}: {reason}"
             raise ProtocolError(f"process {name} cannot join: {why}") from None

@@ -4,7 +4,7 @@ in_memory       one run of a plan in this process; all below it look at runs of 
 figures         what a run shows, as figures: peaks, swings, places, times, loads, clearances, limits
 model_levels           levels of a plan, and the methods and tolerances by which each is run
 measuring       runs of model_levels, and how far they are apart in the figures that are asked
-choosing        from the cheapest rung upwards until what is asked is kept; remembered by plan and question
+choosing        from the cheapest candidate upwards until what is asked is kept; remembered by plan and question
 run_pool          runs side by side on the cores
 within          the best of what fits into a time
 certificate     bars of a run: numerical, model, inputs; sensitivities: which input moves which figure

@@ -34,7 +34,7 @@ ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
 
 
 @dataclass(frozen=True)
-class Bar:
+class FigureErrors:
     """A figure with the half-widths of its bars in its unit; None where there is none."""
 
     name: str
@@ -47,11 +47,11 @@ class Bar:
 
     @property
     def whole(self) -> float:
-        """All that there are, added up as squares."""
+        """Root of the sum of squares of all contributions."""
         return hypot(*(x for x in (self.numerical, self.model, self.inputs) if x is not None))
 
-    def told(self, inputs: str) -> str:
-        """For people; `inputs`: what is uncertain of them."""
+    def message(self, inputs: str) -> str:
+        """Text for people; `inputs`: names of the uncertain inputs."""
         factor, unit = larger(self.unit)
         places = 1 - floor(log10(factor * self.whole)) if self.whole > 0.0 else 6
         halves = {"numerical": self.numerical, "model": self.model, f"inputs: {inputs}": self.inputs}
@@ -59,16 +59,16 @@ class Bar:
         if parts:
             parts[-1] = parts[-1].replace(" (", f" {unit} (", 1)
         lacks = [what.partition(":")[0] for what, half in halves.items() if half is None]
-        told = " ".join([f"{factor * self.value:.{max(0, places)}f}", *(parts or [unit])]).replace("  ", " ")
-        return f"{self.name}: {told}" + f", no bar ({', '.join(lacks)})" * bool(lacks)
+        message = " ".join([f"{factor * self.value:.{max(0, places)}f}", *(parts or [unit])]).replace("  ", " ")
+        return f"{self.name}: {message}" + f", no error estimate ({', '.join(lacks)})" * bool(lacks)
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """Bars of all figures; why parts of them are missing, by part; the inputs that count, and those that do not; CPU
-    time of all runs besides the certified one [s]."""
+    """Error estimates of all figures; reasons for missing contributions; inputs with and without stated uncertainty;
+    CPU time of all additional runs [s]."""
 
-    bars: list[Bar]
+    bars: list[FigureErrors]
     missing: dict[str, str]
     inputs: list[UncertainInput]
     unstated: list[str]
@@ -76,28 +76,28 @@ class Certificate:
     notes: list[str] = field(default_factory=list)
 
     @property
-    def told(self) -> list[str]:
+    def message(self) -> list[str]:
         """For people, a line each."""
         inputs = ", ".join(x.spread for x in self.inputs)
         most = max((bar for bar in self.bars if bar.quantity == "limits"), key=lambda bar: bar.value, default=None)
-        lines = [bar.told(inputs) for bar in self.bars if bar.quantity != "limits" or bar is most]
-        lines += [f"no bar ({part}): {why}" for part, why in self.missing.items()]
+        lines = [bar.message(inputs) for bar in self.bars if bar.quantity != "limits" or bar is most]
+        lines += [f"no error estimate ({part}): {why}" for part, why in self.missing.items()]
         lines += [of_unstated(self.unstated)] if self.unstated else []
         return lines + self.notes
 
     def data(self) -> dict[str, object]:
-        """As plain data, SI units, half-widths at 95 %."""
+        """Plain data in SI units, half-widths at 95 %."""
         return {
             "bars": [asdict(bar) | {"whole": bar.whole} for bar in self.bars],
             "missing": self.missing,
             "inputs": [{"name": x.name, "value": x.value, "kind": x.kind, "sd": x.sd} for x in self.inputs],
-            "unstated": self.unstated, "cpu_s": self.cpu_s, "told": self.told,
+            "unstated": self.unstated, "cpu_s": self.cpu_s, "told": self.message,
         }  # fmt: skip
 
 
 @contextmanager
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> Iterator[Certifying]:
-    """Runs beside a run that is to be certified, `at_once` in processes of their own (default: all cores but one).
+    """Start the runs of a certificate, `at_once` in processes of their own (default: all cores but one).
 
     `given`: uncertainties besides those that the scene states.  Raises HeavyliftError.
     """
@@ -107,7 +107,7 @@ def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | Non
 
 
 class Certifying:
-    """Runs of which `price` tells how many there are; `certificate` waits for them."""
+    """The additional runs of a certificate; `price` states their number."""
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
         self._scene, self._inputs, self._start = scene, inputs, start
@@ -116,13 +116,13 @@ class Certifying:
     @property
     def price(self) -> str:
         """What the certificate costs, in a sentence."""
-        rung, ladder = ModelLevel(self._scene.plan), Ladder(self._scene.plan)
-        other = next(iter(ladder.witnesses(rung.plan.fidelity)), ladder.poorer)
+        candidate, ladder = ModelLevel(self._scene.plan), Ladder(self._scene.plan)
+        other = next(iter(ladder.witnesses(candidate.plan.fidelity)), ladder.poorer)
         n = 2 * sum(x.sd > 0.0 for x in self._inputs)
-        runs = [f"{1 + len(tighter(rung))} for the steps"]
+        runs = [f"{1 + len(tighter(candidate))} for the steps"]
         if other:
-            own = 1 + (ladder.in_own_steps(rung) != rung)
-            runs.append(f"{own} for the model, {'one ' * (own > 1)}with {rung.on(other).level}")
+            own = 1 + (ladder.in_own_steps(candidate) != candidate)
+            runs.append(f"{own} for the model, {'one ' * (own > 1)}with {candidate.on(other).level}")
         runs += [f"{n} for {len(self._inputs)} uncertain input{'s' * (len(self._inputs) > 1)}"] if n else []
         return f"certifying beside the run, by runs of their own: {', '.join(runs)}; new equations are compiled first"
 
@@ -132,7 +132,7 @@ class Certifying:
         self._begun = own, [moved(self._scene, one, STEPS, self._start) for one in self._inputs]
 
     def written(self, path: Path) -> Certificate:
-        """The certificate of the recorded run, once all others have ended; the recording then has it, too."""
+        """Wait for all additional runs and write the certificate into the recording."""
         try:
             if Recording(path).events(OPERATOR):
                 raise RecordingError("an operator gave orders, which the runs beside it have not had; run without them")
@@ -155,7 +155,9 @@ class Certifying:
         if found is None:
             missing["inputs"] = "no uncertainty is stated; write one behind a value, such as 'mass: 480 t +- 3 %'"
         bars = [
-            Bar(f.name, f.quantity, f.unit, f.value, _half(own.steps, f), _half(own.model, f), _input_bar(found, f))
+            FigureErrors(
+                f.name, f.quantity, f.unit, f.value, _half(own.steps, f), _half(own.model, f), _input_error(found, f)
+            )
             for f in figures
         ]
         exact, notes = (found.unstated, found.notes) if found else (unstated(self._scene, []), [])
@@ -169,6 +171,6 @@ def _half(errors: Errors, figure: AskedFigure) -> float | None:
     return error * figure.scale + figure.misread + ROUNDING * abs(figure.scale)
 
 
-def _input_bar(found: Sensitivities | None, figure: AskedFigure) -> float | None:
+def _input_error(found: Sensitivities | None, figure: AskedFigure) -> float | None:
     """None where nothing is known of any input."""
     return found.bar(figure.name) if found and len(found.failed) < len(found.inputs) else None

@@ -1,6 +1,6 @@
-"""What of a scene is modelled, by which steps: the cheapest rung whose measured errors are below what is asked.
+"""What of a scene is modelled, by which steps: the cheapest candidate whose measured errors are below what is asked.
 
-From the poorest level and the loosest steps upwards: a level is judged by one that puts back all that it leaves out,
+From the poorest level and the loosest steps upwards: a level is checked by one that puts back all that it leaves out,
 steps by those that are about a tenth as tolerant; both differences are doubled and added, and the larger one says which
 is refined.  On the finest level there is no witness; its error is its difference to the next poorer one.  What comes of
 it depends on plan and question alone, never on the clock or the machine; what is remembered only saves time.
@@ -34,11 +34,11 @@ HIDES = 0.25  # part of the errors of steps by which that of a level may be seen
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
 ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
 ROOM = Path(__file__).parents[2]  # of the product
-Say = Callable[[str], None]
+Report = Callable[[str], None]
 
 
-def chosen(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
-    """The scene with what it asks answered, ready to be run; `say` hears of the runs that were needed."""
+def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
+    """The scene at the model level and steps that its accuracy requires; `say` reports the runs made for it."""
     if (question := scene.question) is None:
         return scene
     if scene.plan.models:
@@ -52,8 +52,8 @@ def chosen(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
     return answered(scene, make() if alone else remembered(_name(scene, question), Answer, make))
 
 
-def decided(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
-    """The scene at the accuracy, of `ACCURACIES`, that leaves no check of its run undecided, or at the finest."""
+def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
+    """The scene at the loosest of `ACCURACIES` that leaves no check undecided, else at the finest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -77,14 +77,14 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """The scene as an answer has it modelled."""
+    """The scene with the level and steps of an answer."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
     return replace(scene, plan=plan, chosen=True, answer=answer)
 
 
-def measured(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
+def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
     """The scene as it is modelled, with its errors in what it asks."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
@@ -96,8 +96,8 @@ def measured(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
     return replace(scene, answer=_answer(look, Question(ask, scene.facts.accuracy), measuring))
 
 
-def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
-    """The scene with the level and the steps of its answer among its settings, for many variants of it."""
+def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
+    """The scene with level and steps of its answer as explicit settings, for many variants."""
     if scene.question is None:
         return scene
     found = chosen(scene, say)
@@ -106,10 +106,10 @@ def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
 
 @dataclass(frozen=True)
 class Look:
-    """A rung, what it is wrong by: in all, by its steps, by its level; the pairs of rungs that tell; why it made no
-    run; which part of its errors is missing, and why."""
+    """A candidate, what it is wrong by: in all, by its steps, by its level; the pairs of candidates that tell; why it
+    made no run; which part of its errors is missing, and why."""
 
-    rung: ModelLevel
+    candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
     steps: Errors = field(default_factory=dict)
     model: Errors = field(default_factory=dict)
@@ -119,7 +119,7 @@ class Look:
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """The answer to a question; raises HeavyliftError only where the clock cuts a run."""
+    """Choose level and steps; raises HeavyliftError only if the clock cuts a run."""
     last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)
@@ -128,52 +128,54 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
         if largest(look.error) <= question.accuracy:
             return _answer(look, question, measuring)
         if not look.why and largest(look.model) <= largest(look.steps):
-            break  # a richer level has the same trouble with its steps
+            break  # a finer level has the same trouble with its steps
     assert last is not None
     return _unconverged(last, question, measuring, ladder)
 
 
-def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> Look:
+def _climbed(
+    ladder: Ladder, candidates: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool
+) -> Look:
     """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
     level is wrong by more, or tighter steps change nothing for the better."""
-    tolerances = [rung.plan.tolerance for rung in rungs]
-    at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(rungs) - 1)
-    run, judged, before, stuck = [at], at, inf, 0
+    tolerances = [candidate.plan.tolerance for candidate in candidates]
+    at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(candidates) - 1)
+    run, checked, before, stuck = [at], at, inf, 0
     while True:
         try:
-            if not all(measuring.read_well(rungs[i], accuracy) for i in run):
+            if not all(measuring.read_well(candidates[i], accuracy) for i in run):
                 continue  # with denser samples
-            pair = tuple(witnesses(ladder, rungs[judged], measuring)[:1])
-            model = error_of_level(ladder, rungs[judged], measuring)
+            pair = tuple(witnesses(ladder, candidates[checked], measuring)[:1])
+            model = error_of_level(ladder, candidates[checked], measuring)
             if richer and largest(model) > accuracy / LOOSEST:  # by more than such steps can be
-                return Look(rungs[at], model, {}, model, pair)
-            if len(run) == 1 and run[0] + 1 < len(rungs):
+                return Look(candidates[at], model, {}, model, pair)
+            if len(run) == 1 and run[0] + 1 < len(candidates):
                 run.append(_next(tolerances, run[0], 0.1))
                 continue
-            looks = _looks([rungs[i] for i in run], model, pair, measuring)
+            samples = _candidates([candidates[i] for i in run], model, pair, measuring)
         except HeavyliftError as error:
             if CUT in str(error):
                 raise
-            if run == [at] and not measuring.spent and at + 2 < len(rungs):  # steps may be too loose to begin with
-                run, judged = [at + 2], at + 2
+            if run == [at] and not measuring.spent and at + 2 < len(candidates):  # steps may be too loose to begin with
+                run, checked = [at + 2], at + 2
                 continue
-            return Look(rungs[run[-1]], why=str(error).splitlines()[0])
-        if kept := next((look for look in looks if largest(look.error) <= accuracy), None):
-            hidden = times(HIDES, looks[run.index(judged)].steps)
-            if rungs.index(kept.rung) <= judged or largest(added(kept.error, hidden)) <= accuracy:
+            return Look(candidates[run[-1]], why=str(error).splitlines()[0])
+        if kept := next((look for look in samples if largest(look.error) <= accuracy), None):
+            hidden = times(HIDES, samples[run.index(checked)].steps)
+            if candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy:
                 return kept
-            judged = run[run.index(judged) + 1]  # looser steps may hide what its level is wrong by
+            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by
             continue
-        best = looks[-1]
+        best = samples[-1]
         steps, wrong = largest(best.steps), largest(best.model)
         if wrong > steps:
-            if judged != run[-1] and largest(looks[run.index(judged)].steps) > HIDES * wrong:
-                judged = run[run.index(judged) + 1]  # its steps may be all that is seen of its level
+            if checked != run[-1] and largest(samples[run.index(checked)].steps) > HIDES * wrong:
+                checked = run[run.index(checked) + 1]  # its steps may be all that is seen of its level
                 continue
             if richer or wrong > accuracy:
                 return best
         before, stuck = steps, stuck + 1 if steps >= 0.5 * before else 0
-        if run[-1] + 1 >= len(rungs) or stuck >= STUCK or steps == 0.0:
+        if run[-1] + 1 >= len(candidates) or stuck >= STUCK or steps == 0.0:
             return best
         run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
 
@@ -184,10 +186,10 @@ def _next(tolerances: Sequence[float], at: int, part: float) -> int:
     return next((i for i, x in enumerate(tolerances) if i > at and x <= wanted), len(tolerances) - 1)
 
 
-def _looks(
+def _candidates(
     runs: Sequence[ModelLevel], model: Errors, pair: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
 ) -> list[Look]:
-    """Rungs of one level, loosest steps first, as the tightest of them tells what they are wrong by.
+    """Candidates of one level, loosest steps first, as the tightest of them tells what they are wrong by.
 
     The errors of steps fall as a power of their tolerance, as is observed on three of them (Roache 1994, and ASME V&V
     20-2009, section 2); on two, as its root.  What the tightest is wrong by is what is left of the last difference; of
@@ -204,27 +206,27 @@ def _looks(
         order = next((p for p in ORDERS if rate >= (wider**p - 1.0) / (1.0 - ratio**-p)), 0.0)
         now = {name: max(e, before.get(name, 0.0) / rate) for name, e in now.items()}
     left = 1.0 / (ratio**order - 1.0) if order and ratio > 1.0 else 1.0
-    for rung in others:
-        steps = times(max(WITNESSED, 1.0 + left), measuring.apart(rung, last))
-        found.append(_look(rung, steps, model, (*pair, (rung, last)), measuring))
+    for candidate in others:
+        steps = times(max(WITNESSED, 1.0 + left), measuring.apart(candidate, last))
+        found.append(_look(candidate, steps, model, (*pair, (candidate, last)), measuring))
     if last in runs:
         found.append(_look(last, times(WITNESSED * left, now), model, (*pair, (others[-1], last)), measuring))
     return found
 
 
 def _look(
-    rung: ModelLevel,
+    candidate: ModelLevel,
     steps: Errors,
     model: Errors,
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...],
     measuring: Measuring,
 ) -> Look:
-    return Look(rung, added(steps, measuring.misread(rung), model), steps, model, pairs)
+    return Look(candidate, added(steps, measuring.misread(candidate), model), steps, model, pairs)
 
 
 def _of_limits(look: Look, measuring: Measuring) -> Errors:
-    """The same of the uses of limits, as far as the runs that were needed tell; nothing decides on them."""
-    own = measuring.limits.get(look.rung.key, {})
+    """Errors of the uses of limits from the runs made so far; they decide nothing."""
+    own = measuring.limits.get(look.candidate.key, {})
     known = [tuple(measuring.limits.get(x.key, {}) for x in pair) for pair in look.pairs]
     return {
         name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
@@ -233,34 +235,34 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
     }
 
 
-def witnesses(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Pairs that tell the error of a rung's level: with the cheapest level that puts back all that it leaves out; where
+def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
+    """Pairs that tell the error of a candidate's level: with the cheapest level that puts back all that it leaves out; where
     hook ropes slacken or something has no damping with all such levels, for waves that run along ropes are of any
     length; of the finest with the one before it."""
-    levels, own = ladder.witnesses(rung.plan.fidelity), ladder.in_own_steps(rung)
-    if len(levels) > 1 and not undamped(system(rung.plan)):
+    levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
+    if len(levels) > 1 and not undamped(system(candidate.plan)):
         levels = levels if measuring.slackens(own) or measuring.slackens(own.on(levels[0])) else levels[:1]
     return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
 
 
-def error_of_level(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> Errors:
-    """The largest difference of a rung to its witnesses, doubled, but for the finest level, which is better than its
-    own."""
-    factor = WITNESSED if ladder.witnesses(rung.plan.fidelity) else 1.0
-    return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, rung, measuring))))
+def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
+    """The largest difference of a candidate to its witnesses, doubled, but for the finest level, which is better than
+    its own."""
+    factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
+    return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
 
 
-def tighter(rung: ModelLevel) -> list[ModelLevel]:
+def tighter(candidate: ModelLevel) -> list[ModelLevel]:
     """The same with tighter steps; with rigid ropes, whose impacts can fork, two such."""
-    once = rung.tighter
-    return [once, once.tighter] if system(rung.plan).rigid_ropes else [once]
+    once = candidate.tighter
+    return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
 
 
 def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
     """What a plan is wrong by as it is modelled: of its steps twice the difference to tighter ones, of its level that
     of its witnesses.  Raises HeavyliftError if it makes no run."""
-    ladder, rung = Ladder(plan), ModelLevel(plan)
-    while not measuring.read_well(rung, accuracy):
+    ladder, candidate = Ladder(plan), ModelLevel(plan)
+    while not measuring.read_well(candidate, accuracy):
         pass
     missing = dict[str, str]()
 
@@ -274,18 +276,18 @@ def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
             missing[part] = f"the run beside it shows no {', '.join(lost[:3])}"
         return errors
 
-    pairs = [(rung, x) for x in tighter(rung)]
+    pairs = [(candidate, x) for x in tighter(candidate)]
     steps = found("numerical", lambda: times(WITNESSED, most(*(measuring.apart(*pair) for pair in pairs))))
     if ladder.poorer is None:
-        missing["model"] = "it is modelled as it is written, there is no richer level"
-    model = found("model", lambda: error_of_level(ladder, rung, measuring))
-    pairs += witnesses(ladder, rung, measuring)[:1] if "model" not in missing else []
-    return replace(_look(rung, steps, model, tuple(pairs), measuring), missing=missing)
+        missing["model"] = "it is modelled as it is written, there is no finer level"
+    model = found("model", lambda: error_of_level(ladder, candidate, measuring))
+    pairs += witnesses(ladder, candidate, measuring)[:1] if "model" not in missing else []
+    return replace(_look(candidate, steps, model, tuple(pairs), measuring), missing=missing)
 
 
 def _answer(look: Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
     limits = _of_limits(look, measuring)
-    plan, quantity = look.rung.plan, {f.name: f.quantity for f in measuring.seen.values()}
+    plan, quantity = look.candidate.plan, {f.name: f.quantity for f in measuring.seen.values()}
     by = {q: {name: e for name, e in look.error.items() if quantity.get(name) == q} for q in question.ask}
     worst = {q: max(errors, key=lambda name: (errors[name], name)) for q, errors in by.items() if errors}
     if not worst and not notes:
@@ -295,7 +297,7 @@ def _answer(look: Look, question: Question, measuring: Measuring, *notes: str) -
         samples_hz=measuring.factor * plan.samples_hz,
         figures={name: e for name, e in (look.error | limits).items() if e < inf},
         errors={q: by[q][name] for q, name in worst.items()}, worst={q: name for q, name in worst.items()},
-        left_out=look.rung.left_out, notes=notes,
+        left_out=look.candidate.left_out, notes=notes,
     )  # fmt: skip
 
 
@@ -303,21 +305,23 @@ def _unconverged(look: Look, question: Question, measuring: Measuring, ladder: L
     if look.why:
         return _unmeasured(ladder.plan, f"nothing is measured for what it asks, since it makes no run: {look.why}")
     name = max(look.error, key=lambda x: (look.error[x], x))
-    told = f"not converged: asked to {percent(question.accuracy)}, what was run differs by {percent(look.error[name])}"
-    return _answer(look, question, measuring, f"{told} in {name}")
+    message = (
+        f"not converged: asked to {percent(question.accuracy)}, what was run differs by {percent(look.error[name])}"
+    )
+    return _answer(look, question, measuring, f"{message} in {name}")
 
 
 def _unmeasured(plan: Plan, why: str) -> Answer:
-    rung = ModelLevel(plan)
+    candidate = ModelLevel(plan)
     return Answer(
-        fidelity=plan.fidelity, method=plan.method, tolerance=plan.tolerance, left_out=rung.left_out, notes=(why,)
+        fidelity=plan.fidelity, method=plan.method, tolerance=plan.tolerance, left_out=candidate.left_out, notes=(why,)
     )
 
 
 def _name(scene: LoadedScene, question: Question) -> str:
-    """Of the file that remembers an answer: by the whole plan, what is asked and named, and the code."""
-    said = repr((question, scene.facts.named)).encode()
-    return f"{hashlib.sha256(_code() + said + encode(scene.plan)).hexdigest()}.answer"
+    """Name of the cache file of an answer: hash of plan, question and code."""
+    text = repr((question, scene.facts.named)).encode()
+    return f"{hashlib.sha256(_code() + text + encode(scene.plan)).hexdigest()}.answer"
 
 
 @cache

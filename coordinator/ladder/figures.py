@@ -19,7 +19,7 @@ from heavylift.nodes.plan.actions import LiftedCondition, Move, Wait
 from heavylift.nodes.plan.fidelity import ASKABLE, SHORTEST, Asked
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import RecordedVerdict
 from numpy.typing import NDArray
 
 from .in_memory import Played
@@ -36,8 +36,7 @@ FEWEST = 8  # samples of a stage in which a swing is looked for
 
 
 class AskedFigure(NamedTuple):
-    """What it is, of which quantity, its unit and value, what its errors are relative to, and by how much it may be
-    misread."""
+    """A figure: name, quantity, unit, value, reference value of its relative error, and reading error."""
 
     name: str
     quantity: Asked
@@ -49,7 +48,7 @@ class AskedFigure(NamedTuple):
 
 @dataclass(frozen=True)
 class Span:
-    """A stage: when it begins and ends [s]; whether all is left to itself in it, and whether something takes off."""
+    """A stage: begin and end [s]; `free`: whether nothing is driven in it, and whether a load is released."""
 
     name: str
     start: float
@@ -60,8 +59,8 @@ class Span:
 
 @dataclass(frozen=True)
 class Shown:
-    """A run as figures are read from it: stages; peaks of ropes [N]; times (n,) [s], each once; by name what moves,
-    (n, 3) [m] of bodies that are lifted or (n, 1) of coordinates, with its unit; forces of supports (n,) [N]."""
+    """The results that figures are computed from: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m] of
+    lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]."""
 
     spans: list[Span]
     peaks: dict[str, float]
@@ -71,7 +70,7 @@ class Shown:
 
     @classmethod
     def of(cls, run: Played) -> Shown:
-        """All that a run has shown."""
+        """The results of a run."""
         plan, layout = run.plan, run.layout
         t, first = np.unique(run.t, return_index=True)
         forces = layout.find("support/force")
@@ -88,18 +87,18 @@ class Shown:
         return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
 
     def halved(self) -> Shown:
-        """With every second sample alone."""
+        """The same with every second sample only."""
         places = {name: (x[::2], unit) for name, (x, unit) in self.places.items()}
         return Shown(self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()})
 
     @property
     def stages(self) -> list[tuple[str, float]]:
-        """How long each stage took [s], where there are any."""
+        """Duration of each stage [s]."""
         return [(x.name, x.end - x.start) for x in self.spans if x.name != WHOLE]
 
 
 def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
-    """One for each action; the whole run where there are none."""
+    """The time span of each action; of the whole run if it has none."""
     if not stages or plan.lists:
         return [Span(WHOLE, 0.0, last, not plan.lists, False)]
     ends = [t for t, _, _ in stages[1:]] + [last]
@@ -113,7 +112,7 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
 
 
 def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
-    """The figures of a run of these quantities; names that come again, such as those of stages, have numbers."""
+    """Figures of a run for these quantities; repeated names are numbered."""
     shown = Shown.of(run)
     half = shown.halved()
     found = list[AskedFigure]()
@@ -122,8 +121,8 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
             read, again = READ[quantity](run.plan, shown), READ[quantity](run.plan, half)
         else:
             read, again = _judged(quantity, *run.judged), _judged(quantity, *run.judged_coarsely)
-        coarse = {f.name: f.value for f in _told_apart(again)}
-        found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _told_apart(read)]
+        coarse = {f.name: f.value for f in _numbered(again)}
+        found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read)]
     return found
 
 
@@ -161,21 +160,21 @@ def _swings(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
         seen = [(span, s) for span, s in found if s is not None]
         scale = max([small if unit == "m" else SMALL, *(PART * s.amplitude for _, s in seen)])
         for span, s in seen:
-            told = f"swing of {name} in '{span.name}'"
-            yield AskedFigure(f"{told}, amplitude", "swing", unit, s.amplitude, max(scale, s.amplitude))
+            message = f"swing of {name} in '{span.name}'"
+            yield AskedFigure(f"{message}, amplitude", "swing", unit, s.amplitude, max(scale, s.amplitude))
             if s.period and s.amplitude >= scale:
-                yield AskedFigure(f"{told}, period", "swing", "s", s.period, s.period)
+                yield AskedFigure(f"{message}, period", "swing", "s", s.period, s.period)
 
 
 class Swing(NamedTuple):
-    """Half of the way there and back [m or rad]; the period of the sinusoid that fits best [s], 0 if none does."""
+    """Amplitude [m or rad] and period [s] of the sinusoid that fits best, 0 if none does."""
 
     amplitude: float
     period: float
 
 
 def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
-    """How something (n, 3) or (n, 1) swings in a stage, along the level direction in which it goes farthest."""
+    """Swing of a signal (n, 3) or (n, 1) in a stage, along the horizontal direction of its largest motion."""
     inside = (t >= span.start) & (t <= span.end)
     since, across = t[inside] - span.start, x[inside]
     if len(since) < FEWEST:
@@ -190,7 +189,7 @@ def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
 
 
 def _top(t: Floats, y: Floats) -> float:
-    """The largest value, of the parabola through the largest sample and those beside it."""
+    """The maximum of the parabola through the largest sample and its neighbours."""
     k = int(np.argmax(y))
     if not 0 < k < len(y) - 1:
         return float(y[k])
@@ -201,8 +200,8 @@ def _top(t: Floats, y: Floats) -> float:
 
 
 def _period(t: Floats, y: Floats) -> float:
-    """Of the sinusoid on a line that fits best [s]; 0 if that is less than half of what is seen, or is not seen
-    twice."""
+    """Period of the best-fitting sinusoid on a straight line [s]; 0 if less than half a period, or not two periods, are
+    seen."""
     even = np.linspace(t[0], t[-1], len(t))
     spectrum = np.abs(np.fft.rfft(np.interp(even, t, y) * np.hanning(len(t))))
     k, lasts = int(np.argmax(spectrum[1:])) + 1, float(t[-1])
@@ -234,13 +233,13 @@ def _positions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
     names = [f"as '{span.name}' begins" for span in shown.spans[1:]] + ["at the end"]
     for name, (x, unit) in shown.places.items():
         at = _at(shown.t, x, [0.0, *ends])
-        way = max(hypot(*(a - b)) for a in at for b in at)
-        if way < SMALL:
+        distance = max(hypot(*(a - b)) for a in at for b in at)
+        if distance < SMALL:
             continue
-        for told, place in zip(names, at[1:], strict=True):
+        for message, place in zip(names, at[1:], strict=True):
             for axis, value in zip("xyz" if len(place) == 3 else [""], place, strict=True):
                 what = f"{axis} of {name}" if axis else name
-                yield AskedFigure(f"{what} {told}", "position", unit, float(value), way)
+                yield AskedFigure(f"{what} {message}", "position", unit, float(value), distance)
 
 
 def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
@@ -262,7 +261,7 @@ def _supports(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
             yield AskedFigure(f"largest force on {name}", "support load", "N", force, max(force, least))
 
 
-def _judged(quantity: Asked, verdict: Judged, uses: Sequence[Use]) -> Iterator[AskedFigure]:
+def _judged(quantity: Asked, verdict: RecordedVerdict, uses: Sequence[Use]) -> Iterator[AskedFigure]:
     if quantity == "clearance" and verdict.clearances:
         least = min(verdict.clearances, key=lambda x: x.distance)
         yield AskedFigure("smallest clearance", quantity, "m", least.distance, max(NEAR, abs(least.distance)))
@@ -274,7 +273,7 @@ def _judged(quantity: Asked, verdict: Judged, uses: Sequence[Use]) -> Iterator[A
 
 
 def _units(plan: Plan) -> dict[str, str]:
-    """Of the coordinates of joints that have but one kind."""
+    """Units of joint coordinates, for joints with one kind of coordinate."""
     found = {}
     for joint in (j for machine in plan.machines for j in machine.system.joints):
         kind = JOINTS[joint.kind]
@@ -285,7 +284,7 @@ def _units(plan: Plan) -> dict[str, str]:
     return found
 
 
-def _told_apart(found: Iterator[AskedFigure]) -> list[AskedFigure]:
+def _numbered(found: Iterator[AskedFigure]) -> list[AskedFigure]:
     seen = Counter[str]()
     out = []
     for figure in found:

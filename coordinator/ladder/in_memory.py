@@ -25,8 +25,8 @@ from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.dense_output import Looks
-from heavylift.kernel.simulation.commands import OwnRows
+from heavylift.kernel.islands.dense_output import DenseRows
+from heavylift.kernel.simulation.commands import LiftRowsView
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
@@ -34,7 +34,7 @@ from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
 from heavylift.recordings.format.samples import Columns
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray
 
@@ -60,7 +60,7 @@ class Played:
     slackens: bool
     end_ns: int
     unfinished: str
-    looked: NDArray[np.float64]
+    dense: NDArray[np.float64]
     grants: int
     prepared_s: float
     start_s: float
@@ -70,7 +70,7 @@ class Played:
 
     @cached_property
     def digest(self) -> str:
-        """The line that equal runs share, recorded or not."""
+        """The digest, equal for equal runs whether recorded or not."""
         digest, columns = Digest(), Columns(self.layout)
         for e in self.events:
             digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
@@ -98,19 +98,19 @@ class Played:
 
     @cached_property
     def conduct(self) -> Conduct:
-        """What was said in it."""
-        said = Conduct(
+        """Stages, orders and incidents of the run."""
+        text = Conduct(
             notes=[(t * 1e-9, sentence) for t, sentence in self.notes],
             peaks={name: (p.tension, p.time) for name, p in self.peaks.items()},
             end=self.end_ns * 1e-9,
             unfinished=self.unfinished,
         )
         for event in self.events:
-            said.event(event)
-        return said
+            text.event(event)
+        return text
 
     @property
-    def verdict(self) -> Judged:
+    def verdict(self) -> RecordedVerdict:
         """The verdict."""
         return self.judged[0]
 
@@ -120,21 +120,21 @@ class Played:
         return self.judged[1]
 
     @cached_property
-    def judged(self) -> tuple[Judged, Sequence[Use]]:
+    def judged(self) -> tuple[RecordedVerdict, Sequence[Use]]:
         """The verdict, and the worst of each limit."""
         return self.judging()
 
     @cached_property
-    def judged_coarsely(self) -> tuple[Judged, Sequence[Use]]:
+    def judged_coarsely(self) -> tuple[RecordedVerdict, Sequence[Use]]:
         """The same of every second sample."""
         return self.judging(2)
 
-    def judging(self, every: int = 1, **options: int) -> tuple[Judged, Sequence[Use]]:
-        """The same of every so many-th sample, with options of `judged_with_uses`."""
-        from heavylift.coordinator.verdict.judging import judged_with_uses
+    def judging(self, every: int = 1, **options: int) -> tuple[RecordedVerdict, Sequence[Use]]:
+        """The same of every so many-th sample, with options of `verdict_with_uses`."""
+        from heavylift.coordinator.verdict.judging import verdict_with_uses
 
         past, known = self.past(every), self.mechanics
-        return judged_with_uses(self.plan, past, self.conduct, self.errors, mechanics=known, **options)
+        return verdict_with_uses(self.plan, past, self.conduct, self.errors, mechanics=known, **options)
 
     def past(self, every: int = 1) -> Collector:
         """What every so many-th sample has shown, as columns."""
@@ -146,13 +146,13 @@ class Played:
 
 
 class _Kernel(KernelNode):
-    """A kernel whose samples stay with it, and whose run is over at an instant of the clock."""
+    """A kernel whose samples stay in this process and whose run can be ended by the clock."""
 
     def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float) -> None:
         super().__init__(config, lambda batch: None)
-        self.looks = Looks(self.simulation, instants)
+        self.looks = DenseRows(self.simulation, instants)
         self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
-        self.told: list[tuple[int, str]] = []
+        self.message: list[tuple[int, str]] = []
         self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
         self._allowed, self._deadline = allowed, time.perf_counter() + allowed
 
@@ -163,9 +163,9 @@ class _Kernel(KernelNode):
 
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         self.kept += [(self.simulation.method, row) for row in rows]
-        self.told += [(t_ns, sentence) for _, t_ns, sentence in notes]
+        self.message += [(t_ns, sentence) for _, t_ns, sentence in notes]
 
-    def _batch_apart(self, lift: OwnRows, rows: list[tuple[int, np.ndarray]]) -> None:
+    def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
         shown = published(lift.method, np.array([row for _, row in rows]))
         self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
 
@@ -215,7 +215,7 @@ def play(
     slackens = any(e.what == "slack" and e.name.partition("~")[0] in hooks for _, e in kernel.simulation.log)
     return Played(
         plan, kernel.mechanics, msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout), times, rows,
-        events, rigs, kernel.of_lifts, kernel.told, slackens,
+        events, rigs, kernel.of_lifts, kernel.message, slackens,
         max(times[-1].item(), events[-1].t if events else 0), unfinished,
         kernel.looks.finish(), session.grants, prepared - began, started - start, wall, cpu, errors or {},
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Rungs of the ladder of a plan: what is modelled (a level), by which method, to which tolerance of a step.
+"""Candidates of the ladder of a plan: what is modelled (a level), by which method, to which tolerance of a step.
 
 A level that puts back all that the others leave out is the witness of each of them: two that leave out the same say
 nothing of it.  What a scene names itself stays in its own runs, and is put back in witnesses.
@@ -24,12 +24,12 @@ LADDER = (
 )
 TOLERANCES = {"radau5": (3, 8), "dop853": (6, 11)}  # exponents of the loosest and of the tightest decade
 OTHERS = (5, 10)
-DECADE = 2  # rungs of a level from one tolerance to a tenth of it
+DECADE = 2  # candidates of a level from one tolerance to a tenth of it
 FINEST = 1e-12  # tolerance of a step
 
 
 def levels(plan: Plan) -> list[Fidelity]:
-    """The levels of a plan, poorest first, each of which is another system."""
+    """The model levels of a plan, coarsest first, each with a different system."""
     found: dict[str, Fidelity] = {}
     for each in LADDER:
         fidelity = msgspec.structs.replace(planar(each, plan.machines), islands=plan.fidelity.islands)
@@ -38,7 +38,7 @@ def levels(plan: Plan) -> list[Fidelity]:
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """The plan on a level, its islands as they were; of several lifts those that name no fidelity of their own."""
+    """The plan at a level, with its islands unchanged; of several lifts those without a fidelity of their own."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
     lists = tuple(
         msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
@@ -47,8 +47,8 @@ def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
 
 
 def stiff(mechanics: System) -> bool:
-    """Whether something in it is soft: ropes, pads, springs, servos, laws of force, of which some are hard to follow in
-    explicit steps."""
+    """Whether a system has elastic parts (ropes, pads, springs, servos, force laws), which may be stiff for explicit
+    methods."""
     soft = (mechanics.laws, mechanics.rigid_ropes, mechanics.contacts, mechanics.drives)
     return any(soft) or any(body.flexible for body in mechanics.bodies)
 
@@ -61,13 +61,13 @@ def undamped(mechanics: System) -> bool:
 
 @dataclass(frozen=True)
 class ModelLevel:
-    """One way to run a plan."""
+    """A model level with steps: one way to run a plan."""
 
     plan: Plan
 
     @property
     def key(self) -> tuple[Fidelity, str, float, float | None]:
-        """What tells it from the other rungs of its plan."""
+        """What distinguishes it from the other candidates of its plan."""
         return self.plan.fidelity, self.plan.method, self.plan.tolerance, self.plan.step
 
     @property
@@ -87,7 +87,7 @@ class ModelLevel:
 
     @property
     def how(self) -> str:
-        """By which steps."""
+        """Its steps in words."""
         steps = (
             f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
         )
@@ -100,18 +100,18 @@ class ModelLevel:
 
     @property
     def tighter(self) -> ModelLevel:
-        """The same with steps a tenth as tolerant, or half as long."""
+        """The same level with a tenth of the tolerance, or half the step."""
         if self.plan.step is not None:
             return ModelLevel(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
         return ModelLevel(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
 
     def on(self, level: Fidelity) -> ModelLevel:
-        """The same steps on another level."""
+        """The same steps at another level."""
         return ModelLevel(at_level(self.plan, level))
 
     @property
     def settings(self) -> list[str]:
-        """What a scene says to be run so."""
+        """The settings of a scene that select it."""
         fields = (f for f in msgspec.structs.fields(Fidelity) if f.name != "where")
         values = ((f, getattr(self.plan.fidelity, f.name)) for f in fields)
         written = [f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if x != f.default]
@@ -122,7 +122,7 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """The rungs of a plan; `named`: keys of its fidelity and steps that stay as they are."""
+    """All candidates (levels and steps) of a plan; `named`: fidelity and steps fixed by the scene."""
 
     plan: Plan
     named: Sequence[str] = ()
@@ -134,7 +134,7 @@ class Ladder:
 
     @cached_property
     def levels(self) -> list[Fidelity]:
-        """The levels that may be chosen: with what is named."""
+        """The levels that agree with what the scene fixes."""
         keep = {key: getattr(self.plan.fidelity, key) for key in Fidelity.__struct_fields__ if key in self.named}
         parts = self.plan.machines
         own = [planar(msgspec.structs.replace(each, **keep), parts) for each in self.full] if keep else self.full
@@ -142,7 +142,7 @@ class Ladder:
 
     @cached_property
     def whole(self) -> list[Fidelity]:
-        """The levels that leave nothing out but that ropes have more than so many lumps, the finest last."""
+        """The levels that differ from the full model only by the number of lumps of ropes, finest last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
@@ -154,12 +154,12 @@ class Ladder:
 
     @property
     def poorer(self) -> Fidelity | None:
-        """What tells the error of the finest level: the one before it; None where there is but one."""
+        """The level before the finest, against which the error of the finest is measured; None if there is only one."""
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
     def own(self) -> str:
-        """The method of its rungs where none is named."""
+        """The method of its candidates where none is named."""
         mechanics = system(self.plan)
         return "radau5" if stiff(mechanics) and not undamped(mechanics) else "dop853"
 
@@ -168,16 +168,16 @@ class Ladder:
         """The method by which it is run."""
         return self.plan.method if {"method", "step"} & {*self.named} else self.own
 
-    def in_own_steps(self, rung: ModelLevel) -> ModelLevel:
-        """A rung, or one of its level by the ladder's method: what a level leaves out does not depend on steps, but
-        others may take long on a richer one."""
-        if (rung.plan.method, rung.plan.step) == (self.own, None):
-            return rung
+    def in_own_steps(self, candidate: ModelLevel) -> ModelLevel:
+        """A candidate, or one of its level by the ladder's method: what a level leaves out does not depend on steps,
+        but others may take long on a richer one."""
+        if (candidate.plan.method, candidate.plan.step) == (self.own, None):
+            return candidate
         tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)
-        return ModelLevel(msgspec.structs.replace(rung.plan, method=self.own, tolerance=tolerance, step=None))
+        return ModelLevel(msgspec.structs.replace(candidate.plan, method=self.own, tolerance=tolerance, step=None))
 
     def rungs(self, level: Fidelity) -> list[ModelLevel]:
-        """Those of a level, cheapest first: with fixed or named steps but one."""
+        """Candidates of a level, cheapest first; one if the scene fixes the steps."""
         loosest, tightest = TOLERANCES.get(self.method, OTHERS)
         tolerances = tuple(x * 10.0**-k for k in range(loosest, tightest + 1) for x in (1.0, 0.3))
         if {"tolerance", "step"} & {*self.named}:
@@ -189,5 +189,5 @@ class Ladder:
 
 
 def _written(value: object) -> str:
-    """A value of the fidelity as a scene file has it."""
+    """A value of the fidelity as written in a scene file."""
     return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 KINDS = (".html", ".pdf", ".xlsx", ".png", ".svg", ".csv", ".json")
-RUNGS = "Rungs, the fastest first"
+CANDIDATES = "Candidates, the fastest first"
 HELD = columns("rope", "w [rad/s] .3", "h [ms]", "damping measured [%] .3", "-w h/4 [%] .3")
 APART = columns("nodes in", "buys", "wall [s] .2", "kernel [s] .2", "CPU [s] .2", "grants .0",
                 "per grant beside the kernel [ms] .3", "recording [MB] .2")  # fmt: skip
@@ -31,7 +31,7 @@ FLOOR = 1e-9  # relative error that is drawn at least
 
 
 def checked(out: str | Path) -> Path:
-    """The path if a report can be written there."""
+    """The path, after checking that a report can be written there."""
     return output_path(out, "a trade-off", KINDS)
 
 
@@ -44,14 +44,14 @@ def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Pat
         case ".json":
             text: str | bytes = json.dumps(data(measured), indent=1) + "\n"
         case ".csv":
-            text = table_csv(next(table for table in tradeoff_sheet(measured).tables if table.title == RUNGS))
+            text = table_csv(next(table for table in tradeoff_sheet(measured).tables if table.title == CANDIDATES))
         case _:
             text = printed(tradeoff_sheet(measured), path)
     return written(text, path, "a trade-off", KINDS, force)
 
 
 def data(measured: MeasuredLadder) -> dict[str, Any]:
-    """All of it as plain data, SI units; what is infinite is null."""
+    """Plain data in SI units; infinite values become null."""
     found = msgspec.to_builtins(measured)
     found["distributed"] = [
         x | {"s_per_grant": y.per_grant} for x, y in zip(found["distributed"], measured.distributed, strict=True)
@@ -68,7 +68,8 @@ def _finite(x: object) -> object:
 
 
 def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
-    """What was measured: advice, figure, rungs, the fastest first, and those without a run."""
+    """The sheet of a trade-off: recommendation, figure, candidates with the fastest first, and those that could not
+    run."""
     asked = (f"error of {quantity} [%]" for quantity in measured.ask)
     heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
     rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]
@@ -76,7 +77,7 @@ def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
     parts: list[Part] = [
         Notes("The same run", command),
         Chart("Speed against the worst error", in_page(_drawn(measured, "none"))),
-        Table(RUNGS, heads, tuple(rows)),
+        Table(CANDIDATES, heads, tuple(rows)),
         *_communication(measured),
         Notes("What these numbers are worth", tuple(_worth(measured))),
     ]
@@ -85,39 +86,41 @@ def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
 
 
 def _row(measured: MeasuredLadder, row: Row) -> tuple[Cell, ...]:
-    """A rung; errors beyond what is asked are marked, and the one that is advised."""
+    """Cells of a candidate; errors above the accuracy are marked, and so is the recommended one."""
     advised = row is measured.pick
     level = Marked(row.level, "pick") if advised else row.level
     errors = [(row.errors.get(q), row.errors.get(q, 0.0) > measured.limit) for q in measured.ask]
-    told = (None if e is None else Marked(_short(100.0 * e)) if beyond else _short(100.0 * e) for e, beyond in errors)
-    return level, row.how, _short(row.run_s), _short(row.start_s), *told, row.reason
+    message = (
+        None if e is None else Marked(_short(100.0 * e)) if beyond else _short(100.0 * e) for e, beyond in errors
+    )
+    return level, row.how, _short(row.run_s), _short(row.start_s), *message, row.reason
 
 
 def _short(x: float) -> float:
-    """Two digits that count, as many as it is worth."""
+    """The value with two significant digits."""
     return float(f"{x:.2g}")
 
 
 def _worth(measured: MeasuredLadder) -> list[str]:
-    lines = [f"Errors are differences to the finest rung, {measured.reference}, relative to what is asked."]
+    lines = [f"Errors are differences to the finest model level, {measured.reference}, relative to what is asked."]
     for what, moved in measured.worth.items():
         lines.append(f"By {what}, that is itself open by {', '.join(f'{q} {percent(e)}' for q, e in moved.items())}.")
     lines.append("One run at a time on one core, in one process, without a recording; times are CPU time.")
     return [
         *lines,
-        f"{measured.spent:.3g} s of {measured.budget:.3g} s were used; {measured.left_out} rungs did not fit in.",
+        f"{measured.spent:.3g} s of {measured.budget:.3g} s were used; {measured.left_out} candidates did not fit in.",
     ]
 
 
 def _communication(measured: MeasuredLadder) -> list[Table]:
-    told = "Two solvers, one for each end of a rope, hold its force for h: it gains energy. Nodes never do so."
+    message = "Two solvers, one for each end of a rope, hold its force for h: it gains energy. Nodes never do so."
     held = tuple((x.pair, x.omega, x.h * 1e3, 100 * x.measured, 100 * x.law) for x in measured.held)
     apart = tuple(
         (x.where, x.buys, x.wall_s, x.kernel_s, x.cpu_s, x.grants, x.per_grant * 1e3, x.recorded_bytes / 1e6)
         for x in measured.distributed
     )
     return [
-        Table("Forces held between processes", HELD, held, (told,)),
+        Table("Forces held between processes", HELD, held, (message,)),
         Table("What is distributed, what that costs and buys", APART, apart),
     ]
 

@@ -47,7 +47,7 @@ class Start(Protocol):
 
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
-    """Starts runs, so many at once in processes of their own, which end with the context; 0: here, one by one."""
+    """Start runs, `at_once` in processes of their own that end with the context; 0: here, one after the other."""
     if at_once < 1:
         yield _here
         return
@@ -75,15 +75,16 @@ def _ran(task: tuple[bytes, bool]) -> Ran:
         demand(functions(plan), "the scene")
         if not task[1]:
             run = play(plan, LONGEST)
-            return Shown(_told(figures(run)), run.cpu_s)
+            return Shown(_at_the_end(figures(run)), run.cpu_s)
         measuring = Measuring(ASKABLE, lambda: LONGEST)
         look = as_it_is(plan, USUAL, measuring)
         spent = sum(x.cpu_s for x in measuring.spent.values())
-        return Shown(_told(measuring.figures(look.rung).values()), spent, look.steps, look.model, look.missing)
+        found = _at_the_end(measuring.figures(look.candidate).values())
+        return Shown(found, spent, look.steps, look.model, look.missing)
     except HeavyliftError as error:
         return " ".join(str(error).split())
 
 
-def _told(found: Iterable[AskedFigure]) -> list[AskedFigure]:
+def _at_the_end(found: Iterable[AskedFigure]) -> list[AskedFigure]:
     """Of places those at the end."""
     return [f for f in found if f.quantity != "position" or f.name.endswith("at the end")]

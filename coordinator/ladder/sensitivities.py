@@ -35,8 +35,8 @@ NOISE = 1e-4  # of a figure: what is less is that of the steps
 
 @dataclass(frozen=True)
 class Effect:
-    """By what an input moves a figure [SI]: signed, for two standard uncertainties more; `switches`: not in proportion,
-    so that it is the largest deviation of a few runs."""
+    """Change of a figure [SI] for plus two standard uncertainties of an input; `switches`: it is not proportional, and
+    this is the largest deviation of several runs."""
 
     input: str
     moves: float
@@ -45,9 +45,8 @@ class Effect:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Figures of the nominal run; by figure the effects of the inputs, largest first; inputs with their uncertainty, of
-    which some made no run (why, by name), and those that state none; what else is to be said; CPU time of the runs
-    [s]."""
+    """Nominal figures; effects of inputs by figure, largest first; inputs, failed inputs with the reason, inputs
+    without stated uncertainty; notes; CPU time [s]."""
 
     figures: list[AskedFigure]
     effects: dict[str, list[Effect]]
@@ -68,7 +67,7 @@ class Sensitivities:
         return "\n\n".join([*parts, *self.notes])
 
     def data(self) -> dict[str, object]:
-        """As plain data, SI units; bars and moves are half-widths at 95 %."""
+        """Plain data in SI units; half-widths at 95 %."""
         return {
             "figures": [
                 {"name": f.name, "quantity": f.quantity, "unit": f.unit, "value": f.value, "bar": self.bar(f.name),
@@ -102,7 +101,7 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs begun with an input so many standard uncertainties off, or why there is none."""
+    """Runs started with an input shifted by some standard uncertainties, or the reason why there are none."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -112,7 +111,7 @@ def sensitivities(
     scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None,
     say: Callable[[str], None] = LOG.info,
 ) -> Sensitivities:  # fmt: skip
-    """Find them, `at_once` runs in processes of their own (default: as many as there are cores; 0: none, in this one).
+    """Compute sensitivities with `at_once` runs in processes of their own (default: one per core; 0: in this process).
 
     `given`: uncertainties besides those that the scene states, such as `block.mass +- 3 %`.  Raises HeavyliftError.
     """
@@ -133,13 +132,13 @@ def sensitivities(
 
 
 def of_unstated(names: Sequence[str]) -> str:
-    """That inputs state no uncertainty, some of them by name."""
+    """Sentence that names inputs without stated uncertainty."""
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return f"no uncertainty is stated of, and so none counted: {', '.join(names[:SHOWN])}{more}"
 
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
-    """Begin runs with an input so many standard uncertainties off; none of one that is exact."""
+    """Start runs with a shifted input; none for an exact input."""
     runs: dict[float, Future[Ran] | str] = {}
     for step in steps if one.sd else ():
         try:
@@ -150,7 +149,7 @@ def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start
 
 
 def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[AskedFigure], start: Start) -> Sensitivities:
-    """What inputs do to the figures of the nominal run, once the runs begun with them have ended."""
+    """Effects of inputs on the nominal figures, after the started runs have ended."""
     seen = [_Seen(each) for each in begun]
     for one in [x for x in seen if not x.failed and any(x.switches(figure) for figure in nominal)]:
         one.more(moved(scene, one.input, (-one.end, one.end), start))
@@ -174,7 +173,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Take in further runs, once they have ended."""
+        """Add further runs after they have ended."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):
@@ -185,7 +184,7 @@ class _Seen:
                 self.values[step] = {figure.name: figure.value for figure in ended.figures}
 
     def switches(self, figure: AskedFigure) -> bool:
-        """Whether a figure does not follow the input in proportion."""
+        """Whether a figure does not respond proportionally to the input."""
         if not self.input.sd:
             return False
         down, up = (self.values[step].get(figure.name) for step in STEPS)
@@ -206,7 +205,7 @@ class _Seen:
 
 
 def _finer(scene: LoadedScene, found: Sensitivities) -> list[str]:
-    """What the scene asks more exactly than its inputs carry."""
+    """Accuracies that the scene requests beyond the uncertainty of its inputs."""
     wanted, notes = scene.facts.accuracy, []
     for quantity in scene.facts.own:
         parts = [(found.bar(f.name) / (abs(f.scale) or 1.0), f.name) for f in found.figures if f.quantity == quantity]

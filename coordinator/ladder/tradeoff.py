@@ -1,7 +1,7 @@
-"""The whole ladder of a scene as a table: what each rung costs, and what it is wrong by; one sentence of advice.
+"""The whole ladder of a scene as a table: what each candidate costs, and what it is wrong by; one sentence of advice.
 
-Errors are differences to the finest rung, whose own are told beside it: its steps by looser ones, its level by the
-poorer one before it.  One run at a time on one core, without a recording; times are CPU time.
+Errors are differences to the finest model level, whose own are reported beside it: its steps by looser ones, its level
+by the poorer one before it.  One run at a time on one core, without a recording; times are CPU time.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from .in_memory import CUT
 from .measuring import Errors, Measuring
 from .model_levels import DECADE, Ladder, ModelLevel
 
-REFERENCE = 3  # steps of the finest rung: so many times a tenth of the loosest
+REFERENCE = 3  # steps of the finest model level: so many times a tenth of the loosest
 
 
 @dataclass(frozen=True)
 class Row:
-    """One rung: largest relative error of each quantity, empty if it made no run, then `reason` says why; CPU seconds
-    to start and to run; what a user types to run the scene so."""
+    """One row: largest relative error of each quantity, or the `reason` why it could not run; CPU seconds for start and
+    run; the command that reproduces it."""
 
     level: str
     how: str
@@ -38,7 +38,7 @@ class Row:
 
     @property
     def worst(self) -> float:
-        """The largest error of what was asked; infinite without a run."""
+        """The largest error of the requested quantities; infinite without a run."""
         return max(self.errors.values(), default=inf)
 
     def __str__(self) -> str:
@@ -47,8 +47,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """A pair with forces held over `h` [s]: damping ratio as measured and by its law, and the h [s] that would let the
-    amplitude grow by 1 % over the run of the scene."""
+    """A pair coupled with forces held over `h` [s]: measured and theoretical damping ratio, and the h [s] for 1 %
+    growth over the run."""
 
     pair: str
     omega: float
@@ -60,8 +60,8 @@ class Held:
 
 @dataclass(frozen=True)
 class Distributed:
-    """A run of the product: where, and what that buys; simulated and wall seconds, of which the kernel's and those of
-    starting and leaving, and of processors; grants, each answered by one DONE; size of the recording; digest."""
+    """A distributed run: processes, simulated and wall seconds, shares of the kernel and of start and end, CPU seconds,
+    grants, recording size, digest."""
 
     where: str
     buys: str
@@ -76,14 +76,14 @@ class Distributed:
 
     @property
     def per_grant(self) -> float:
-        """Wall seconds between grants that are no work of the kernel: models, messages, waiting, recording."""
+        """Wall seconds per grant outside the kernel: models, messages, waiting, recording."""
         return max(0.0, self.wall_s - self.around_s - self.kernel_s) / self.grants
 
 
 @dataclass(frozen=True)
 class MeasuredLadder:
-    """All that is told of a scene: rows, cheapest first in each level; the reference and what it is worth; the advice;
-    how many rungs did not fit into the budget; what processes would cost."""
+    """Measured levels and steps of a scene: rows by level, cheapest first; reference and its error; recommendation;
+    rows that did not fit the budget; cost of processes."""
 
     scene: str
     ask: tuple[Asked, ...]
@@ -102,12 +102,12 @@ class MeasuredLadder:
 
 def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
-    say: Callable[[str], None] = lambda told: None,
+    say: Callable[[str], None] = lambda message: None,
 ) -> MeasuredLadder:  # fmt: skip
-    """Measure a scene within `budget` seconds; `ask`: quantities, by default the scene's own or the usual ones; `limit`
-    of their errors: by default the scene's accuracy if it asks, else 1 %.
+    """Measure a scene within `budget` seconds; `ask`: quantities (default: the scene's own or the usual ones); `limit`
+    of their errors (default: the scene's accuracy, else 1 %).
 
-    Raises SceneError for what cannot be asked of it, and for a budget that is too small for the finest rung.
+    Raises SceneError for what cannot be asked of it, and for a budget that is too small for the finest model level.
     """
     began = time.perf_counter()
     wanted = _asked(ask, scene.facts.ask)
@@ -126,21 +126,21 @@ def measure(
     except HeavyliftError as error:
         if CUT not in str(error):
             raise
-        told = f"--budget {budget:.3g} s: too small, the finest rung does not come to its end"
+        message = f"--budget {budget:.3g} s: too small, the finest model level does not come to its end"
         raise SceneError(
-            f"{told}; give it {ceil(4.0 * budget):g} s or more, or a scene that ends earlier (--set end=...)"
+            f"{message}; give it {ceil(4.0 * budget):g} s or more, or a scene that ends earlier (--set end=...)"
         ) from None
     quantity = {f.name: f.quantity for f in measuring.figures(true).values()}
     if missing := [q for q in wanted if q not in quantity.values() and ask]:
         able = [q for q in dict.fromkeys(quantity.values())]
         raise SceneError(f"--ask '{missing[0]}': the run shows none; ask {', '.join(able) or 'something else'}")
     if not quantity:
-        raise SceneError(f"{scene.path.name}: nothing in it moves that a rung could be judged by")
+        raise SceneError(f"{scene.path.name}: nothing in it moves that a candidate could be checked by")
     rows, out = list[Row](), 0
-    for rung in (
+    for candidate in (
         r for level in ladder.full for r in ladder.rungs(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
     ):
-        row = _row(scene, rung, true, quantity, measuring) if left() > 0.0 else None
+        row = _row(scene, candidate, true, quantity, measuring) if left() > 0.0 else None
         out += row is None
         rows += [row] if row else []
     worth = _worth(ladder, true, finest, quantity, measuring)
@@ -152,7 +152,7 @@ def measure(
 
 
 def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
-    """The quantities of a list such as "rope tension, swing"; SceneError for one that does not exist."""
+    """Quantities of a list such as "rope tension, swing"; raises SceneError for an unknown one."""
     wanted = [word.strip() for word in words.strip("[] ").split(",") if word.strip()]
     for word in wanted:
         if word not in ASKABLE:
@@ -161,17 +161,19 @@ def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
 
 
 def _row(
-    scene: LoadedScene, rung: ModelLevel, true: ModelLevel, quantity: dict[str, Asked], measuring: Measuring
+    scene: LoadedScene, candidate: ModelLevel, true: ModelLevel, quantity: dict[str, Asked], measuring: Measuring
 ) -> Row | None:
-    """The row of a rung; None if the budget ends before its run does."""
+    """The row of a candidate; None if the budget ends first."""
     try:
-        errors = _by(quantity, measuring.apart(rung, true))
+        errors = _by(quantity, measuring.apart(candidate, true))
     except HeavyliftError as error:
-        return None if CUT in str(error) else Row(rung.level, rung.how, {}, reason=" ".join(str(error).split()))
-    spent = measuring.spent[rung.key]
-    sets = [x for setting in (*scene.settings, *rung.settings) for x in ("--set", setting)]
+        return (
+            None if CUT in str(error) else Row(candidate.level, candidate.how, {}, reason=" ".join(str(error).split()))
+        )
+    spent = measuring.spent[candidate.key]
+    sets = [x for setting in (*scene.settings, *candidate.settings) for x in ("--set", setting)]
     command = shlex.join(["heavylift", "run", scene.typed, *sets])
-    return Row(rung.level, rung.how, errors, spent.start_s, spent.cpu_s, command)
+    return Row(candidate.level, candidate.how, errors, spent.start_s, spent.cpu_s, command)
 
 
 def _by(quantity: dict[str, Asked], errors: Errors) -> dict[Asked, float]:
@@ -188,19 +190,25 @@ def _worth(
     """What the reference itself changed by, where these runs were made."""
     looser = finest[max(0, min(REFERENCE, len(finest) - 1) - 1)]
     others = {"its steps": looser} | ({"its level": true.on(ladder.poorer)} if ladder.poorer else {})
-    known = {what: rung for what, rung in others.items() if rung.key in measuring.spent and rung.key != true.key}
-    return {what: _by(quantity, measuring.apart(true, rung)) for what, rung in known.items()}
+    known = {
+        what: candidate
+        for what, candidate in others.items()
+        if candidate.key in measuring.spent and candidate.key != true.key
+    }
+    return {what: _by(quantity, measuring.apart(true, candidate)) for what, candidate in known.items()}
 
 
 def _advice(rows: Sequence[Row], limit: float) -> tuple[Row | None, str]:
-    """The cheapest row that keeps the limit, in a sentence, and the next cheaper one that does not."""
+    """The cheapest row within the limit as a sentence, and the next cheaper one outside it."""
     passing = sorted((r for r in rows if r.worst <= limit), key=lambda r: r.run_s)
     if not passing:
         best = min(rows, key=lambda r: r.worst, default=None)
         near = f"; the nearest is {best}: {percent(best.worst)}" if best and best.worst < inf else ""
-        return None, f"None of {len(rows)} rungs keeps {percent(limit)}{near}."
+        return None, f"None of {len(rows)} candidates keeps {percent(limit)}{near}."
     pick = passing[0]
-    told = f"Use {pick}: {pick.run_s:.2g} s of the kernel, worst error {percent(pick.worst)} (limit {percent(limit)})"
+    message = (
+        f"Use {pick}: {pick.run_s:.2g} s of the kernel, worst error {percent(pick.worst)} (limit {percent(limit)})"
+    )
     cheaper = [r for r in rows if r.run_s < pick.run_s and limit < r.worst < inf]
     after = max(cheaper, key=lambda r: r.run_s, default=None)
-    return pick, told + (f"; {after}, {after.run_s:.2g} s, fails by {percent(after.worst)}." if after else ".")
+    return pick, message + (f"; {after}, {after.run_s:.2g} s, fails by {percent(after.worst)}." if after else ".")

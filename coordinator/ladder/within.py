@@ -32,18 +32,18 @@ SPARE = 0.93  # of the time, for what nobody foresees
 
 @dataclass(frozen=True)
 class Within:
-    """A scene with the settings that fit, and what is to be told before it runs."""
+    """A scene with the settings that fit the time, and the message that announces them."""
 
     scene: LoadedScene
-    told: str
+    message: str
 
 
 def within(
     name: str | Path, settings: Sequence[str], ask: Sequence[str], seconds: str = "", factor: float | None = None,
     rate: float | None = None,
 ) -> Within:  # fmt: skip
-    """The scene at the best accuracy for a time from the start of this process to its end, or for `factor` simulated
-    seconds in each of them; `ask`: what is meant where it asks nothing.  Raises SceneError for too short a time."""
+    """The scene at the best accuracy for `seconds` from the start of this process to its end, or for `factor` simulated
+    seconds per second; `ask`: quantities if the scene requests none. Raises SceneError if the time is too short."""
     option = f"--within '{seconds}'" if seconds else f"--real-time {factor:g}"
     if (seconds and factor is not None) or rate is not None:
         raise SceneError(f"{option}: give one of --within, --real-time and --rate")
@@ -75,7 +75,7 @@ def within(
 
 
 def _best(scene: LoadedScene, allowed: float) -> tuple[Answer | None, float]:
-    """The finest answer whose run fits, and what the coarsest needs [s]."""
+    """The finest answer whose run fits, and the time of the coarsest [s]."""
     ladder, ask, takes, needed = Ladder(scene.plan, scene.facts.named), scene.facts.ask, 0.0, 2.0 * allowed
     found: Answer | None = None
     measuring = Measuring(ask, lambda: SPARE * allowed - AROUND - takes - elapsed() if found else inf)
@@ -103,7 +103,7 @@ def lasts(scene: LoadedScene) -> float:
 
 
 def elapsed() -> float:
-    """Seconds since this process was started, whatever it was before it became this program."""
+    """Seconds since this process was started, including the time before Python."""
     try:
         stat = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
         return time.clock_gettime(time.CLOCK_BOOTTIME) - int(stat[19]) / os.sysconf("SC_CLK_TCK")

@@ -17,12 +17,25 @@ from heavylift.kernel.on_demand import face
 
 from .announce import AnnouncedRun, Notice, Order, find, order, running
 from .command_queue import TimedCommand, operator_commands
-from .observers import Audience, Ended, Observer, observe, shown
+from .observers import Ended, EventPublisher, Observer, observe, shown
 from .pace import Pace, RealTime
 
 __all__ = [
-    "AnnouncedRun", "Audience", "Ended", "Notice", "Observer", "Order", "Pace", "RealTime", "TimedCommand", "find",
-    "observe", "operator_commands", "order", "running", "shown",
+    "AnnouncedRun",
+    "Ended",
+    "EventPublisher",
+    "Notice",
+    "Observer",
+    "Order",
+    "Pace",
+    "RealTime",
+    "TimedCommand",
+    "find",
+    "observe",
+    "operator_commands",
+    "order",
+    "running",
+    "shown",
 ]  # fmt: skip
 
 face(__name__)

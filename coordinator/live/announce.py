@@ -44,14 +44,14 @@ class Notice(msgspec.Struct, frozen=True):
 
 
 class AnnouncedRun(NamedTuple):
-    """A run in progress, and its private directory."""
+    """A run in progress and its private directory."""
 
     notice: Notice
     directory: Path
 
     @property
     def lives(self) -> bool:
-        """Whether its coordinator is still there."""
+        """Whether its coordinator still runs."""
         return _locked(self.directory / NAME)
 
 
@@ -73,18 +73,18 @@ def announced(
 
 
 def running() -> list[AnnouncedRun]:
-    """All runs of this user in progress, the oldest first."""
+    """All runs in progress of this user, oldest first."""
     return sorted(_running(), key=lambda found: (found.notice.started, found.notice.run))
 
 
 def find(which: str = "") -> AnnouncedRun:
-    """The run that `which` names: its recording, its run id (or its beginning), its scene; "" = the only one."""
+    """Find a run by recording, run id or its beginning, or scene; "" for the only one."""
     runs = running()
     if not which:
         if len(runs) == 1:
             return runs[0]
-        told = "several runs go on, name one of them by its recording or run id" if runs else "no run goes on"
-        raise ProtocolError(f"{told}{_list(runs) if runs else '; start one with `heavylift run`'}")
+        message = "several runs go on, name one of them by its recording or run id" if runs else "no run goes on"
+        raise ProtocolError(f"{message}{_list(runs) if runs else '; start one with `heavylift run`'}")
     file = Path(which).absolute()
     by_file = [found for found in runs if _same(found.notice.recording, file)]
     by_name = [found for found in runs if found.notice.run.startswith(which) or found.notice.scene == which]
@@ -94,7 +94,7 @@ def find(which: str = "") -> AnnouncedRun:
     if named:
         raise ProtocolError(f"{which}: several runs go by this name, name one by its recording or run id{_list(named)}")
     if file.is_file():
-        raise ProtocolError(f"{which}: no run is writing it any more; `heavylift info {which}` tells what it holds")
+        raise ProtocolError(f"{which}: no run is writing it any more; `heavylift info {which}` lists its contents")
     raise ProtocolError(f"{which}: no run goes by this name; {'these go on' if runs else 'none goes on'}{_list(runs)}")
 
 
@@ -136,9 +136,10 @@ STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
 class Order(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Pause, continue, stop; step `by_ns` [ns] or (None) to the next event; give a command; go `factor` times as fast.
+    """Pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set the rate to
+    `factor`.
 
-    `wait`: while the run is paused a command waits for its answer; otherwise it is told when it will take effect.
+    `wait`: while the run is paused a command waits for its answer; otherwise it is reported when it will take effect.
     """
 
     do: Literal["pause", "continue", "stop", "step", "command", "rate"]
@@ -149,7 +150,7 @@ class Order(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """One sentence; whether it was done, and when [ns of the simulation]; whether no other reply follows."""
+    """One sentence; whether the order was carried out, and when [ns]; whether it is the last reply."""
 
     done: bool
     said: str
@@ -168,12 +169,12 @@ def order(run: str | Path | AnnouncedRun, what: Order) -> str:
 def ask(
     run: str | Path | AnnouncedRun, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
 ) -> Reply:
-    """Send an order to a run in progress; returns its last reply, `hear` gets the text of one before.
+    """Send an order to a run in progress and return its last reply; `hear` receives earlier ones.
 
     Raises ProtocolError if there is no last reply within `patience` [s], which a step does not need.
     """
     found = run if isinstance(run, AnnouncedRun) else find(str(run))
-    timeout, said = STEP_s if what.do == "step" else patience, ""
+    timeout, text = STEP_s if what.do == "step" else patience, ""
     with guest_session(found.directory, OPERATOR) as session:
         control = key(found.notice.run, "control")
         each = zenoh.ConsolidationMode.NONE  # not the latest reply alone
@@ -190,11 +191,11 @@ def ask(
                 ) from None
             if answer.last:
                 return answer
-            said = answer.said
+            text = answer.said
             if hear is not None:
-                hear(said)
-    if said:
-        raise ProtocolError(f"{what.text}: no answer within {timeout:g} s: {said}")
-    told = f"run {found.notice.run} has not answered within {timeout:g} s; it ended, or it hangs"
+                hear(text)
+    if text:
+        raise ProtocolError(f"{what.text}: no answer within {timeout:g} s: {text}")
+    message = f"run {found.notice.run} has not answered within {timeout:g} s; it ended, or it hangs"
     late = ", or has not come so far: `heavylift watch` shows whether the commander answers" if what.text else ""
-    raise ProtocolError(told + late)
+    raise ProtocolError(message + late)

@@ -4,7 +4,7 @@ Orders arrive in a thread of the bus or of the terminal and wait; the conversati
 A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is journaled beside
 the recording, on the disk before anything can come of it, and enters the run as an event of the source "operator", in
 the total order and on record.  Its reply waits for what the model answers; one who does not wait for a paused run
-is told when it will take effect.
+is reported when it will take effect.
 
 The commands that an operator gave to a run: as events, in its journal, in its recording.
 
@@ -35,7 +35,7 @@ from .pace import Tempo
 
 
 class TimedCommand(NamedTuple):
-    """A command and when it was given: the canonical bytes of an OperatorCommand."""
+    """A command and its time: the canonical bytes of an OperatorCommand."""
 
     tag: Tag
     payload: bytes
@@ -47,7 +47,7 @@ def command(given: TimedCommand) -> Event:
 
 
 def journal_of(recording: Path) -> Path:
-    """Where the commands of a run are journaled until its recording is whole."""
+    """Path of the journal of commands while the recording is incomplete."""
     return recording.with_name(recording.name + COMMANDS)
 
 
@@ -61,15 +61,15 @@ def journaled(recording: Path) -> set[TimedCommand]:
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
-    """The commands of a recorded run, in order; of one that was cut off those in its journal, too."""
+    """Commands of a recorded run in order, including those in the journal of a run that was cut off."""
     path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
         try:
-            said = msgspec.convert(event.value, OperatorCommand)
+            text = msgspec.convert(event.value, OperatorCommand)
         except UNREADABLE as error:
             raise RecordingError(f"{path}: what was ordered at {event.t_ns} ns is no command ({error})") from None
-        found.add(TimedCommand(Tag(event.t_ns, event.microstep), encode(said)))
+        found.add(TimedCommand(Tag(event.t_ns, event.microstep), encode(text)))
     return sorted(found)
 
 
@@ -78,13 +78,13 @@ STOP = "stop"  # in place of the words of a command: the end of the run
 
 
 class Asked(NamedTuple):
-    """An encoded Order and who hears the replies."""
+    """An encoded Order and the receiver of its replies."""
 
     order: bytes
     reply: Callable[[Reply], None]
 
 
-class Desk(AbstractContextManager["Desk"]):
+class CommandQueue(AbstractContextManager["CommandQueue"]):
     """A context manager: at its end nobody is left without an answer, and a journal that is not needed goes."""
 
     def __init__(
@@ -94,8 +94,7 @@ class Desk(AbstractContextManager["Desk"]):
         read: Callable[[str], OperatorCommand] | None = None,
         why: Callable[[OperatorAnswer], str] = lambda answer: answer.refused,
     ) -> None:
-        """`recording`: where it is written, once it is.  `read` makes a command of an operator's words or raises a
-        HeavyliftError; None: nobody takes commands.
+        """`recording`: its future path; `read` parses an operator's words (None: commands are refused).
 
         `why` says for people why a command is refused.
         """
@@ -108,7 +107,7 @@ class Desk(AbstractContextManager["Desk"]):
         self._closed = False
 
     def repeat(self, commands: Iterable[TimedCommand], core: OpenCoordinator) -> None:
-        """Order what was ordered in another run."""
+        """Repeat the commands of another run."""
         for given in commands:
             self._order(given, core)
 
@@ -117,36 +116,36 @@ class Desk(AbstractContextManager["Desk"]):
         hub.serve("control", self._arrived)
 
     def attend(self, core: OpenCoordinator) -> None:
-        """Do what has been ordered since the last time; tell those who wait for the end of a step."""
+        """Carry out new commands, and answer clients that wait for the end of a step."""
         if self._steps and self._tempo.held and self._tempo.limit is not None:
             self._stepped(f"paused at {_seconds(self._tempo.limit)}")
         while self._asked:
             asked = self._asked.popleft()
             try:
-                said = self._obey(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
+                text = self._execute(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
             except HeavyliftError as error:
                 asked.reply(Reply(False, str(error)))
             except UNREADABLE as error:
                 asked.reply(Reply(False, f"this is no order that a run takes: {printable(str(error), SHOWN)}"))
             else:
-                if said is not None:
-                    asked.reply(said)
+                if text is not None:
+                    asked.reply(text)
 
     def event(self, event: Event) -> None:
-        """Pass the model's answer to a command on to who gave it."""
+        """Return the model's answer to the client that gave the command."""
         if event.type == OperatorAnswer.__name__:
             answer = event.value
             assert isinstance(answer, OperatorAnswer)
             asked = self._unanswered.pop(answer.t_ns, None)
             if asked is not None:
                 at = _seconds(Tag(answer.t_ns))
-                said = f"at {at} refused: command: {self._why(answer)}" if answer.refused else f"began at {at}"
-                asked.reply(Reply(not answer.refused, f"{answer.text}: {said}", answer.t_ns))
+                text = f"at {at} refused: command: {self._why(answer)}" if answer.refused else f"began at {at}"
+                asked.reply(Reply(not answer.refused, f"{answer.text}: {text}", answer.t_ns))
 
-    def _stepped(self, said: str) -> None:
+    def _stepped(self, text: str) -> None:
         at = None if self._tempo.limit is None else self._tempo.limit.t
         for asked in self._steps:
-            asked.reply(Reply(True, said, at))
+            asked.reply(Reply(True, text, at))
         self._steps.clear()
 
     def ask(self, asked: Asked) -> None:
@@ -157,7 +156,7 @@ class Desk(AbstractContextManager["Desk"]):
             self.close()
 
     def close(self) -> None:
-        """The run is over: nobody waits in vain, as long as the bus still carries an answer."""
+        """End of the run: answer all waiting clients while the bus is open."""
         self._closed = True
         self._asked.extend([*self._steps, *self._unanswered.values()])
         self._steps.clear()
@@ -167,15 +166,15 @@ class Desk(AbstractContextManager["Desk"]):
                 self._asked.popleft().reply(Reply(False, "the run has ended"))
 
     def _arrived(self, query: zenoh.Query) -> None:
-        def reply(said: Reply) -> None:
-            query.reply(query.key_expr, msgspec.msgpack.encode(said))
-            if said.last:
+        def reply(text: Reply) -> None:
+            query.reply(query.key_expr, msgspec.msgpack.encode(text))
+            if text.last:
                 query.drop()  # type: ignore[no-untyped-call]
 
         self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
 
-    def _obey(self, order: Order, core: OpenCoordinator, asked: Asked) -> Reply | None:
-        """The answer to an order; None if it comes later."""
+    def _execute(self, order: Order, core: OpenCoordinator, asked: Asked) -> Reply | None:
+        """Carry out an order; None if its answer comes later."""
         tempo = self._tempo
         match order.do:
             case "pause":
@@ -206,33 +205,33 @@ class Desk(AbstractContextManager["Desk"]):
                 return Reply(True, f"{tempo.pace.change(order.factor):g} x real time")
 
     def _paused(self, t: int) -> bool:
-        """Whether the run does not come to this time [ns] before it goes on."""
+        """Whether the run is paused before this time [ns]."""
         return self._tempo.limit is not None and Tag(t) >= self._tempo.limit
 
     def _hold(self, t: int, asked: Asked) -> None:
-        """Tell who waits for the answer to a command that it comes later, if it does."""
+        """Tell a waiting client that its answer comes later."""
         if self._paused(t):
             at = _seconds(Tag(t))
-            said = f"the run is paused at {at}; the command takes effect there when it goes on"
-            asked.reply(Reply(False, said, t, last=False))
+            text = f"the run is paused at {at}; the command takes effect there when it goes on"
+            asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
-        """Let a command take effect as soon as may be; returns when [ns]."""
+        """Schedule a command as early as possible; returns its time [ns]."""
         if self._read is None:
             raise HeavyliftError(
                 f"{words}: no model of this run takes commands; pause, step and continue it, or Ctrl-C"
             )
-        said = OperatorCommand(STOP) if words == STOP else self._read(words)
+        text = OperatorCommand(STOP) if words == STOP else self._read(words)
         t = core.safe_ns
         while t in self._taken:
             t += 1
         if Tag(t) >= core.end:
-            raise HeavyliftError(f"{said.text}: too late, everything before the end of the run is decided already")
-        self._order(TimedCommand(Tag(t), canonical(said)), core)
+            raise HeavyliftError(f"{text.text}: too late, everything before the end of the run is decided already")
+        self._order(TimedCommand(Tag(t), canonical(text)), core)
         return t
 
     def _order(self, given: TimedCommand, core: OpenCoordinator) -> None:
-        """It is on the disk before anything can come of it."""
+        """Write a command to disk before it takes effect."""
         if self._journal is None:
             self._journal = Journal(journal_of(self._recording()), exclusive=True)
         self._journal.append(msgspec.msgpack.encode(given), sync=True)

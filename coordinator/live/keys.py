@@ -19,7 +19,7 @@ from typing import Self
 import msgspec
 
 from .announce import Order
-from .command_queue import Asked, Desk
+from .command_queue import Asked, CommandQueue
 
 
 class Keyboard:
@@ -48,7 +48,7 @@ class Keyboard:
             self.there = False
 
     def wait(self, seconds: float | None) -> str:
-        """The next key within so many seconds (None: whenever it comes), "" if there was none."""
+        """The next key within `seconds` (None: without limit); "" if none was pressed."""
         if not self.there:
             time.sleep(seconds or 0.0)
             return ""
@@ -61,15 +61,15 @@ class Keyboard:
         return key
 
 
-LOOK_s = 0.2  # how often the thread looks whether the run is over
+POLL_s = 0.2  # how often the thread looks whether the run is over
 FASTER = 2.0  # factor of a press on + or -
 
 
 class Keys:
-    """A context manager; `say` hears what the run answers."""
+    """Keyboard control of a run, as a context manager; `say` receives the answers."""
 
-    def __init__(self, desk: Desk, keyboard: Keyboard, say: Callable[[str], None]) -> None:
-        self._desk, self._keyboard, self._say = desk, keyboard, say
+    def __init__(self, queue: CommandQueue, keyboard: Keyboard, say: Callable[[str], None]) -> None:
+        self._queue, self._keyboard, self._report = queue, keyboard, say
         self._paused, self._over = False, Flag()
         self._thread = Thread(target=self._listen, name="keys", daemon=True)
 
@@ -85,8 +85,8 @@ class Keys:
 
     def _listen(self) -> None:
         while self._keyboard.there and not self._over.is_set():
-            if order := self._order(self._keyboard.wait(LOOK_s)):
-                self._desk.ask(Asked(msgspec.msgpack.encode(order), lambda reply: self._say(reply.said)))
+            if order := self._order(self._keyboard.wait(POLL_s)):
+                self._queue.ask(Asked(msgspec.msgpack.encode(order), lambda reply: self._report(reply.said)))
 
     def _order(self, key: str) -> Order | None:
         match key:

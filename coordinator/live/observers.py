@@ -9,8 +9,9 @@ As a line for people: 9.032650 s  take up slack  west.report  RopeState west.H1:
 """
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,10 @@ from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped
 from heavylift.coordinator.supervision.journal import Journal, JournalReader
 from heavylift.coordinator.transport.exchange import LocalHub
 from heavylift.coordinator.transport.hub import Hub
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event, Message
+from heavylift.nodes.models.parts import messages
 
 from .announce import AnnouncedRun, Notice, announced, find
 
@@ -28,7 +31,7 @@ EVENTS = "events.journal"
 
 
 class Ended(msgspec.Struct, frozen=True):
-    """How a run ended: "finished", or "failed" with the reason; simulation time [s]."""
+    """End of a run: "finished", or "failed" with the reason; simulation time [s]."""
 
     status: str
     sim_s: float
@@ -41,11 +44,11 @@ ARRAY = 0x90  # the first half-byte of a short array in MessagePack
 
 
 def entry(data: bytes) -> Event | Ended:
-    """What an entry of the journal says; an event is an array, the end a map."""
+    """Decode an entry of the journal: an array is an event, a map the end."""
     return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
 
 
-class Audience(AbstractContextManager["Audience"]):
+class EventPublisher(AbstractContextManager["EventPublisher"]):
     """Shows the events of one run as long as it is open, as a context manager; `last_ns` is where the run has come."""
 
     def __init__(self, hub: Hub) -> None:
@@ -79,17 +82,17 @@ def shown(
     name: str,
     recording: Path | None,
     turning: Iterable[str] = (),
-) -> Iterator[Audience | None]:
-    """The audience of the run `name`; `turning`: the actuators whose coordinate is an angle."""
+) -> Iterator[EventPublisher | None]:
+    """Publish the events of run `name`; `turning`: actuators whose coordinate is an angle."""
     if isinstance(hub, LocalHub):
         yield None
         return
     units = {kind.__name__: kind.units for kind in _kinds(Message) if kind.units}
     with (
-        Audience(hub) as audience,
+        EventPublisher(hub) as publisher,
         announced(hub.directory.path, hub.run, name, recording, units, tuple(turning)),
     ):
-        yield audience
+        yield publisher
 
 
 def _kinds(type_: type[Message]) -> Iterator[type[Message]]:
@@ -99,7 +102,7 @@ def _kinds(type_: type[Message]) -> Iterator[type[Message]]:
 
 
 class OnTheBus:
-    """Puts messages on the keys sample/<topic> of a run, once there is a hub."""
+    """Publishes messages on the keys sample/<topic> of a run."""
 
     def __init__(self) -> None:
         self._hub: Hub | None = None
@@ -118,7 +121,7 @@ class OnTheBus:
             self._hub.heard_data(topic[1:])
 
     def listens(self) -> bool:
-        """Whether anybody subscribes to one of them."""
+        """Whether a client subscribes to one of them."""
         hub = self._hub
         return hub is not None and any([hub.heard_data(topic[1:]) for topic in self._schemas])
 
@@ -132,7 +135,7 @@ LOOK_s = 0.02  # how often an observer looks for more
 
 
 class Observer(Iterator[tuple[int, Event]]):
-    """Iterates over (number, event); afterwards `ended` says how the run ended."""
+    """Iterates over (number, event); at its end `ended` holds how the run ended."""
 
     def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
@@ -148,30 +151,57 @@ class Observer(Iterator[tuple[int, Event]]):
         with closing(self._journal) as journal:
             while alive:
                 alive = self.found.lives
-                for said in map(entry, journal):
-                    if isinstance(said, Ended):
-                        self.ended = said
+                for text in map(entry, journal):
+                    if isinstance(text, Ended):
+                        self.ended = text
                         return
-                    self.ended = Ended("failed", said.t * 1e-9, self.ended.reason)
-                    yield number, said
+                    self.ended = Ended("failed", text.t * 1e-9, self.ended.reason)
+                    yield number, text
                     number += 1
                 time.sleep(LOOK_s)
 
 
 def observe(run: str | Path | AnnouncedRun = "") -> Observer:
-    """All events of a run in progress, as (number, event) from 0 upwards; `run` as for `find`."""
+    """Observe all events of a run in progress as (number, event), from 0; `run` as of `find`."""
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
 
 
+LISTED: dict[str, Callable[[dict[str, Any]], str]] = {  # events that planners follow, in their words
+    "Stage": lambda x: f"stage {x['name']} begins" if x["name"] else "",
+    "RopeState": lambda x: f"{x['actor']} {x['state']}",
+    "Hooked": lambda x: f"{x['actor']} hooked to {x['lug']}",
+    "Unhooked": lambda x: f"{x['actor']} unhooked",
+    "Overload": lambda x: (
+        f"load of {x['actor']} {'above' if x['over'] else 'back below'} its rated "
+        f"{x['rated'] / 1e3:.1f} kN: {x['tension'] / 1e3:.1f} kN"
+    ),
+    "Tripped": lambda x: f"interlock {x['actor']} {'tripped' if x['over'] else 'reset'}{', bypassed' * x['bypassed']}",
+    "Limit": lambda x: f"{x['actor']} stopped: {x['limit']}",
+    "Lifted": lambda x: f"{x['actor']} lifted off",
+    "Touched": lambda x: f"{x['actor']} touches {x['support']}",
+    "Landed": lambda x: f"{x['actor']} landed on its {x['face']} face",
+    "Attitude": lambda x: (
+        f"{x['actor']} turned to {turn} deg" if (turn := round(degrees(x["angle"]))) % 30 == 0 else ""
+    ),
+    "BrakeState": lambda x: f"{x['actor']} {'engaged' if x['engaged'] else 'released'}",
+    "Begun": lambda x: f"lift {x['actor']} begins",
+    "Ended": lambda x: f"lift {x['actor']} done",
+    "OperatorCommand": lambda x: f"operator: {x['text']}",
+    "OperatorAnswer": lambda x: x["refused"] or x["text"],
+    "Skipped": lambda x: f"{x['actor']}: its condition held already, not moved",
+    "Finished": lambda _: "action list done",
+}
+
+
 class Lines:
-    """Writes the events of one run; it must see all of them to know the stage."""
+    """Writes the events of one run as text; needs all of them to know the stage."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles
         self._stage = ""
 
     def of(self, event: Event) -> tuple[str, Any]:
-        """The stage in which an event falls, and its message as plain data."""
+        """Stage of an event, and its message as plain data."""
         value = msgspec.msgpack.decode(event.payload)
         if event.type == "Stage":
             self._stage = value["name"] or self._stage
@@ -185,19 +215,30 @@ class Lines:
         line = f"{at:>18}  {stage:<24}  {who:<24}  {event.type}{self._words(event.type, value)}"
         return printable(line, keep=SPACES)
 
+    def report(self, event: Event) -> str:
+        """The line of an event for planners; "" for orders, thresholds and the like.  Messages of a user's models are
+        shown as they are."""
+        stage, value = self.of(event)
+        if event.type not in LISTED:
+            return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)
+        message = LISTED[event.type](value)
+        return printable(f"{clock(event.t * 1e-9, 1):>12}  {stage:<24}  {message}", keep=SPACES) if message else ""
+
     def _words(self, type_: str, value: dict[str, Any]) -> str:
         actor = value.get("actor", value.get("actuator"))
         units = self._units.get(type_, {})
-        told = {name: x for name, x in value.items() if x is not actor and x is not None}
-        if isinstance(what := told.pop("what", None), dict):  # an order: its kind and what it says
-            told = {"to": what["type"]} | told | {name: x for name, x in what.items() if name != "type" and x != actor}
-        said = ", ".join(f"{name} {_number(x)}{self._unit(units.get(name, ''), actor)}" for name, x in told.items())
-        return "".join([f" {actor}" if actor else "", f": {said}" if said else ""])
+        message = {name: x for name, x in value.items() if x is not actor and x is not None}
+        if isinstance(what := message.pop("what", None), dict):  # an order: its kind and what it says
+            message = (
+                {"to": what["type"]} | message | {name: x for name, x in what.items() if name != "type" and x != actor}
+            )
+        text = ", ".join(f"{name} {_number(x)}{self._unit(units.get(name, ''), actor)}" for name, x in message.items())
+        return "".join([f" {actor}" if actor else "", f": {text}" if text else ""])
 
     def _unit(self, unit: str, actor: str | None) -> str:
-        """Of a coordinate that may be a length or an angle the one that its actuator has."""
-        told = unit.split(" or ")[-1 if actor in self._angles else 0]
-        return f" {told}" if told else ""
+        """Unit of a coordinate that is a length or an angle, by its actuator."""
+        message = unit.split(" or ")[-1 if actor in self._angles else 0]
+        return f" {message}" if message else ""
 
 
 def _number(x: object) -> str:

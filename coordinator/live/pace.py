@@ -2,7 +2,7 @@
 
 A pace sets the horizon of the coordinator's decisions and so delays grants, nothing else: no node knows of it, and the
 digest of a run is the same at any rate.  By the clock, what stands at a tag is granted when the clock has reached it
-and never before; when the machine is too slow it is granted late, in order, and the lateness is told.
+and never before; when the machine is too slow it is granted late, in order, and the lateness is reported.
 
 When a run may go on: its pace, and the pauses and steps of an operator.
 
@@ -25,7 +25,7 @@ REST_s = 1e-6  # shortest rest: less may be lost in rounding the clock
 
 
 class Lateness(NamedTuple):
-    """Of what was granted by the clock: how often, latest and mean [s], and which share was more than 10 ms late."""
+    """Lateness of grants in real time: their number, largest and mean lateness [s], share later than 10 ms."""
 
     rounds: int
     max: float
@@ -39,17 +39,18 @@ class Lateness(NamedTuple):
 
 
 class Pace:
-    """As fast as it goes; decisions lie at most `ahead` [ns] before what comes first, so that they can be joined."""
+    """Runs as fast as possible; decisions are at most `ahead` [ns] before the next event, so that they can be
+    merged."""
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead
 
     def horizon(self, first: Tag) -> Tag:
-        """Nothing at or after it is decided yet; `first`: the earliest thing to do."""
+        """Tag up to which decisions may be made; `first`: the earliest pending one."""
         return after(first, self.ahead) if first < FOREVER else FOREVER
 
     def wait(self, first: Tag) -> float:
-        """How long [s] it is until the horizon passes `first`."""
+        """Time [s] until the horizon passes `first`."""
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:
@@ -57,21 +58,21 @@ class Pace:
         alarm.wait(seconds)
 
     def granted(self, first: Tag) -> None:
-        """What stands at `first` is granted now."""
+        """Record that the grant for `first` was sent."""
 
     def hold(self) -> None:
         """The run is paused."""
 
     def go_on(self, at: Tag) -> None:
-        """The run continues from here, if it was paused."""
+        """Continue from this tag after a pause."""
 
     def change(self, factor: float) -> float:
-        """Go so many times as fast from now on; returns the new rate."""
+        """Change the rate; returns the new one."""
         raise ProtocolError("the run goes as fast as it can; start it with --rate to change its rate")
 
     @property
     def lateness(self) -> Lateness | None:
-        """None where there is no clock to keep up with."""
+        """None: there is no clock to compare with."""
         return None
 
 
@@ -87,7 +88,7 @@ class RealTime(Pace):
         self._rounds, self._late, self._sum, self._max = 0, 0, 0.0, 0.0
 
     def horizon(self, first: Tag) -> Tag:
-        """The present time; what stands before it is due."""
+        """The present time; earlier tags are due."""
         if self._since is None:
             self.go_on(Tag(0))
         return Tag(self._now())
@@ -99,7 +100,7 @@ class RealTime(Pace):
         return max(REST_s, -self._lateness(first)) if self._since is None or first.t >= self._now() else 0.0
 
     def granted(self, first: Tag) -> None:
-        """Note how late it is."""
+        """Record the lateness of this grant."""
         late = max(0.0, self._lateness(first))
         self._rounds, self._sum, self._max = self._rounds + 1, self._sum + late, max(self._max, late)
         self._late += late > LATE_s
@@ -109,11 +110,11 @@ class RealTime(Pace):
         self._since = None
 
     def go_on(self, at: Tag) -> None:
-        """The clock begins anew here, if it stood still."""
+        """Restart the clock after a pause."""
         self._since = self._since or (self._clock(), at.t)
 
     def change(self, factor: float) -> float:
-        """The clock continues from its present time."""
+        """Change the rate from the present time on."""
         rate = self.rate * factor
         if not (0.0 < rate < math.inf):
             raise ProtocolError(f"a rate is positive and finite, not {rate:g}")
@@ -124,7 +125,7 @@ class RealTime(Pace):
 
     @property
     def lateness(self) -> Lateness | None:
-        """Over all that was granted so far."""
+        """Lateness of all grants so far."""
         n = max(1, self._rounds)
         return Lateness(self._rounds, self._max, self._sum / n, self._late / n)
 
@@ -134,7 +135,7 @@ class RealTime(Pace):
         return t + math.floor((self._clock() - began) * self.rate * 1e9)
 
     def _lateness(self, tag: Tag) -> float:
-        """How long ago [s of the clock] a tag was due: when its nanosecond was over."""
+        """Time [s of the clock] since a tag was due, at the end of its nanosecond."""
         if self._since is None:
             return -math.inf
         began, t = self._since
@@ -146,7 +147,7 @@ GRAIN_ns = 2  # of steps to the next event: a step of the mechanics is announced
 
 
 class Tempo:
-    """Asked by the conversation before each round, and how long to rest when there is nothing to do yet."""
+    """Pacing of the conversation: what may be decided, and how long to wait when nothing is due."""
 
     def __init__(self, pace: Pace | None = None) -> None:
         self.pace = pace or Pace()
@@ -159,7 +160,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Nothing at or after it may be decided now."""
+        """Tag up to which decisions may be made."""
         self.held = False
         if self._free:
             return FOREVER
@@ -179,7 +180,7 @@ class Tempo:
         self.pace.granted(self._first)
 
     def rest(self, core: OpenCoordinator) -> float:
-        """Let time pass until something can be granted, if no node works; how long to wait for a node [s]."""
+        """Wait until something can be granted, if no node works; returns how long to wait for a node [s]."""
         if self._free:
             return math.inf
         first = core.first
@@ -205,7 +206,7 @@ class Tempo:
         return self.limit
 
     def step(self, core: OpenCoordinator, by_ns: int | None) -> None:
-        """Go on for so long and pause again; None: until an event has left."""
+        """Run for `by_ns` and pause again; None: until an event was sent."""
         here = self.limit if self.limit is not None else Tag(core.safe_ns)
         self._to_event = by_ns is None
         self.limit = here if by_ns is None else after(here, by_ns)

@@ -13,18 +13,18 @@ from rich.segment import Segment
 
 
 class Terminal(Console):
-    """Standard output or standard error; texts are no markup, and what they hold of control characters is shown."""
+    """Standard output or standard error; text is not markup, and control characters are made visible."""
 
     def __init__(self, err: bool = False) -> None:
         stream = sys.stderr if err else sys.stdout
         super().__init__(file=getattr(stream, "drawn", stream), markup=False, emoji=False, highlight=False)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """As Rich's, which passes control characters on."""
+        """Render as Rich does, without its control characters."""
         for text, style, control in super().render(renderable, options):
             yield Segment(text if control else displayed(text), style, control)
 
 
 def changing_line(terminal: Terminal, hz: float) -> Live:
-    """A line that is drawn anew so many times a second, and gone in the end."""
+    """A line redrawn `hz` times a second and removed at the end."""
     return Live(console=terminal, refresh_per_second=hz, transient=True, redirect_stdout=False, redirect_stderr=False)

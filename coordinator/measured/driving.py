@@ -71,8 +71,8 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
         if not isinstance(order, Move) or (drive := actors.get(order.actuator)) is None:
             raise SceneError(f"--drive '{text}': {form['target']} is no drive or winch that this scene models")
         sign = 1.0 if order.speed > 0.0 else -1.0
-        way = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(knots))])
-        _within(log, column, rows, drive, t, drive.initial + sign * np.interp(t, knots, way))
+        distance = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(knots))])
+        _within(log, column, rows, drive, t, drive.initial + sign * np.interp(t, knots, distance))
         times = tuple(np.round(knots * 1e9).astype(np.int64).tolist())
         source = f"{log.path.name}:{column}"
         out.append(Driven(actuator=order.actuator, source=source, accel=order.accel, times=times,
@@ -81,7 +81,7 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
 
 
 def _spline(t: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """Knots and speeds of a line of two parabolas per interval through places x, which begins and ends at rest."""
+    """Knots and speeds of the spline with two parabolas per interval through positions x, at rest at both ends."""
     h, slope = np.diff(t), np.diff(x) / np.diff(t)
     v = np.concatenate([[0.0], (slope[:-1] * h[1:] + slope[1:] * h[:-1]) / (h[:-1] + h[1:]), [0.0]])
     knots, speeds = np.empty(2 * len(t) - 1), np.empty(2 * len(t) - 1)
@@ -91,9 +91,9 @@ def _spline(t: Floats, x: Floats) -> tuple[Floats, Floats]:
 
 
 def _within(log: LogTable, column: str, rows: list[int], drive: DriveActor, t: Floats, x: Floats) -> None:
-    """Raises RecordingError for the first row at which a drive would be beyond an end position."""
+    """Raise RecordingError for the first row that moves a drive beyond its end position."""
     lower, upper = (end if end is not None else s * np.inf for end, s in zip(drive.ends, (-1.0, 1.0), strict=True))
     for i in np.flatnonzero((x < lower - BEYOND) | (x > upper + BEYOND)).tolist():
-        way = f"leads {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
+        distance = f"leads {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
         end = f"beyond its end at {lower if x[i] < lower else upper:.6g}"
-        raise log.error(rows[i], column, f"{way}, {end}; let the scene begin elsewhere, or cut the log there")
+        raise log.error(rows[i], column, f"{distance}, {end}; let the scene begin elsewhere, or cut the log there")

@@ -1,10 +1,10 @@
 """Inputs of a scene that a log tells: weighted least squares of model and log, and which of them it does not tell.
 
 The unknowns are scaled, x = p / scale; the log's offset is one of them unless it was given.  Weights are the channels'
-scatter.  A direction of x is not told by the log where two standard uncertainties along it, from the singular values of
-the weighted Jacobian, are more than the scale: inputs in it are named and not fitted.  Uncertainty of what is left: the
-scatter of the residuals, widened where they hang together; and what all rows of a sensor have in common, for its stated
-uncertainty is taken as that of its calibration, which no number of rows averages out.
+scatter.  A direction of x is not reported by the log where two standard uncertainties along it, from the singular
+values of the weighted Jacobian, are more than the scale: inputs in it are named and not fitted.  Uncertainty of what
+is left: the scatter of the residuals, widened where they hang together; and what all rows of a sensor have in common,
+for its stated uncertainty is taken as that of its calibration, which no number of rows averages out.
 
 Runs with other inputs of a recorded scene, and estimates of them written back into it, its comments kept.
 """
@@ -54,7 +54,7 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Values and standard uncertainties of the inputs that the log tells, by number; why not, of others; the offset."""
+    """Values and standard uncertainties of identifiable inputs, by number; reasons for the others; clock offset."""
 
     values: dict[int, float]
     sigma: dict[int, float]
@@ -63,12 +63,12 @@ class InputEstimates:
 
 
 def estimate(
-    simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], told: Identifiable, at: Alignment
+    simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], message: Identifiable, at: Alignment
 ) -> InputEstimates:
-    """Fit what the log tells of the inputs, for whose values (m,) `simulate` gives the channels' curves."""
+    """Fit the inputs that the log determines; `simulate` returns the channels for input values (m,)."""
     m, known = len(inputs), dict[bytes, Sequence[Curve]]()
     unknowns = [(p.value, p.scale, *p.bounds, STEP) for p in inputs]
-    unknowns += [(0.0, float(np.median(np.diff(told.t))), -np.inf, np.inf, OFFSET_STEP)] * at.estimated
+    unknowns += [(0.0, float(np.median(np.diff(message.t))), -np.inf, np.inf, OFFSET_STEP)] * at.estimated
     start, scale, lower, upper, step = (np.array(column) for column in zip(*unknowns, strict=True))
     free, unknown = list(range(len(start))), dict[int, str]()
     noisy = np.zeros(len(start), bool)
@@ -78,8 +78,8 @@ def estimate(
         p[free] = x * scale[free]
         if (key := p[:m].tobytes()) not in known:
             known[key] = simulate(p[:m])
-        t = told.t + at.offset + (p[m] if at.estimated else 0.0)
-        parts = zip(known[key], told.values, told.scatter, strict=True)
+        t = message.t + at.offset + (p[m] if at.estimated else 0.0)
+        parts = zip(known[key], message.values, message.scatter, strict=True)
         return np.concatenate([(np.interp(t, T, S) - D) / s for (T, S), D, s in parts])
 
     def jacobian(x: Floats) -> Floats:
@@ -98,16 +98,16 @@ def estimate(
     while any(i < m for i in free):
         names = [inputs[i].name for i in free if i < m]
         x, ends = start[free] / scale[free], (lower[free] / scale[free], upper[free] / scale[free])
-        lost = _untold(jacobian(x), noisy[free], names)
+        lost = _not_identifiable(jacobian(x), noisy[free], names)
         if not lost:
             found = least_squares(residuals, x, jacobian, ends, max_nfev=EVALUATIONS, xtol=ENOUGH, ftol=ENOUGH)
-            lost = _untold(found.jac, noisy[free], names)
+            lost = _not_identifiable(found.jac, noisy[free], names)
             if found.status == 0:
                 lost = dict.fromkeys(
                     range(len(names)), f"the fit has not settled after {EVALUATIONS} steps; begin nearer"
                 )
         if not lost:
-            sigma = np.sqrt(np.diag(_covariance(found.jac, found.fun, told)))
+            sigma = np.sqrt(np.diag(_covariance(found.jac, found.fun, message)))
             vague = [k for k in range(len(names)) if 2.0 * sigma[k] > 1.0 or found.active_mask[k]]
             lost = {k: f"the log leaves it uncertain by {200.0 * sigma[k]:.0f} % of its scale" for k in vague}
         if not lost:
@@ -123,8 +123,8 @@ def estimate(
     return InputEstimates({}, {}, unknown, at)
 
 
-def _untold(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[int, str]:
-    """Which of the first columns, the inputs, lie in a direction that the residuals do not tell, and why."""
+def _not_identifiable(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[int, str]:
+    """Inputs in a direction that the residuals do not determine, and why."""
     lost, m = dict[int, str](), len(names)
     for k in range(m):
         if (norm := float(np.linalg.norm(J[:, k]))) < 2.0:
@@ -140,7 +140,7 @@ def _untold(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[i
         involved = [k for k in range(m) if abs(direction[k]) > SHARE * np.abs(direction).max()]
         for k in involved:
             others = ", ".join(names[i] for i in involved if i != k) or "the log's offset"
-            lost.setdefault(k, f"the log cannot tell it from {others} (correlation {alike[k]:.4f})")
+            lost.setdefault(k, f"the log cannot distinguish it from {others} (correlation {alike[k]:.4f})")
     return lost
 
 
@@ -148,11 +148,11 @@ def _large(a: Floats, b: Floats) -> bool:
     return bool(np.linalg.norm(a) > NOISE * np.linalg.norm(b))
 
 
-def _covariance(J: Floats, r: Floats, told: Identifiable) -> Floats:
-    """(m, m) of x: scatter of each channel with its correlation time, and what its rows have in common."""
-    A, n = np.linalg.inv(J.T @ J), len(told.values)
+def _covariance(J: Floats, r: Floats, message: Identifiable) -> Floats:
+    """Covariance (m, m) of x: scatter of each channel with its correlation time, and errors that its rows share."""
+    A, n = np.linalg.inv(J.T @ J), len(message.values)
     middle, spare = np.zeros_like(A), len(r) / max(1, len(r) - J.shape[1])
-    for Jk, rk, common, s in zip(np.split(J, n), np.split(r, n), told.systematic, told.scatter, strict=True):
+    for Jk, rk, common, s in zip(np.split(J, n), np.split(r, n), message.systematic, message.scatter, strict=True):
         middle += correlation_time(rk) * spare * float(np.mean(rk * rk)) * (Jk.T @ Jk)
         shift = Jk.T @ (common / s)
         middle += np.outer(shift, shift)
@@ -167,7 +167,7 @@ Simulate = Callable[[Floats], list[Curve]]
 def simulator(
     begun: Beginning, inputs: Sequence[Input], channels: list[LogChannel], rows_hz: float, say: Callable[[str], None]
 ) -> Simulate:
-    """Curves of the channels for values of the inputs; HeavyliftError names the values that make no run."""
+    """Function that simulates the channels for input values; raises HeavyliftError for values that cannot run."""
     hz = begun.scene.plan.samples_hz
     rate = min(max(SAMPLES[0], rows_hz, hz), max(SAMPLES[1], hz))
 
@@ -222,7 +222,7 @@ def scene_text(
 
 
 def _laid(data: Any, wanted: Any) -> Any:
-    """The data as wanted; what is so already stays the object that it is, with its comments and style."""
+    """The data as wanted; unchanged objects are kept, with comments and style."""
     if isinstance(data, dict) and isinstance(wanted, dict):
         for key in [key for key in data if key not in wanted]:
             del data[key]

@@ -17,8 +17,8 @@ from heavylift.kernel.errors import RecordingError, SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content
 from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
-from heavylift.nodes.scene.text.spelling import tidy
-from heavylift.nodes.scene.text.uncertainty import PLUS, half_width
+from heavylift.nodes.scene.text.spelling import PLUS, tidy
+from heavylift.nodes.scene.text.uncertainty import half_width
 from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, offered
 from heavylift.recordings import Recording
 from heavylift.recordings.format.samples import ERROR, MEASURED
@@ -34,9 +34,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogChannel:
-    """A measured channel: (signal, column) of the recording, values (n,) at the log's times in its unit, and standard
-    uncertainties (n,) of the sensor; `model`: whether the run has it too; `stated`: whether the map says how uncertain
-    it is."""
+    """A measured channel: (signal, column) of the recording, values (n,) in its unit, sensor's standard uncertainties
+    (n,); `model`: the run has it too; `stated`: the map states its uncertainty."""
 
     signal: str
     column: str
@@ -48,13 +47,13 @@ class LogChannel:
 
     @property
     def name(self) -> str:
-        """As users write it."""
+        """The name as users write it."""
         return f"{self.signal}/{self.column}"
 
 
 @dataclass(frozen=True)
 class LogSignals:
-    """A log as a map reads it: times (n,) [s], channels, and the map's lines."""
+    """A log read by a map: times (n,) [s], channels, and the lines of the map."""
 
     log: LogTable
     t: Floats
@@ -63,7 +62,7 @@ class LogSignals:
 
     @property
     def compared(self) -> list[LogChannel]:
-        """The channels that the run has, too."""
+        """The channels that the run has too."""
         return [channel for channel in self.channels if channel.model]
 
 
@@ -105,16 +104,16 @@ def _source(given: str) -> Source:
     try:
         source = read(content(Path(given)).decode(), given)
     except (OSError, ValueError) as error:
-        told = getattr(error, "strerror", "") or "it is not UTF-8 text"
+        message = getattr(error, "strerror", "") or "it is not UTF-8 text"
         where = "give a YAML file, or 'COLUMN=CHANNEL [UNIT]'"
-        raise RecordingError(f"{given}: no map can be read there ({told}); {where}") from None
+        raise RecordingError(f"{given}: no map can be read there ({message}); {where}") from None
     if not source.data and not source.keys:
         raise RecordingError(f'{given}: is no map; write lines such as "cell_H1: {EXAMPLE[1:-1]}"')
     return source
 
 
 def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gravity: float) -> LogChannel:
-    """One channel; ValueError for what is wrong in its line, RecordingError for what is in the log."""
+    """Read one channel; raises ValueError for its line, RecordingError for the log."""
     name, unit = line["channel"], tidy(line["unit"] or log.unit(column))
     if not unit:
         raise log.error(1, column, f"the unit is missing; write it in the head or in the map, such as {EXAMPLE}")
@@ -142,13 +141,13 @@ def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gr
 
 
 def _units(si: str, gravity: float) -> dict[str, Fraction]:
-    """Units, with their factors, in which a channel of this SI unit, or of these, can be written."""
+    """Units and factors for a channel with this SI unit."""
     fitting = [d for part in si.split(" or ") for d in DIMENSIONS if d.units.get(part) == 1]
     weights = {unit: factor * Fraction(gravity) for unit, factor in MASS.units.items()} if si == "N" else {}
     return {unit: factor for d in fitting for unit, factor in d.units.items() if unit} | weights
 
 
 def _stated(half: str, values: Floats, units: Mapping[str, Fraction]) -> Floats:
-    """Standard uncertainties (n,) of values (n,) from a half-width at 95 %, such as `3 %`; ValueError if it is none."""
+    """Standard uncertainties (n,) from a half-width at 95 % such as `3 %`; raises ValueError if it is none."""
     part, width = half_width(half, units)
     return 0.5 * (part * np.abs(values) + width)

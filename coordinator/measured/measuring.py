@@ -43,8 +43,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MeasurementResult:
-    """What was found; `estimates`: value and half-width at 95 % as text, by name; `not_identified`: why, by name; how
-    many rows of the log lie outside of the run; the recording and the scene that were written."""
+    """Results of a comparison; `estimates`: value and half-width at 95 % by name; `not_identified`: reasons by name;
+    rows of the log outside the run; written recording and scene."""
 
     at: Alignment
     comparisons: list[ChannelComparison]
@@ -55,7 +55,7 @@ class MeasurementResult:
     scene: Path | None = None
 
     @property
-    def told(self) -> list[str]:
+    def message(self) -> list[str]:
         """For people."""
         lines = [str(self.at), *map(str, self.comparisons)]
         lines += [f"{name}: {value} +- {half}" for name, (value, half) in self.estimates.items()]
@@ -63,9 +63,9 @@ class MeasurementResult:
         return lines + ([f"rows of the log outside of the run: {self.outside}"] if self.outside else [])
 
     def data(self) -> dict[str, object]:
-        """As plain data, SI units, standard uncertainties."""
+        """Plain data in SI units, standard uncertainties."""
         files = {"recording": str(self.recording), "scene": str(self.scene) if self.scene else None}
-        return {**asdict(self), **files, "told": self.told}
+        return {**asdict(self), **files, "told": self.message}
 
 
 def measure(
@@ -101,7 +101,7 @@ def measure(
     rate = 1.0 / float(np.median(np.diff(found.t)))
     if begun and fitted:
         rows = overlapping(own[0], found.t, at.offset, ROOM / rate)
-        fit = estimate(simulator(begun, fitted, found.compared, rate, say), fitted, _told(rec, found, rows), at)
+        fit = estimate(simulator(begun, fitted, found.compared, rate, say), fitted, _reported(rec, found, rows), at)
     if begun and known:
         start, sigma = np.array([p.value for p in known]), np.array([p.sd for p in known])
         u_input = spread(simulator(begun, known, found.compared, rate, say), start, sigma, own)
@@ -121,14 +121,14 @@ def measure(
 
 
 def _uncertain(rec: Recording) -> bool:
-    """Whether the recorded scene states how uncertain inputs are."""
+    """Whether the recorded scene states uncertain inputs."""
     files = rec.attachments
     text = files.get(MERGED) or next((text for name, text in files.items() if name != RESOLVED), b"")
     return RESOLVED in files and bool(uncertainties(read(text.decode(errors="replace"), rec.path.name)))
 
 
 def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float | None) -> Alignment:
-    """The given offset or the one that the channels tell; RecordingError if no rows lie in the run."""
+    """The given or estimated clock offset; raises RecordingError if no rows lie in the run."""
     T = model[0][0]
     if len(T) < 2:
         raise RecordingError(f"{rec.path}: has no samples to compare with; let the run last longer")
@@ -142,7 +142,7 @@ def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float |
     return at
 
 
-def _told(rec: Recording, log: LogSignals, rows: NDArray[np.bool_]) -> Identifiable:
+def _reported(rec: Recording, log: LogSignals, rows: NDArray[np.bool_]) -> Identifiable:
     """What estimates are made of."""
     common = [np.hypot(c.sigma[rows], accuracy(rec) / LEVEL * np.abs(c.values).max()) for c in log.compared]
     return Identifiable(
@@ -151,6 +151,6 @@ def _told(rec: Recording, log: LogSignals, rows: NDArray[np.bool_]) -> Identifia
 
 
 def _scatter(channel: LogChannel) -> float:
-    """That of white noise with the channel's median step from row to row."""
+    """Standard deviation of white noise with the channel's median step between rows."""
     steps = np.abs(np.diff(channel.values))
     return float(np.hypot(1.05 * np.median(steps), QUIET * np.ptp(channel.values))) or 1.0

@@ -1,9 +1,9 @@
 """How far a run is off the measurement: E = S - D of each channel, and the uncertainty u_val of that difference.
 
 ASME V&V 20-2009: u_val^2 = u_num^2 + u_input^2 + u_D^2, standard uncertainties.  Where |E| is well above u_val, E is
-the error of the model; where it is within, model and measurement cannot be told apart.  u_num: what the run's tolerance
-promises of its tensions, or its certificate tells, and straight lines between its samples; u_input: of runs with inputs
-one standard uncertainty more and less; u_D: what the map states of the sensor, and the log's time.
+the error of the model; where it is within, model and measurement cannot be distinguished.  u_num: what the run's
+tolerance promises of its tensions, or its certificate tells, and straight lines between its samples; u_input: of runs
+with inputs one standard uncertainty more and less; u_D: what the map states of the sensor, and the log's time.
 
 Where in a run the log of a real lift begins: t of the run = t of the log + offset.
 
@@ -31,7 +31,7 @@ from .mapping import LogChannel, LogSignals
 COARSE = 150  # steps of the shorter one in the coarse search
 SHORTEST = 0.25  # of the shorter one: less overlap is not looked at
 WINDOW = 0.05  # of the shorter one: as far the best offset may be from that of the coarse search
-DOUBTED = 0.95  # correlation up to which the offset is told with a warning
+DOUBTED = 0.95  # correlation up to which the offset is reported with a warning
 ALIKE = 0.5  # least mean correlation of what is taken to be the same lift
 Floats = NDArray[np.float64]
 Curve = tuple[Floats, Floats]  # times (n,) [s] and values (n,)
@@ -39,7 +39,7 @@ Curve = tuple[Floats, Floats]  # times (n,) [s] and values (n,)
 
 @dataclass(frozen=True)
 class Alignment:
-    """Offset [s], its standard uncertainty [s], mean correlation, and whether it was estimated."""
+    """Clock offset [s], its standard uncertainty [s], mean correlation, and whether it was estimated."""
 
     offset: float
     sigma: float = 0.0
@@ -55,7 +55,8 @@ class Alignment:
 
 
 def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alignment:
-    """The offset of a log: channels of the run beside those measured at t; RecordingError if nothing tells it."""
+    """Estimate the clock offset of a log from channels of the run and measured ones; raises RecordingError if they do
+    not determine it."""
     T = model[0][0]
     span = min(T[-1] - T[0], t[-1] - t[0])
     step, reach, window = span / COARSE, SHORTEST * span, WINDOW * span
@@ -93,7 +94,7 @@ def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alig
 
 
 def overlapping(curve: Curve, t: Floats, offset: float, margin: float = 0.0) -> NDArray[np.bool_]:
-    """Which rows of a log lie within the run."""
+    """Rows of a log within the run."""
     at: NDArray[np.bool_] = (t + offset >= curve[0][0] + margin) & (t + offset <= curve[0][-1] - margin)
     return at
 
@@ -135,7 +136,7 @@ def _correlation(s: Floats, d: Floats) -> float:
 
 
 def _off_line(s: Floats, d: Floats) -> Floats:
-    """What no line a + b s with b >= 0 explains of d, in its own scatter."""
+    """Residual of d from the best line a + b s with b >= 0, relative to the scatter of d."""
     s, d = s - s.mean(), d - d.mean()
     b = max(0.0, float(s @ d)) / (float(s @ s) or 1.0)
     off: Floats = (d - b * s) / (float(np.std(d)) or 1.0)
@@ -147,8 +148,8 @@ LEVEL = 2.0  # standard uncertainties of a level of 95 %
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """A channel over the overlap: mean, RMS and largest E and when [s]; u_val and its parts, root mean squares of
-    standard uncertainties; share of the rows with |E| <= 2 u_val; `lacks`: what nobody has stated."""
+    """Comparison of one channel: mean, RMS and largest error E and its time [s]; validation uncertainty u_val and its
+    parts; share of rows with |E| <= 2 u_val; `lacks`: uncertainties not stated."""
 
     channel: str
     unit: str
@@ -185,7 +186,7 @@ def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
 def compared(
     rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
 ) -> tuple[list[ChannelComparison], list[Floats]]:
-    """Comparison of each channel that the run has too, and its E (n,) at the rows that overlap.
+    """Compare each channel that the run has too; returns also its errors E (n,) at the overlapping rows.
 
     `u_input`: by channel, at the samples of the run; none where no input's uncertainty is stated.
     """
@@ -211,7 +212,7 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Measured signals, and E of those that the run has too, at times of the run."""
+    """Measured signals, and errors E of the compared ones, at times of the run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
     for kind, channel, values in [*parts, *((ERROR, c, e) for c, e in zip(log.compared, errors, strict=True))]:
@@ -223,8 +224,7 @@ def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[n
 
 
 def accuracy(rec: Recording) -> float:
-    """Accuracy of tensions: by the certificate of the run, else what its tolerance serves; nothing is known of fixed
-    steps."""
+    """Relative accuracy of tensions by the certificate of the run, else by its tolerance; unknown for fixed steps."""
     bars = [bar for bar in rec.fact("certified", {}).get("bars", []) if bar["quantity"] == "rope tension"]
     if bars and all(bar["numerical"] is not None for bar in bars):
         return float(max(bar["numerical"] / abs(bar["value"]) for bar in bars))

@@ -7,8 +7,8 @@ child becomes a node.
 What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
 
 A declaration holds, of each child of a node, its ports and a fingerprint of each attribute of each model in it, before
-`start`; of the root, its children and couplings, told by the first of them.  What cannot be told by bytes, such as a
-lambda, stands for its class.
+`start`; of the root, its children and couplings, told by the first of them.  What cannot be reported by bytes, such as
+a lambda, stands for its class.
 """
 
 import inspect
@@ -31,8 +31,7 @@ _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
-    """The model of a reference; ModelError says what is wrong with it, or that code which data of `by` names is not
-    trusted."""
+    """Build the model of a reference; raises ModelError if that fails or if untrusted code is named by data of `by`."""
     where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")
@@ -63,7 +62,7 @@ def built(reference: str, by: str = "") -> Coupled:
 
 
 def seeded(reference: str, seed: int) -> str:
-    """The reference with this `seed`; ModelError if its function takes none, or has one already."""
+    """The reference with this `seed`; raises ModelError if its function takes none or has one."""
     where, name, arguments, named = read(reference)
     function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
@@ -81,7 +80,7 @@ def module(reference: str) -> str:
 
 
 def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
-    """The model, which has children of these names for a node, where data of `by` names it."""
+    """Build the model and check that it has these children; `by`: the data that name it."""
     model = built(reference, by)
     for name in names:
         if name not in model.children:
@@ -93,7 +92,7 @@ def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
 
 
 def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
-    """The (child, port) named by "child.port" whose first message ends a run; ModelError if there is none."""
+    """The (child, port) of "child.port" whose first message ends a run; raises ModelError if there is none."""
     if not stop:
         return None
     known = {
@@ -110,8 +109,8 @@ def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
 
 
 def couplings(model: Coupled, finish: tuple[str, str] | None = None) -> list[Coupling]:
-    """The couplings between children; what leads to a port of the model itself leaves the run.  Every node hears of the
-    port `finish`, which ends it."""
+    """Couplings between children; those to ports of the model itself are dropped. The port `finish` is coupled to every
+    node."""
     between = [
         Coupling(source.owner.name, source.name, target.owner.name, target.name)
         for source, target in model.couplings
@@ -125,7 +124,7 @@ _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decode
 
 
 def declarations(root: Coupled, nodes: Iterable[Sequence[str]]) -> Iterator[bytes]:
-    """Of the children of each node, of a root that has just been built."""
+    """Declarations of the children of each node of a newly built root."""
     freezer, first = Freezer(tree(root)), min(root.children)
     for names in nodes:
         yield msgspec.msgpack.encode({name: _declared(root, name, freezer, name == first) for name in names})
@@ -144,7 +143,7 @@ def _declared(root: Coupled, name: str, freezer: Freezer, first: bool) -> _Decla
 
 
 def difference(here: bytes, there: bytes) -> tuple[str, str]:
-    """The first child that differs and what does; ("", "") if none is found."""
+    """The first child that differs and its difference; ("", "") if none does."""
     try:
         all_here, all_there = _DECODER.decode(here), _DECODER.decode(there)
     except UNREADABLE:
@@ -162,7 +161,7 @@ def difference(here: bytes, there: bytes) -> tuple[str, str]:
 
 
 def _structure(model: Model) -> Sequence[object]:
-    """Ports, children and couplings, in an order of their own."""
+    """Ports, children and couplings in a fixed order."""
     ports = [(p.name, type(p).__name__, p.type.__name__, getattr(p, "lookahead", 0)) for p in model.ports.values()]
     if not isinstance(model, Coupled):
         return sorted(ports)
@@ -171,11 +170,11 @@ def _structure(model: Model) -> Sequence[object]:
 
 def _fingerprint(freezer: Freezer, x: object) -> bytes:
     if isinstance(x, Port) and x.owner.ports.get(x.name) is x:
-        told: object = repr(x)
+        message: object = repr(x)
     else:
         bits = getattr(x, "bit_generator", None)  # of a random generator of NumPy's
         try:
-            told = freezer.fold(x if bits is None else bits.state)
+            message = freezer.fold(x if bits is None else bits.state)
         except Exception:  # whatever a class of a user's raises when it is looked at
-            told = type(x).__qualname__
-    return blake2b(msgspec.msgpack.encode(told), digest_size=8).digest()
+            message = type(x).__qualname__
+    return blake2b(msgspec.msgpack.encode(message), digest_size=8).digest()

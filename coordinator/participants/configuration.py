@@ -20,30 +20,30 @@ OPERATOR, COMMAND = "operator", "command"  # source and port of the events that 
 
 
 class Wiring(NamedTuple):
-    """Couplings between nodes, those from outside, and the port (model, port) whose event ends the run."""
+    """Couplings between nodes, couplings from outside, and the port (model, port) whose event ends the run."""
 
     couplings: list[Coupling]
     outside: list[Coupling]
     finish: tuple[str, str] | None
-    told: tuple[tuple[str, str], ...] = ()
+    message: tuple[tuple[str, str], ...] = ()
     """Ports (model, port) on which nobody hears what is said but who watches the run, and at once."""
 
     @property
     def all(self) -> list[Coupling]:
-        """Whatever a node hears of others or others of it."""
-        told = (*self.told, *([self.finish] if self.finish else []))
-        return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in told)]
+        """All couplings, including those from outside."""
+        message = (*self.message, *([self.finish] if self.finish else []))
+        return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in message)]
 
 
 def wiring(plan: Plan) -> Wiring:
-    """How the models of a plan are wired."""
+    """How the models of a plan are coupled."""
     wires = [Coupling(*wire) for wire in couplings(plan)]
-    told = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
-    return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), told)
+    message = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
+    return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), message)
 
 
 def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:
-    """Of a plan, its models and the mechanics that they declare."""
+    """The kernel's configuration for a plan, its models and their declared mechanics."""
     declared = dict(zip(models, systems, strict=True))
     return KernelConfig(
         [*declared.values()],

@@ -1,4 +1,4 @@
-"""Nodes that programs of another kind play: what they are told, and what each of their messages must keep.
+"""Nodes that programs of another kind play: what they are reported, and what each of their messages must keep.
 
 Such a program builds no model of ours, so what heavylift's own nodes declare is taken from the coordinator's build, and
 what their simulator checks is checked here: ports, types, and bytes that are those of any other node (WIRE.md).
@@ -19,11 +19,11 @@ from .parts import encode as part
 
 SPEAKS = f"wire {WIRE}"  # the version that such a node says in its HELLO
 SHOWN = 64  # characters of what it says of itself
-TOLD = 500  # characters of why it has failed
+MESSAGES = 500  # characters of why it has failed
 
 
 class External:
-    """The models of one node, built here, that another program plays elsewhere."""
+    """The models of one node that an external program runs."""
 
     def __init__(self, node: str, models: Sequence[Model], couplings: Iterable[Coupling], microsteps: int) -> None:
         self.node = node
@@ -32,12 +32,12 @@ class External:
             for model in models
         }
         self._paths = tuple(model.path for model in models)
-        told = [wire for wire in couplings if wire[2] in self._types]
-        self.config = part(ExternalPart({model.name: _told(model) for model in models}, told, microsteps))
+        message = [wire for wire in couplings if wire[2] in self._types]
+        self.config = part(ExternalPart({model.name: _message(model) for model in models}, message, microsteps))
         """What its WELCOME carries."""
 
     def checked(self, message: m.AnyMessage) -> m.AnyMessage:
-        """The message, a FAIL in one line that names the node; ProtocolError names it and what it has broken."""
+        """Check a message of an external program; raises ProtocolError that names the violated rule."""
         if isinstance(message, m.Hello):
             self._check_hello(message)
         for event in (*getattr(message, "spoken", ()), *getattr(message, "offer", ())):
@@ -51,7 +51,7 @@ class External:
                 self._value(result.type, result.payload, f"node {self.node}, its result of {who}")
         if isinstance(message, m.Fail):
             return msgspec.structs.replace(
-                message, sentence=f"node {self.node} has failed: {printable(message.sentence, TOLD)}"
+                message, sentence=f"node {self.node} has failed: {printable(message.sentence, MESSAGES)}"
             )
         return message
 
@@ -80,7 +80,7 @@ class External:
             raise ProtocolError(f"{who}: port {event.port} carries {types[event.port].__name__}, not {event.type}")
 
     def _value(self, type_: str, payload: bytes, where: str) -> Message:
-        """What these bytes say, if they are those of a node of ours."""
+        """Decode a value as a message of a known type."""
         try:
             value = decode(type_, payload)
         except ModelError as error:
@@ -96,7 +96,7 @@ class External:
 def externals(
     placement: Placement, models: Mapping[str, Model], couplings: Sequence[Coupling], microsteps: int
 ) -> list[External]:
-    """The nodes of a placement that programs of another kind play; `models`: all, built here."""
+    """The nodes of a placement that external programs run; `models`: all, built here."""
     return [
         External(node, [models[name] for name in names], couplings, microsteps)
         for process in sorted(placement.external)
@@ -104,7 +104,7 @@ def externals(
     ]
 
 
-def _told(model: Model) -> ExternalModel:
+def _message(model: Model) -> ExternalModel:
     into = {p.name: p.type.__name__ for p in model.ports.values() if not isinstance(p, OutPort)}
     out = {p.name: (p.type.__name__, p.lookahead) for p in model.ports.values() if isinstance(p, OutPort)}
     parameters = dict[str, object]()

@@ -37,7 +37,7 @@ _ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
-    """The children of these names, around which all models refuse to be used; `build` makes the root once more."""
+    """Build these children of the root isolated from all other models; `build` makes the root again."""
     bound = _bound([root.children[name] for name in names])
     own = {name: root.children[name] for name in names if name not in bound}
     _seclude(root, own)
@@ -56,7 +56,7 @@ def _seclude(root: Coupled, own: Collection[str]) -> None:
 
 
 def _bound(children: Sequence[Model]) -> list[str]:
-    """Who of these holds another one, or something that can change and one before it holds, too."""
+    """Children that share mutable objects or hold one another."""
     first = {id(x): child.name for child in children for x in tree(child)}  # who has a thing
     found: dict[str, None] = {}
     for child in children if len(children) > 1 else ():
@@ -71,12 +71,12 @@ def _bound(children: Sequence[Model]) -> list[str]:
 
 
 def _common(child: Model, first: Mapping[int, str]) -> bool:
-    """Whether a child holds what one before it holds, too."""
+    """Whether a child holds an object of an earlier one."""
     return any(first.get(id(x), child.name) != child.name for x in _held(child))
 
 
 def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
-    """Give a child copies of the plain data among its attributes, and return what was there."""
+    """Replace the plain data of a child by copies; returns what was replaced."""
     memo: dict[int, object] = {}
     found = [
         (vars(x), key, data)
@@ -90,7 +90,7 @@ def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
 
 
 def _data(x: object) -> bool:
-    """Whether a copy of it is as good: no sets, for a copy may have another order."""
+    """Whether a copy is equivalent: plain data without sets, whose order may change."""
     kind = type(x)
     if kind is dict:
         return all(_data(key) and _data(each) for key, each in x.items())  # type: ignore[attr-defined]
@@ -100,7 +100,7 @@ def _data(x: object) -> bool:
 
 
 def _held(child: Model) -> list[object]:
-    """What a child refers to and can change, and models beside it; not what code and classes do."""
+    """Mutable objects and models that a child refers to, apart from code and classes."""
     own = {id(x) for x in tree(child)}
     found, met, ahead = list[object](), set[int](), list[object]([child])
     while ahead:
@@ -128,7 +128,7 @@ def _close(model: Model) -> None:
 
 
 def _ghost(cls: type, get: Reach) -> type:
-    """A class of the same layout whose objects are reached by `get` only."""
+    """A class of the same layout whose objects are accessed through `get` only."""
     if (cls, get) not in _ghosts:
         refusing = {"__getattribute__": get, "__setattr__": _refuse, "__delattr__": _refuse}
         _ghosts[cls, get] = type(cls)(cls.__name__, (cls,), {"__slots__": (), "__module__": cls.__module__, **refusing})
@@ -161,7 +161,7 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Holds them to what they were when `unchanged` was asked first, before any work."""
+    """Guard for global variables: they must stay as they were before any work."""
 
     def __init__(self, root: Coupled) -> None:
         alike: dict[frozenset[type], list[str]] = {}
@@ -180,7 +180,7 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """ModelError names what has changed; looks `now`, or at every call whose number is a power of two."""
+        """Raise ModelError that names a changed global; checks `now`, or at call numbers that are powers of two."""
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return
@@ -192,8 +192,8 @@ class Commons:
                         "elsewhere; send them messages"
                     )
         for full, (around, name) in self._places.items():
-            told = image(around.get(name))
-            if self._known.setdefault(full, told) != told:
+            message = image(around.get(name))
+            if self._known.setdefault(full, message) != message:
                 raise ModelError(
                     f"{self._by(full)} use {full}, which has changed, though each process has a copy of its own; keep "
                     "it in attributes and tell others by messages"
@@ -205,7 +205,7 @@ class Commons:
 
 @cache
 def _named(cls: type) -> list[_Place]:
-    """The variables that the code of a class, its bases and what they call names."""
+    """Global variables named by the code of a class, its bases and the functions they call."""
     found: list[_Place] = []
     met: set[CodeType] = set()
     for base in cls.__mro__:

@@ -3,9 +3,9 @@
 Zero lookahead.  `next_time` is the tag of the next located event that a model subscribed to, or a silent tag in the
 last microsteps before the nanosecond in which the tentative step ends, so that where steps and grants end never shows
 in the tags of events.  A committed event is a transition; an input inside the tentative step discards it.  What a
-command has changed at once (a lock that stops a joint) is told at the next microstep, before any work ahead.
-Samples come from committed steps only and leave through `publish`, numbered.  What models listen to is told at tags of
-its own (see `sampling`), which change nothing of the rest.
+command has changed at once (a lock that stops a joint) is reported at the next microstep, before any work ahead.
+Samples come from committed steps only and leave through `publish`, numbered.  What models listen to is reported at
+tags of its own (see `sampling`), which change nothing of the rest.
 """
 
 from bisect import bisect_left
@@ -18,7 +18,7 @@ from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.islands.choice import simulate
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateChange as Switched
-from heavylift.kernel.simulation.commands import OwnRows
+from heavylift.kernel.simulation.commands import LiftRowsView
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
@@ -36,9 +36,9 @@ SILENT = 2**30  # microstep of silent tags
 
 
 class KernelNode:
-    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows, notes], and, if
-    the node `foretells`, of a rest those that come unless a grant does, with their period.  Rows of one lift alone are
-    numbered apart, and have its name."""
+    """The kernel as a node: a `Steppable` around a `Simulation`; `publish(batch)` receives encoded samples [first,
+    times, rows, notes] and, if the node `foretells`, those of a rest ahead of time. Rows of a single lift are numbered
+    separately under its name."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
@@ -52,7 +52,7 @@ class KernelNode:
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
         self._offer: list[Switched] | None = None
         self._most = np.zeros(0)  # the largest that each column of the samples sent has been
-        self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
+        self._message: list[Switched] = []  # what the last commands have changed, for the next microstep
         self._ran = -1  # up to when the simulation was run last [ns]
         self.mechanics = assembled(config.systems, config.gravity)
         self.simulation: Simulation | Islands = simulate(
@@ -71,13 +71,13 @@ class KernelNode:
         self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
-        """The channels of a sample, as the recording wants them."""
+        """The channels of a sample for the recording."""
         lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.alone}
         whole: dict[str, object] = {"channels": _columns(self.simulation.method)}
         return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
 
     def start(self) -> None:
-        """Initial discrete states and the first tentative step; samples wait until the layout is known."""
+        """Compute initial discrete states and the first tentative step; samples wait for the layout."""
         self.simulation.start()
         self.simulation.run(0)
 
@@ -89,7 +89,7 @@ class KernelNode:
         A silent tag never shares its nanosecond with an event that is found later: where steps end must not show in
         the microsteps of events.
         """
-        if self._told:
+        if self._message:
             return succ(self._spoke)
         t = self.simulation.next_ns
         if (sample := self._sample) is not None:
@@ -102,12 +102,12 @@ class KernelNode:
 
     @property
     def _sample(self) -> Tag | None:
-        """Tag of the next sample, if a tentative step or an event goes that far and no event comes before."""
+        """Tag of the next sample, if the tentative step reaches it before any event."""
         if not self._sampling.done:  # nobody listens, as mostly
             return None
         due, s = self._sampling.next_ns, self.simulation
         shown = s.next_ns >= due if s.event else self._ran >= due or s.next_ns > due
-        return Tag(due) if shown and due < FOREVER_NS and not self._told else None
+        return Tag(due) if shown and due < FOREVER_NS and not self._message else None
 
     @property
     def _located(self) -> Tag:
@@ -120,7 +120,7 @@ class KernelNode:
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
-        """Its results are its samples."""
+        """None: its results are its samples."""
         return {}
 
     @property
@@ -132,19 +132,19 @@ class KernelNode:
     def quiet(self) -> Tag:
         """A tentative step without an event ends silently."""
         due = self.next_time
-        spoken = self._told or self.simulation.event or self._sample
+        spoken = self._message or self.simulation.event or self._sample
         return due if spoken else max(Tag(self.simulation.next_ns), succ(due))
 
     def outputs(self) -> list[Event]:
         """The state events at `next_time`, one copy for each model that subscribed, and samples."""
-        if not (self._told or self.simulation.event or self._sampling.done):
+        if not (self._message or self.simulation.event or self._sampling.done):
             return []
         tag, out, index = self.next_time, list[Event](), dict[str, int]()
         if tag == self._sample:
             out += self._sampling.outputs(self.simulation.shown)
         if self._offer is None and self.simulation.event and tag == self._located:
             self._offer = self.simulation.preview()
-        for e in (*self._told, *(self._offer or ())):
+        for e in (*self._message, *(self._offer or ())):
             for model in self._subscriptions.get(e.name, ()):
                 port = _port(model)
                 value = m.StateEvent(e.name, e.what, e.value)
@@ -153,12 +153,12 @@ class KernelNode:
         return sorted(out, key=lambda e: e.order)
 
     def among(self) -> list[Event]:
-        """It says nothing that no model hears."""
+        """None: all its events go to models."""
         return []
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
         """An event fires, inputs apply, or both (confluent: switch first, then the inputs); then work ahead."""
-        fires, told = self.simulation.event and tag == self._located, bool(self._told)
+        fires, message = self.simulation.event and tag == self._located, bool(self._message)
         if tag == self._sample:
             self._sampling.taken()
         if fires:
@@ -167,7 +167,7 @@ class KernelNode:
             self._before = tag.t  # all before it is history
             self.simulation.interrupt(tag.t, self._pause)
         self._last = tag
-        if fires or bag or told:
+        if fires or bag or message:
             self._spoke = tag
         before = len(self.simulation.log)
         try:
@@ -177,13 +177,13 @@ class KernelNode:
                 event.value.apply(self.simulation)
         except (KernelError, ModelError) as error:
             raise ModelError(f"{KERNEL} at {tag}: {error}") from error
-        self._told = [e for _, e in self.simulation.log[before:] if e.name in self._subscriptions]
+        self._message = [e for _, e in self.simulation.log[before:] if e.name in self._subscriptions]
         if fires or bag:
             self.simulation.settle()
         self._work(until)
 
     def finish(self, end: Tag) -> str:
-        """Samples up to the end of the run, and one at it if it is yet to come; the kernel waits for nothing."""
+        """Publish the remaining samples up to the end of the run."""
         rows, self._before = self.simulation.rows, end.t
         rows[:] = [row for row in rows if row[0] < end.t]
         for lift in self.simulation.alone:
@@ -199,9 +199,18 @@ class KernelNode:
         return ""
 
     def snapshot(self) -> bytes:
-        """The simulation's, and what was said and sent."""
-        said = self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran
-        return frozen((self.simulation.snapshot(), said, self._apart))
+        """Snapshot of the simulation, and of what was sent."""
+        text = (
+            self._sent,
+            self._noted,
+            self._last,
+            self._spoke,
+            self._message,
+            self._most,
+            self._sampling.done,
+            self._ran,
+        )
+        return frozen((self.simulation.snapshot(), text, self._apart))
 
     @property
     def said(self) -> tuple[int, int, np.ndarray]:
@@ -210,16 +219,18 @@ class KernelNode:
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot of a kernel of the same config."""
-        simulation, said, self._apart = thawed(snapshot)
+        simulation, text, self._apart = thawed(snapshot)
         self.simulation.restore(simulation)
-        self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran = said
+        self._sent, self._noted, self._last, self._spoke, self._message, self._most, self._sampling.done, self._ran = (
+            text
+        )
         self._offer = None
 
     def _work(self, until: Tag) -> None:
         self._offer, self._before = None, until.t + (until.k > 0)
         self._sampling.renew()
         try:
-            if not self._told:  # a model may answer it
+            if not self._message:  # a model may answer it
                 self._ran = min(until.t, self._sampling.next_ns)
                 self.simulation.run(self._ran, self._pause)
         except HeavyliftError:
@@ -229,7 +240,7 @@ class KernelNode:
         self.foretell()
 
     def foretell(self) -> None:
-        """Say how it goes on if the scene rests."""
+        """Publish in advance the samples of a scene at rest."""
         if self._foretells and (rest := self.simulation.foretold()):
             self._batch([*self.simulation.rows, rest], [], self._period)
 
@@ -239,7 +250,8 @@ class KernelNode:
             self._flush()
 
     def _flush(self, least: int = FEW) -> None:
-        """Batches begin where steps or grants end, which a successor repeats; `least` rows of one lift are sent."""
+        """Publish a batch; batches begin at steps or grants, which a successor repeats. `least`: rows of single lifts
+        to send at once."""
         rows, notes = self.simulation.rows, self.simulation.notes
         while ready := bisect_left(rows, self._before, key=lambda row: row[0]):
             same = next((i for i in range(1, ready) if rows[i][1] is not rows[0][1]), ready)
@@ -251,14 +263,14 @@ class KernelNode:
             if len(lift.rows) >= least:
                 self._flush_apart(lift)
 
-    def _flush_apart(self, lift: OwnRows) -> None:
+    def _flush_apart(self, lift: LiftRowsView) -> None:
         ready = bisect_left(lift.rows, self._before, key=lambda row: row[0])
         some, lift.rows[:] = lift.rows[:ready], lift.rows[ready:]
         if some:
             self._batch_apart(lift, some)
             self._apart[lift.name] += ready
 
-    def _batch_apart(self, lift: OwnRows, rows: list[tuple[int, np.ndarray]]) -> None:
+    def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
         """Send rows of one lift alone."""
         values = published(lift.method, np.array([row for _, row in rows])).astype("<f8", copy=False)
         batch = self._apart[lift.name], [t for t, _ in rows], values.tobytes(), (), 0, lift.name

@@ -61,7 +61,7 @@ def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibri
 
 
 def check_steps(scene: LoadedScene) -> None:
-    """Raises the HeavyliftError with which a run would end before its first step, if its method cannot do the scene.
+    """Raise the HeavyliftError of a method that cannot integrate this scene.
 
     Whether a fixed step is stable shows in the started simulation, which is compiled for it as the run would.
     """
@@ -74,7 +74,7 @@ def check_steps(scene: LoadedScene) -> None:
 
 
 def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
-    """The equilibrium path of a scene, followed to the end of the stage `after`, or no further than its start.
+    """The equilibrium path of a scene up to the end of stage `after`, or its start.
 
     Raises SceneError if there is no such stage, or the sentence with which the following ended before.
     """
@@ -84,16 +84,16 @@ def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
         return rehearsal.path
     rehearsal.walk()
     if after not in rehearsal.stages or not (rehearsal.over or rehearsal.ended):
-        told = rehearsal.why or "it is not over when the scene ends"
+        message = rehearsal.why or "it is not over when the scene ends"
         if after not in [action.stage for action in scene.plan.actions]:
-            told = "there is no such stage"
+            message = "there is no such stage"
         names = [action.stage for action in scene.plan.actions if action.stage]
-        raise SceneError(f"--after '{after}': {told}; stages are {', '.join(names) or 'none'}")
+        raise SceneError(f"--after '{after}': {message}; stages are {', '.join(names) or 'none'}")
     return rehearsal.path
 
 
 def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str = "") -> Simulation:
-    """The started simulation of a scene at time `at` [s], at the end of the stage `after`, or at its start.
+    """Run a scene up to time `at` [s], the end of stage `after`, or its start.
 
     Raises SceneError if there is no such stage, and whatever sentence ends the run before.
     """
@@ -116,8 +116,8 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
         simulation.interrupt(stages.t)
     else:
         if at is None:
-            told = f"it is not over within {end.t * 1e-9:g} s" if after in stages.seen else "there is no such stage"
-            raise SceneError(f"--after '{after}': {told}; stages are {', '.join(stages.seen) or 'none'}")
+            message = f"it is not over within {end.t * 1e-9:g} s" if after in stages.seen else "there is no such stage"
+            raise SceneError(f"--after '{after}': {message}; stages are {', '.join(stages.seen) or 'none'}")
         simulation.interrupt(seconds(at))
     simulation.settle()
     return simulation

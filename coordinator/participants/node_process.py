@@ -21,7 +21,7 @@ from .participant import Participant
 
 
 def main(arguments: list[str]) -> int:
-    """`arguments`: none, the ticket says all; 0 when the run ended in order."""
+    """Run a node process from the ticket on its standard input; returns 0 after an ordered end."""
     ticket = Ticket.take()
     if KERNEL in ticket.nodes:  # while the others start: NumPy, LLVM
         from . import kernel_node  # noqa: F401
@@ -35,7 +35,8 @@ def main(arguments: list[str]) -> int:
 
 
 def serve(link: NodeLink) -> str:
-    """Answer the coordinator until every node of the link has said BYE or FAIL; what was said in the first FAIL."""
+    """Serve the coordinator until all nodes of the link have sent BYE or FAIL; returns the sentence of the first
+    FAIL."""
     failed = ""
     playing = {
         node: Participant(models, partial(link.send, node), partial(link.sample, node))
@@ -45,7 +46,7 @@ def serve(link: NodeLink) -> str:
     link.answer(life_sign(lambda: sum(participant.steps for participant in everybody)))
     while playing:
         name, message = link.receive()
-        if name in playing:  # one that has failed is told to stop, too
+        if name in playing:  # one that has failed is reported to stop, too
             playing[name].handle(message)
             if playing[name].over:
                 failed = failed or playing[name].failed
@@ -54,12 +55,12 @@ def serve(link: NodeLink) -> str:
 
 
 def life_sign(steps: Callable[[], int]) -> Callable[[], bytes]:
-    """What the process answers when it is asked; `steps` grows while it makes progress."""
+    """Function that reports the progress of a process; `steps` increases with it."""
     return lambda: msgspec.msgpack.encode(Alive(steps(), _traced()))
 
 
 def _traced() -> bool:
-    """Whether a debugger follows the main thread: one within Python, or one of the system."""
+    """Whether a Python or system debugger traces the main thread."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)
     while frame is not None:
         if frame.f_trace is not None:

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """`send` answers the coordinator, `sample` puts on the data topic; `over` after BYE, or FAIL with what `failed`."""
+    """One or several nodes in a process: `send` answers the coordinator, `sample` publishes data; `over` after BYE or
+    FAIL."""
 
     def __init__(
         self,
@@ -41,7 +42,7 @@ class Participant:
         sample: Callable[[bytes], None],
         past: RecordedKernel | None = None,
     ) -> None:
-        """`past`: what a kernel knows of its run already."""
+        """`past`: the known history of the run, for a kernel."""
         self._past = past
         self.models, self.name, self._send, self._put = models, together(models), send, sample
         self._node: Node | None = None
@@ -55,11 +56,11 @@ class Participant:
 
     @property
     def steps(self) -> int:
-        """Grows while the node makes progress; any thread may ask."""
+        """Counter that increases while the node makes progress; thread-safe."""
         return self._node.steps + self._pauses() if self._node is not None else 0
 
     def cause(self) -> BaseException | None:
-        """What a model has raised, if that is why it has failed."""
+        """The exception of a model that made the node fail, if any."""
         return self._node.cause if self._node is not None else self._cause
 
     def handle(self, data: bytes) -> None:
@@ -84,7 +85,7 @@ class Participant:
             self.over, self.failed = isinstance(answer, m.Bye | m.Fail), getattr(answer, "sentence", "")
 
     def _sample(self, data: bytes) -> None:
-        """Put on the data topic; what a coordinator in this process does with it at once is no work of the node."""
+        """Publish data; a coordinator in this process handles it outside the node's busy time."""
         began = time.perf_counter()
         self._put(data)
         self._put_s += time.perf_counter() - began
@@ -114,7 +115,7 @@ class Participant:
         return node.hello(declaration, __version__, agreed)
 
     def _take(self, part: parts.Part) -> tuple[Node, bytes, str]:
-        """The node that plays this part, what it declares, and the fingerprint of what it has been told."""
+        """Create the node of a part, with its declaration and the fingerprint of its configuration."""
         if isinstance(part, parts.KernelPart):
             from .kernel_node import KernelNode
 
@@ -156,7 +157,7 @@ class Participant:
             self._unchanged = Commons(together(plan)).unchanged
 
         def waits(end: Tag) -> str:
-            return "; ".join(said for m in acting.models if (said := str(getattr(m, "waiting_for", str)())))
+            return "; ".join(text for m in acting.models if (text := str(getattr(m, "waiting_for", str)())))
 
         declared = msgspec.msgpack.encode([model.declare() for model in models])
         return Node(self.name, acting, waits), declared, parts.fingerprint(part.plan)
@@ -168,7 +169,7 @@ _DECODER: msgspec.msgpack.Decoder[list[_Line]] = msgspec.msgpack.Decoder(list[_L
 
 
 class Transitions:
-    """Hears a node's transitions; `flush` sends what came since the last time."""
+    """Collects a node's transitions; `flush` sends them."""
 
     def __init__(self, publish: Callable[[bytes], None]) -> None:
         self._publish = publish
@@ -185,17 +186,19 @@ class Transitions:
 
 
 def read(batch: bytes) -> list[Transition]:
-    """The transitions of a batch; ProtocolError if it holds none."""
+    """Decode a batch of transitions; raises ProtocolError if it is none."""
     try:
-        told = _DECODER.decode(batch)
+        message = _DECODER.decode(batch)
     except UNREADABLE as error:
         raise ProtocolError(f"a log of transitions cannot be read ({error})") from None
-    return [Transition(Tag(t, k), path, kind, _messages(bag), _messages(sent)) for t, k, path, kind, bag, sent in told]
+    return [
+        Transition(Tag(t, k), path, kind, _messages(bag), _messages(sent)) for t, k, path, kind, bag, sent in message
+    ]
 
 
-def _wire(said: tuple[tuple[str, Message], ...]) -> list[_Said]:
-    return [(port, type(value).__name__, encode(value)) for port, value in said]
+def _wire(text: tuple[tuple[str, Message], ...]) -> list[_Said]:
+    return [(port, type(value).__name__, encode(value)) for port, value in text]
 
 
-def _messages(said: list[_Said]) -> tuple[tuple[str, Message], ...]:
-    return tuple((port, decode_message(name, payload)) for port, name, payload in said)
+def _messages(text: list[_Said]) -> tuple[tuple[str, Message], ...]:
+    return tuple((port, decode_message(name, payload)) for port, name, payload in text)

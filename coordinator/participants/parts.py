@@ -15,20 +15,20 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 
 class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
-    """The models of a node, in what they need of an encoded plan."""
+    """The models of a node and the part of the encoded plan that they need."""
 
     plan: bytes
 
 
 class SignalSubscription(msgspec.Struct, frozen=True):
-    """What a model hears: period [ns], and the signal of each of its ports."""
+    """Signals that a model subscribes to: period [ns], and a signal for each port."""
 
     period: int
     signals: dict[str, ScalarSignal]
 
 
 class KernelConfig(msgspec.Struct, frozen=True):
-    """What the kernel receives once all other nodes have declared themselves."""
+    """Configuration that the kernel receives after all other nodes have declared themselves."""
 
     systems: list[System]
     gravity: float
@@ -51,8 +51,8 @@ class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):
 
 
 class ModelPart(msgspec.Struct, frozen=True, tag="model"):
-    """The child of the node's name in the model of `build` = "module:function"; its transitions logged if asked for;
-    `finish`: the port (child, port) that ends the run."""
+    """The child with the node's name in the model of `build` = "module:function"; `log`: record transitions; `finish`:
+    the port (child, port) that ends the run."""
 
     build: str
     log: bool = False
@@ -61,8 +61,8 @@ class ModelPart(msgspec.Struct, frozen=True, tag="model"):
 
 
 class ExternalModel(msgspec.Struct, frozen=True):
-    """A model that another program plays: types of its in ports, types and lookaheads [ns] of its out ports, and its
-    attributes as plain data."""
+    """Declaration of an externally run model: in ports with types, out ports with types and lookaheads [ns], attributes
+    as plain data."""
 
     into: dict[str, str]
     out: dict[str, tuple[str, int]]
@@ -70,7 +70,7 @@ class ExternalModel(msgspec.Struct, frozen=True):
 
 
 class ExternalPart(msgspec.Struct, frozen=True, tag="external"):
-    """The models of a node that another program plays, and the couplings (source, port, model, its port) into them."""
+    """The models of an externally run node, and the couplings (source, port, model, its port) into them."""
 
     models: dict[str, ExternalModel]
     couplings: list[Coupling]

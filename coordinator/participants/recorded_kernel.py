@@ -1,7 +1,7 @@
 """A kernel with a past that stands in a recording: it says what was said, and goes on from a checkpoint.
 
-Up to the checkpoint its events and samples are those of the recording and what it is told is passed over, since that
-comes again: models that say something else are noticed by who compares events.  From there on it is a `KernelNode`
+Up to the checkpoint its events and samples are those of the recording and what it is reported is passed over, since
+that comes again: models that say something else are noticed by who compares events.  From there on it is a `KernelNode`
 that is brought to that state, or, without a checkpoint, one that begins at the start.  What it samples itself is
 compared with what was recorded, as far as that goes.
 """
@@ -29,9 +29,8 @@ BATCH = 256  # samples that are said at once
 
 @dataclass
 class RecordedKernel:
-    """What was recorded before a branch: events of the kernel; samples of some signals, by the names of their columns;
-    notes; the last checkpoint, which has done all before the tag `at`, and all that there are; facts that are put on
-    record.
+    """Recorded history before a branch: events of the kernel, samples by column name, notes, the last checkpoint
+    (complete up to the tag `at`), all checkpoints, and facts for the new recording.
 
     What comes of it: whether the checkpoint is `used`, or `why` not; how many samples are proved to be equal; the first
     that is not, as (time [ns], column, recorded, now); whether the past is `over`.
@@ -79,19 +78,19 @@ class Recalled:
                 self._kernel = KernelNode(config, self._sampled, foretells=True)
         self.lookahead = self._kernel.lookahead
         self._sent, self._known = sent, _Known(past, self._announced(sent))
-        self._notes = [SamplerNote(i, t, told) for i, (t, told) in enumerate(past.notes[:noted])]
+        self._notes = [SamplerNote(i, t, message) for i, (t, message) in enumerate(past.notes[:noted])]
 
     def _announced(self, recalled: int) -> SampleLayout:
         layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)
         return msgspec.structs.replace(layout, recalled=recalled, most=self._most.tolist())
 
     def layout(self) -> bytes:
-        """That of the kernel, with how much of the past is recalled."""
+        """The kernel's layout, with the length of the recalled history."""
         return msgspec.msgpack.encode(self._announced(self._sent))
 
     @property
     def pauses(self) -> int:
-        """A measure of its progress."""
+        """A measure of progress."""
         return self._kernel.pauses
 
     def start(self) -> None:
@@ -101,7 +100,7 @@ class Recalled:
 
     @property
     def next_time(self) -> Tag:
-        """Of the next recorded event, or the kernel's."""
+        """Tag of the next recorded event, or of the kernel."""
         return self._events[-1].tag if self._events else self._kernel.next_time
 
     @property
@@ -124,7 +123,7 @@ class Recalled:
         return self._kernel.results(end)
 
     def outputs(self) -> list[Event]:
-        """What was said at `next_time`, or what the kernel says."""
+        """Recorded outputs at `next_time`, or those of the kernel."""
         if not self._events:
             return self._kernel.outputs()
         tag = self.next_time
@@ -135,7 +134,7 @@ class Recalled:
         return self._kernel.among()
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Say again what was said; from the checkpoint on, as the kernel does."""
+        """Repeat recorded outputs up to the checkpoint, then advance the kernel."""
         self._last = tag
         if self._past.used and tag < self._past.at:
             while self._events and self._events[-1].tag == tag:
@@ -145,22 +144,22 @@ class Recalled:
             self._kernel.advance(tag, bag, until)
 
     def foretell(self) -> None:
-        """Say how it goes on, if nothing else is known of that."""
+        """Publish rest samples in advance, once the kernel runs."""
         if not self._past.used:
             self._kernel.foretell()
 
     def finish(self, end: Tag) -> str:
-        """As the kernel does; of a run that ends before the checkpoint nothing more is known."""
+        """Finish the kernel; a run that ends before the checkpoint has nothing left to do."""
         return "" if self._past.used and end < self._past.at else self._kernel.finish(end)
 
     def snapshot(self) -> bytes:
-        """The kernel's; checkpoints of the past stand in the recording."""
+        """Snapshot of the kernel; earlier checkpoints are in the recording."""
         if self._past.used and self._known.number < self._sent:
             raise KernelError("this part of the run is recalled")
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
-        """Go on from there."""
+        """Continue from a snapshot."""
         self._kernel.restore(snapshot)
 
     def _recall(self, before_ns: int) -> None:
@@ -184,7 +183,7 @@ class Recalled:
 
 
 class _Known:
-    """The recorded samples, read once and in order; `number` of the next one."""
+    """The recorded samples, read once in order; `number` of the next one."""
 
     def __init__(self, past: RecordedKernel, layout: SampleLayout) -> None:
         self._past, self._columns, self.layout, self.number = past, Columns(layout), layout, 0
@@ -204,7 +203,7 @@ class _Known:
         self._times, self._rows = list[int](), np.zeros((0, 0))
 
     def _next(self) -> bool:
-        """Whether there is a recorded row that was not read."""
+        """Whether an unread recorded row remains."""
         while not self._times:
             block = next(self._blocks, None)
             if block is None:
@@ -232,7 +231,7 @@ class _Known:
             yield first, times, spread
 
     def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
-        """The first value of these rows that is not the recorded one: time [ns], column, recorded, now."""
+        """The first value of these rows that differs from the recording: time [ns], column, recorded, new."""
         now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
         while i < len(times) and self._next():
             n = min(len(times) - i, len(self._times))

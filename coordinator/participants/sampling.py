@@ -17,7 +17,7 @@ from .parts import SignalSubscription
 
 
 class Sampling:
-    """The samples of all that listen; `done`: how many instants of each period are told."""
+    """Samples for subscribed models; `done`: samples sent of each period."""
 
     def __init__(self, listening: Mapping[str, SignalSubscription], program: Program) -> None:
         self._listening = {
@@ -45,15 +45,15 @@ class Sampling:
                 if period * self.done[period] == t
                 for port, read in readers.items()
             }
-            said = [Event(t, 0, KERNEL, port, 0, "Sample", encode(Sample(float(x)))) for port, x in ports.items()]
-            self._said = t, said
+            text = [Event(t, 0, KERNEL, port, 0, "Sample", encode(Sample(float(x)))) for port, x in ports.items()]
+            self._said = t, text
         return self._said[1]
 
     def renew(self) -> None:
-        """What was not taken may be another one now."""
+        """Recompute samples that were not sent."""
         self._said = -1, []
 
     def taken(self) -> None:
-        """The samples that were due are told."""
+        """Mark the due samples as sent."""
         t = self.next_ns
         self.done = {period: n + (period * n == t) for period, n in self.done.items()}

@@ -27,7 +27,7 @@ Kernel = TypeVar("Kernel", bound=KernelNode)
 
 
 def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
-    """The kernel's part of a plan and its models."""
+    """The kernel's configuration for a plan and its models."""
     return kernel_config(plan, models, (m.declare() for m in models.values()))
 
 
@@ -81,7 +81,7 @@ class Session(Generic[Kernel]):
         bye = self._nodes[KERNEL].handle(Stop(end))
         if not isinstance(bye, Bye):
             raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))
-        waiting = [said for model in self.models.values() if (said := str(getattr(model, "waiting_for", str)()))]
+        waiting = [text for model in self.models.values() if (text := str(getattr(model, "waiting_for", str)()))]
         if waiting and self._patient and self.core.over is not RunEnd.FINISHED:
             raise ModelError(waiting[0])
         return "; ".join(waiting)

@@ -24,7 +24,7 @@ from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-from .distance import Coupling, NodeState, checked, distances, ways
+from .distance import Coupling, NodeState, checked, distances, paths_to
 from .invariants import CycleWatch, check_done, check_hello
 from .messages import Done, Fail, Grant, Hello
 
@@ -32,7 +32,7 @@ AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
 class RunEnd(Enum):
-    """Why nothing is left to do."""
+    """Why a run ended."""
 
     FINISHED = "the finish port has spoken, and its time is completed"
     BOUND = "the time bound is reached"
@@ -40,7 +40,8 @@ class RunEnd(Enum):
 
 
 class Coordinator:
-    """Say `hello` for each node and `done` for each DONE; send what `ready` returns until it is `over`."""
+    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns
+    until it is `over`."""
 
     def __init__(
         self,
@@ -83,10 +84,10 @@ class Coordinator:
             if target not in self._home:
                 raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {target}")
             self._injected.add(target)
-            self._hears(source, port, self._home[target])
+            self._receives(source, port, self._home[target])
 
     def hello(self, name: str, hello: Hello) -> None:
-        """(1) A node has started; the last of them opens the run."""
+        """(1) Register a started node; the last one opens the run."""
         node = self._node(name)
         if node.greeted:
             raise ProtocolError(f"{node.who} said HELLO twice: two nodes of one name, or an old one came back")
@@ -97,10 +98,10 @@ class Coordinator:
             self._begin()
 
     def _begin(self) -> None:
-        """Who hears whom, and how soon; all have said HELLO."""
+        """Compute receivers and lookaheads after all HELLOs."""
         nodes, home = self._by_rank, self._home
         for source, port, target, _ in checked(self._couplings, home):
-            self._hears(source, port, home[target])
+            self._receives(source, port, home[target])
         outward = {*self._receivers, self._finish}
         ahead = {port: ns for node in nodes for port, ns in node.lookahead.items()}
         for node in nodes:
@@ -110,16 +111,16 @@ class Coordinator:
             self._note(node)
         D, R = distances([sorted(node.models) for node in nodes], self._couplings, ahead, self._finish, self._injected)
         for i, node in enumerate(nodes):
-            node.ways, node.echo = ways(i, D, R, [other.least for other in nodes]), D[i].get(i)
+            node.ways, node.echo = paths_to(i, D, R, [other.least for other in nodes]), D[i].get(i)
         self._open, self._look = True, dict(enumerate(nodes))
 
-    def _hears(self, source: str, port: str, node: NodeState) -> None:
-        """A node hears of what a model elsewhere says on a port."""
+    def _receives(self, source: str, port: str, node: NodeState) -> None:
+        """Register that a node receives the events of a model's port."""
         if source not in node.models and node not in (known := self._receivers.setdefault((source, port), [])):
             known.append(node)
 
     def done(self, name: str, done: Done) -> None:
-        """(5) A node has done what it was granted."""
+        """(5) Process the DONE of a node."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
         for event in node.drop(done.reached):
@@ -134,7 +135,7 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) A node that samples has come to this time [ns] under its grant: what it is yet to say is not earlier."""
+        """(6) A sampling node reports its progress [ns] within its grant: later outputs are not earlier."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -142,7 +143,8 @@ class Coordinator:
             self._leave()
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
-        """Commit what can be committed, let events leave, and grant every node that can move, all below `horizon`."""
+        """Commit what can be committed, release events, and return the grants of all nodes that can advance, all below
+        `horizon`."""
         if not self._open:
             return []
         before, self._limit = self._limit, min(self.end, horizon)
@@ -153,7 +155,7 @@ class Coordinator:
             rank, node = self._look.popitem()
             if not node.running and node.first < self._limit:
                 able[rank] = node
-                if node.untold and self._window(node, node.next):
+                if node.uncommitted and self._window(node, node.next):
                     self._commit(node)
         self._cycles.check()
         self._leave()
@@ -162,7 +164,7 @@ class Coordinator:
         grants = []
         for rank in sorted(able):  # (4)
             node = able[rank]
-            if node.first >= self._limit or node.untold:
+            if node.first >= self._limit or node.uncommitted:
                 continue
             if node.ahead >= AHEAD and node.first > (least := least or self._least):
                 self._ahead[rank] = node
@@ -176,7 +178,7 @@ class Coordinator:
 
     @property
     def over(self) -> RunEnd | None:
-        """(7) Why the run has ended, once `ready` has nothing to grant and nobody runs; else None."""
+        """(7) Why the run has ended, once `ready` grants nothing and no node runs; else None."""
         if not self._open or self.running:
             return None
         first = self.first
@@ -188,12 +190,11 @@ class Coordinator:
 
     @property
     def first(self) -> Tag:
-        """The earliest thing that a node which does not run has before it; FOREVER if there is none."""
+        """The earliest pending tag of idle nodes; FOREVER if there is none."""
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
-        """What to raise for a FAIL: its sentence, or the cycle between nodes in which time stood still; what the node
-        has said before may leave."""
+        """The error to raise for a FAIL: its sentence, or the cycle between nodes without time advance."""
         node = self._node(name)
         if self._open and node.running:
             for event in fail.spoken:
@@ -206,30 +207,30 @@ class Coordinator:
 
     @property
     def _least(self) -> Tag:
-        """The earliest thing that any node has before it, or had when it was granted."""
+        """The earliest pending or granted tag of all nodes."""
         return min(node.first for node in self._by_rank)
 
     def scheduled(self, names: Iterable[str]) -> Tag:
-        """The earliest thing that the nodes of these models have before them; FOREVER if they only react."""
+        """The earliest pending tag of the nodes of these models; FOREVER if they only react."""
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Who has held a node back since it was asked last, each from the n-th DONE of all on."""
-        return self._node(name).told()
+        """Nodes that blocked this one since the last call, each with the number of the DONE from which on."""
+        return self._node(name).message()
 
     def _node(self, name: str) -> NodeState:
         if name not in self._nodes:
             raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
         return self._nodes[name]
 
-    def _take(self, node: NodeState, said: Hello | Done) -> None:
-        """What a node says of its future; an empty offer is silent at next_j whatever `quiet` says."""
-        node.next, node.offer = said.next, said.offer
-        node.quiet = said.quiet if said.offer else max(said.quiet, succ(said.next))
+    def _take(self, node: NodeState, text: Hello | Done) -> None:
+        """Update a node's next, offer and commit; an empty offer means silence at next_j whatever `quiet` is."""
+        node.next, node.offer = text.next, text.offer
+        node.quiet = text.quiet if text.offer else max(text.quiet, succ(text.next))
         self._note(node)
 
     def _note(self, node: NodeState) -> None:
-        """What a change of a node's next, offer, commit or inputs means for others."""
+        """Update the bounds of dependent nodes after a node changed."""
         rank, n, tags = node.rank, self._n, self._tags
         tags[rank] = o = succ(node.next) if node.committed else node.quiet
         tags[n + rank] = hears = node.hears
@@ -238,7 +239,7 @@ class Coordinator:
         self._floors[rank] = first if node.inner else o
 
     def _window(self, node: NodeState, need: Tag) -> Tag | None:
-        """(2) B_i below the limit; None if it is below `need`, and who holds it back has taken note of that."""
+        """(2) The bound B_i below the limit; None if it is below `need`, with this node noted at the blocking one."""
         t, k = self._limit
         tags = self._tags
         for source, wait, steps in node.ways:  # `plus` is written out, for nothing runs more often
@@ -262,13 +263,13 @@ class Coordinator:
         self._moved(node)
 
     def _moved(self, node: NodeState) -> None:
-        """Whom it held back may have rights now."""
+        """Re-evaluate the nodes that waited for this one."""
         self._look[node.rank] = node
         self._look |= node.holds
         node.holds = {}
 
     def _hold(self, event: Event) -> None:
-        """Put an event into its receivers' bags and among those that wait to leave."""
+        """Put an event into its receivers' bags and into the queue to be released."""
         at = event.source, event.port
         if at == self._finish:
             self.end, self._finished = min(self.end, Tag(event.t + 1)), True
@@ -284,7 +285,7 @@ class Coordinator:
                 self._look[node.rank] = node
 
     def _leave(self) -> None:
-        """(6) Events below the floor are known to all."""
+        """(6) Release committed events below the global floor."""
         self.floor = max(self.floor, min(min(self._floors), self._limit))
         held, floor = self._held, self.floor
         while held and (held[0].t, held[0].k) < floor:
@@ -293,7 +294,7 @@ class Coordinator:
             self._on_event(event)
 
     def _release(self, event: Event) -> None:
-        """An event has left, or one of its receivers has done it."""
+        """An event was released, or processed by one receiver."""
         if event.source in self._home:
             self._home[event.source].ahead -= 1
 

@@ -28,7 +28,7 @@ END: Delay = (1, 0)  # a run ends with the time of its finish event
 
 
 class Coupling(NamedTuple):
-    """What `source` says on `port` lies in the bag of the in port `into` of `target`, at the same tag."""
+    """An event of `source` on `port` enters the bag of port `into` of `target` at the same tag."""
 
     source: str
     port: str
@@ -47,12 +47,12 @@ def plus(tag: Tag, delay: Delay | None) -> Tag:
 
 
 def chain(first: Delay, second: Delay) -> Delay:
-    """One delay after the other."""
+    """Sum of two delays."""
     return (first[0], first[1] + second[1]) if second[0] == 0 else (first[0] + second[0], second[1])
 
 
 def reaction(lookahead: int) -> Delay:
-    """From an input to the outputs that it can cause by a port with this lookahead [ns]."""
+    """Delay from an input to outputs on a port with this lookahead [ns]."""
     return (lookahead, 0) if lookahead > 0 else (0, 1)
 
 
@@ -63,35 +63,34 @@ def distances(
     finish: tuple[str, str] | None = None,
     heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """D and R of the header, of nodes by their models; `lookaheads` by "model.port"; `heard`: models that somebody
-    speaks to who is no node.  Each node hears of the end, said on port `finish`, as of a message that takes 1 ns.
-    """
+    """Matrices D and R of the module's header for nodes by their models; `lookaheads` by "model.port"; `heard`: models
+    with input from outside. The port `finish` reaches each node after 1 ns."""
     home = [rank for rank, models in enumerate(nodes) for _ in models]
     place = {model: i for i, model in enumerate(model for models in nodes for model in models)}
     w: Matrix = [{} for _ in (*home, *nodes)]
-    said: Matrix = [{} for _ in nodes]  # from what a node says to models of others
+    text: Matrix = [{} for _ in nodes]  # from what a node says to models of others
     hears: Matrix = [{} for _ in nodes]  # its models that others speak to
-    ways = [(source, port, place[target], ZERO) for source, port, target, _ in checked(couplings, place)]
+    paths_to = [(source, port, place[target], ZERO) for source, port, target, _ in checked(couplings, place)]
     if finish:  # the end of each node is one more place
-        ways += [(*finish, len(home) + rank, END) for rank in range(len(nodes))]
-    for source, port, b, delay in ways:
+        paths_to += [(*finish, len(home) + rank, END) for rank in range(len(nodes))]
+    for source, port, b, delay in paths_to:
         a, lookahead = place[source], lookaheads.get(f"{source}.{port}", 0)
         if lookahead < NEVER:
             _shorten(w[a], b, chain(reaction(lookahead), delay))
         if b >= len(home) or home[a] != home[b]:
             if lookahead < NEVER:
-                _shorten(said[home[a]], b, delay)
+                _shorten(text[home[a]], b, delay)
             if b < len(home):
                 hears[home[b]][b] = ZERO
     for model in heard:
         hears[home[place[model]]][place[model]] = ZERO
     home += range(len(nodes))
     reached = _reached(w, home)
-    D, R = ([_nearest(row, reached) for row in rows] for rows in (said, hears))
+    D, R = ([_nearest(row, reached) for row in rows] for rows in (text, hears))
     return D, [{i: delay for i, delay in row.items() if i != j} for j, row in enumerate(R)]
 
 
-def ways(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
+def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
     """All that can reach i, as (number of a tag, ns, microsteps); tags: says_j at j, hears_j at n + j, o_j at 2n + j.
 
     o_j = min(says_j, hears_j + least lookahead of j) stands for both where one port of j leads to i as soon as any.
@@ -108,8 +107,8 @@ def ways(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, 
 
 
 def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
-    """Shortest ways from each place to each node that it leads to, from that of most edges on: whose neighbours are
-    known needs no search, such as all that speak to a few hubs."""
+    """Shortest delays from each place to each reachable node, beginning with the place with most edges; results are
+    reused for its neighbours."""
     found: dict[int, dict[int, Delay]] = {}
     for a in sorted(range(len(edges)), key=lambda a: -len(edges[a])):
         if all(b in found for b in edges[a]):
@@ -120,18 +119,18 @@ def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
 
 
 def _nearest(begin: Mapping[int, Delay], reached: Mapping[int, Mapping[int, Delay]]) -> dict[int, Delay]:
-    """Shortest ways by these places, each after a delay, from where it is known what is reached."""
+    """Shortest delays through these places with known reach, each after a delay."""
     found: dict[int, Delay] = {}
     for b, (wait, steps) in begin.items():
         for i, (more, k) in reached[b].items():
-            way = (wait + more, k) if more else (wait, steps + k)  # as `chain`, for all pairs of nodes
-            if i not in found or way < found[i]:
-                found[i] = way
+            distance = (wait + more, k) if more else (wait, steps + k)  # as `chain`, for all pairs of nodes
+            if i not in found or distance < found[i]:
+                found[i] = distance
     return found
 
 
 def _searched(a: int, edges: Matrix, home: Sequence[int]) -> dict[int, Delay]:
-    """Shortest ways from a place to each node that it leads to."""
+    """Shortest delays from a place to each reachable node."""
     found: dict[int, Delay] = {}
     done = set[int]()
     ahead = [(ZERO, a)]
@@ -151,7 +150,7 @@ def _shorten(row: dict[int, Delay], to: int, delay: Delay) -> None:
 
 
 def checked(couplings: Iterable[Coupling], known: Collection[str]) -> Iterable[Coupling]:
-    """The same; ProtocolError names one that leads from or to no model, or back to its own."""
+    """Check couplings; raises ProtocolError for one from or to an unknown model, or back to its own."""
     for coupling in couplings:
         source, port, target, into = coupling
         if source not in known or target not in known:
@@ -172,7 +171,7 @@ def together(models: Sequence[str]) -> str:
 
 
 class NodeState:
-    """A node as the coordinator sees it; the words are those of PROTOCOL.md."""
+    """State of a node in the coordinator, in the terms of PROTOCOL.md."""
 
     def __init__(self, name: str, rank: int, models: Sequence[str]) -> None:
         self.name, self.rank, self.models = name, rank, frozenset(models)
@@ -194,12 +193,12 @@ class NodeState:
         self._fresh: list[Event] = []  # those among them that the node has not been sent
 
     @property
-    def untold(self) -> bool:
-        """Whether what comes first is an offer that is not committed."""
+    def uncommitted(self) -> bool:
+        """Whether its earliest tag is an offer that is not committed."""
         return bool(self.offer) and not self.committed and self.next <= self.hears
 
     def put(self, event: Event) -> bool:
-        """An input waits for it, in total order; whether that is the first thing that it hears."""
+        """Queue an input in total order; returns whether it is the first for this node."""
         insort(self._pending, event)
         insort(self._fresh, event)
         if self._pending[0] is not event:
@@ -208,24 +207,24 @@ class NodeState:
         return True
 
     def send(self, until: Tag) -> list[Event]:
-        """The inputs before `until` that it has not been sent; from now on it keeps them itself."""
+        """Inputs before `until` that were not sent yet; marks them as sent."""
         return _before(self._fresh, until)
 
     def drop(self, reached: Tag) -> list[Event]:
-        """It has done what lay before `reached`: these inputs."""
+        """Remove and return the inputs before `reached`, which it has processed."""
         done = _before(self._pending, reached)
         if done:
             self.hears = self._pending[0].tag if self._pending else FOREVER
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """The other one cannot move before this one does; it is looked at again then."""
+        """Note that the other node waits for this one."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
 
-    def told(self) -> list[tuple[int, str]]:
-        """Who has held it back since this was asked last, each after how many DONEs of all."""
+    def message(self) -> list[tuple[int, str]]:
+        """The nodes that blocked this one since the last call, each with the number of the DONE."""
         held, self._held = self._held, []
         return held
 

@@ -22,32 +22,32 @@ from .messages import Done, Hello
 
 
 class Before(NamedTuple):
-    """A node and what its next message must agree with."""
+    """The state of a node against which its next message is checked."""
 
     node: NodeState
     says: Tag = Tag(0)
 
 
 def check_hello(node: NodeState, hello: Hello) -> None:
-    """ProtocolError names the node and the row that its HELLO breaks."""
+    """Raise ProtocolError that names the node and the rule that its HELLO violates."""
     _check(Before(node), hello)
 
 
 def check_done(node: NodeState, done: Done, says: Tag) -> None:
-    """ProtocolError names the node and the row that its DONE breaks."""
+    """Raise ProtocolError that names the node and the rule that its DONE violates."""
     if not node.running or done.gseq != node.gseq:
         raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
     _check(Before(node, says), done)
 
 
-def _check(before: Before, said: Hello | Done) -> None:
-    for events in (said.spoken if isinstance(said, Done) else [], said.offer):
+def _check(before: Before, text: Hello | Done) -> None:
+    for events in (text.spoken if isinstance(text, Done) else [], text.offer):
         for rule in EVENTS.values() if events else ():
-            if told := rule(before, events):
-                raise ProtocolError(f"{before.node.who} {told}")
+            if message := rule(before, events):
+                raise ProtocolError(f"{before.node.who} {message}")
     for row in WHOLE.values():
-        if told := row(before, said):
-            raise ProtocolError(f"{before.node.who} {told}")
+        if message := row(before, text):
+            raise ProtocolError(f"{before.node.who} {message}")
 
 
 def _own(before: Before, events: Sequence[Event]) -> str:
@@ -94,60 +94,60 @@ def _promise(before: Before, events: Sequence[Event]) -> str:
     return ""
 
 
-def _ahead(before: Before, said: Hello | Done) -> str:
-    ports = said.lookahead.items() if isinstance(said, Hello) else ()
+def _ahead(before: Before, text: Hello | Done) -> str:
+    ports = text.lookahead.items() if isinstance(text, Hello) else ()
     wrong = [f"{ahead} ns for port {port}" for port, ahead in ports if not 0 <= ahead <= NEVER]
     return f"declares a lookahead of {wrong[0]}, which is no time from 0 to 2**63 ns" if wrong else ""
 
 
-def _reaches(before: Before, said: Hello | Done) -> str:
+def _reaches(before: Before, text: Hello | Done) -> str:
     until = before.node.until
-    if isinstance(said, Hello) or (said.reached <= until and said.reached <= said.next):
+    if isinstance(text, Hello) or (text.reached <= until and text.reached <= text.next):
         return ""
     return (
-        f"has done all before {said.reached} and goes on at {said.next}: a DONE reaches at most the end of its GRANT, "
+        f"has done all before {text.reached} and goes on at {text.next}: a DONE reaches at most the end of its GRANT, "
         f"{until}, and leaves nothing undone"
     )
 
 
-def _progress(before: Before, said: Hello | Done) -> str:
-    if isinstance(said, Hello) or said.reached > before.node.first:
+def _progress(before: Before, text: Hello | Done) -> str:
+    if isinstance(text, Hello) or text.reached > before.node.first:
         return ""
-    return f"has done all before {said.reached}: a DONE does the first tag of its GRANT at least, {before.node.first}"
+    return f"has done all before {text.reached}: a DONE does the first tag of its GRANT at least, {before.node.first}"
 
 
-def _within(before: Before, said: Hello | Done) -> str:
-    spoken = said.spoken if isinstance(said, Done) else []
-    if isinstance(said, Hello) or not spoken or spoken[-1].tag < said.reached:
+def _within(before: Before, text: Hello | Done) -> str:
+    spoken = text.spoken if isinstance(text, Done) else []
+    if isinstance(text, Hello) or not spoken or spoken[-1].tag < text.reached:
         return ""
     last = spoken[-1]
-    return f"spoke on port {last.port} at {last.tag}, but has done all before {said.reached} only"
+    return f"spoke on port {last.port} at {last.tag}, but has done all before {text.reached} only"
 
 
-def _last(before: Before, said: Hello | Done) -> str:
-    if isinstance(said, Hello) or (0, 0) <= said.last < said.reached:
+def _last(before: Before, text: Hello | Done) -> str:
+    if isinstance(text, Hello) or (0, 0) <= text.last < text.reached:
         return ""
-    return f"says that its last transition was at {tuple(said.last)}, but has done all before {said.reached} only"
+    return f"says that its last transition was at {tuple(text.last)}, but has done all before {text.reached} only"
 
 
-def _tags(before: Before, said: Hello | Done) -> str:
-    wrong = [tag for tag in (said.next, said.quiet) if not (0 <= tag.t <= NEVER and tag.k >= 0)]
+def _tags(before: Before, text: Hello | Done) -> str:
+    wrong = [tag for tag in (text.next, text.quiet) if not (0 <= tag.t <= NEVER and tag.k >= 0)]
     return f"goes on at {tuple(wrong[0])}, which is no tag" if wrong else ""
 
 
-def _offer(before: Before, said: Hello | Done) -> str:
-    for event in said.offer:
-        if event.tag != said.next or said.next.t == NEVER:
+def _offer(before: Before, text: Hello | Done) -> str:
+    for event in text.offer:
+        if event.tag != text.next or text.next.t == NEVER:
             at = f"{event.source}.{event.port} at {event.tag}"
-            return f"offers {at}: an offer holds its own events at its next tag, {said.next}"
+            return f"offers {at}: an offer holds its own events at its next tag, {text.next}"
     return ""
 
 
-def _quiet(before: Before, said: Hello | Done) -> str:
-    if said.quiet == said.next if said.offer else said.quiet >= said.next:
+def _quiet(before: Before, text: Hello | Done) -> str:
+    if text.quiet == text.next if text.offer else text.quiet >= text.next:
         return ""
-    what = "offers something" if said.offer else "goes on"
-    return f"{what} at {said.next} and says that it is quiet until {said.quiet}: that is when it can speak first"
+    what = "offers something" if text.offer else "goes on"
+    return f"{what} at {text.next} and says that it is quiet until {text.quiet}: that is when it can speak first"
 
 
 EVENTS: dict[str, Callable[[Before, Sequence[Event]], str]] = {
@@ -172,10 +172,10 @@ WHOLE: dict[str, Callable[[Before, Hello | Done], str]] = {
 
 
 class CycleWatch:
-    """`note` every event, `check` before time goes on."""
+    """Detects cycles without time advance: `note` every event, `check` before time advances."""
 
     def __init__(self, couplings: Iterable[Coupling], microsteps: int) -> None:
-        """A message at the microstep `microsteps` [> 0] is one too many."""
+        """At most `microsteps` [> 0] messages at one time are allowed."""
         self.microsteps = microsteps
         self._late: deque[Event] = deque(maxlen=4 * microsteps)
         self._reached: list[Event] = []
@@ -184,7 +184,7 @@ class CycleWatch:
             self._into.setdefault(coupling.target, []).append(coupling)
 
     def note(self, event: Event) -> None:
-        """An event was committed or spoken."""
+        """Record a committed event."""
         if 2 * event.k >= self.microsteps:
             self._late.append(event)
             if event.k >= self.microsteps:
@@ -201,22 +201,22 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Where time stood still when `node` came to `tag`; "" if that was not on a way between nodes."""
-        way = self._back(node, tag) if tag.k >= self.microsteps else []
-        if not way:
+        """The cycle that stopped time when `node` reached `tag`; "" if it involves no other node."""
+        distance = self._back(node, tag) if tag.k >= self.microsteps else []
+        if not distance:
             return ""
-        first = way.index(min(way))
-        way = way[first:] + way[:first]
+        first = distance.index(min(distance))
+        distance = distance[first:] + distance[:first]
         return (
-            f"{', '.join(dict.fromkeys(hop.source for hop in way))} at {tag}: zero-time loop between nodes, "
+            f"{', '.join(dict.fromkeys(hop.source for hop in distance))} at {tag}: zero-time loop between nodes, "
             f"{self.microsteps} microsteps in which no time passes: "
-            f"{', '.join(f'{hop.source}.{hop.port} -> {hop.target}.{hop.into}' for hop in way)}; "
+            f"{', '.join(f'{hop.source}.{hop.port} -> {hop.target}.{hop.into}' for hop in distance)}; "
             f"let one of them hold for more than 0 ns{LONGER}"
         )
 
     def _back(self, node: str, tag: Tag) -> list[Coupling]:
-        """The cycle that led to `node` at `tag`, in the order in which messages went."""
-        way: list[Coupling] = []
+        """The cycle that led to `node` at `tag`, in message order."""
+        distance: list[Coupling] = []
         met: list[str] = []
         while node not in met:
             met.append(node)
@@ -230,5 +230,5 @@ class CycleWatch:
                 return []
             (*at, _, _, _), hop = max(heard)
             node, tag = hop.source, Tag(*at)
-            way.append(hop)
-        return way[met.index(node) :][::-1]
+            distance.append(hop)
+        return distance[met.index(node) :][::-1]

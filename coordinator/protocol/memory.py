@@ -44,11 +44,11 @@ def turns(
 
 
 def answer(node: Node, grant: Grant, coordinator: Coordinator, wired: bool = True) -> Done:
-    """The DONE of a node, by way of the wire if it is `wired`; what a FAIL says is raised."""
-    said = node.handle(decode(encode(grant)) if wired else grant)
-    if isinstance(said, Fail):
-        raise coordinator.failed(node.name, said) from node.cause
-    again = decode(encode(said)) if wired and said is not None else said
+    """Grant a node and return its DONE, encoded and decoded if `wired`; raises the error of a FAIL."""
+    text = node.handle(decode(encode(grant)) if wired else grant)
+    if isinstance(text, Fail):
+        raise coordinator.failed(node.name, text) from node.cause
+    again = decode(encode(text)) if wired and text is not None else text
     if not isinstance(again, Done):
-        raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {said!r}")
+        raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {text!r}")
     return again

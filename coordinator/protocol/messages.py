@@ -44,7 +44,7 @@ Delay = tuple[Count, Count]  # ns and microsteps
 
 
 class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello"):
-    """A node has started: what it is and when it can first speak."""
+    """A node has started: its declaration and first possible output."""
 
     next: Tag
     offer: list[Event]
@@ -56,14 +56,14 @@ class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello")
 
 
 class Welcome(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="welcome"):
-    """The hub knows the node; `epoch` tells incarnations of one node apart."""
+    """The hub has registered the node; `epoch` numbers its incarnations."""
 
     epoch: Annotated[int, msgspec.Meta(ge=1, le=255)]
     config: bytes = b""
 
 
 class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant"):
-    """Leave to do everything before `until`."""
+    """Permission to process all tags before `until`."""
 
     gseq: Count
     until: Tag
@@ -86,7 +86,7 @@ class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """The state of a node after GRANT `gseq`, canonical; without one, a request for it, or `why` it cannot be given."""
+    """State of a node after GRANT `gseq`, canonical; without one a request for it, or `why` there is none."""
 
     gseq: Count
     state: bytes = b""
@@ -94,7 +94,7 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
 
 
 class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
-    """Steps of work that a process has done, and whether a debugger holds it."""
+    """Progress counter of a process, and whether a debugger stops it."""
 
     steps: Count
     traced: bool = False
@@ -118,7 +118,7 @@ class Stop(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
 
 
 class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
-    """The node leaves; `sentence` says what it still waits for, `busy_s` how long it worked under grants."""
+    """The node ends; `sentence`: what it still waits for, `busy_s`: its working time."""
 
     sentence: str = ""
     busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
@@ -138,7 +138,7 @@ def encode(message: AnyMessage) -> bytes:
 
 
 def decode(data: bytes) -> AnyMessage:
-    """The message of a wire form; anything else is refused."""
+    """Decode a message; raises ProtocolError for anything else."""
     try:
         return _DECODER.decode(data)
     except UNREADABLE as error:
@@ -146,5 +146,5 @@ def decode(data: bytes) -> AnyMessage:
 
 
 def kind(data: bytes) -> str:
-    """The kind of an encoded message, without a look at the rest: it stands first."""
+    """The kind of an encoded message, read from its first bytes."""
     return data[2 : 2 + (data[1] & 31)].decode(errors="replace") if len(data) > 1 else ""

@@ -3,7 +3,7 @@
 While tag = min(next, first input) < min(until, stop): lambda if next == tag, then one `advance`. Having
 spoken at a tag, what was said can come back after the shortest cycle: stop = max(succ(tag), tag + echo).
 Each input comes once; those that were not reached are kept, merged by tag with what later grants bring.
-What its models say on ports that no other node hears is told with the DONE, or if they fail with the FAIL.
+What its models say on ports that no other node hears is reported with the DONE, or if they fail with the FAIL.
 A grant ends early after so many events or tags, so that no node works without end while others wait. The
 node checks what it promised: an output earlier than declared and an input later than its own past are
 fatal and named.
@@ -30,19 +30,19 @@ LONGEST = 20_000  # characters of a traceback that are sent, the last ones
 
 
 def kept(state: bytes) -> tuple[Tag, bytes]:
-    """Of a checkpoint: the tag before which all is done, and the snapshot of the model."""
+    """Content of a checkpoint: the tag before which all is done, and the model's snapshot."""
     found = _KEPT.decode(state)
     return found[2], found[5]
 
 
 class Node:
-    """Answers each message; in the end `finish(end)` returns what the model still waits for, or ""."""
+    """A node: answers each message; `finish(end)` returns what the model still waits for, or ""."""
 
     def __init__(
         self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False
     ) -> None:
-        """`samples`: the model shows how far it has come while it works, so it does not go on before a DONE has told
-        what it has spoken."""
+        """`samples`: the model publishes its progress while it works, so the node waits for a DONE before it
+        continues."""
         self._samples = samples
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
         self._last, self._hash = Tag(-1), b""
@@ -56,7 +56,7 @@ class Node:
         """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
 
     def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
-        """Start the model and say what it is."""
+        """Start the model and return its declaration."""
         try:
             self.model.start()
             tag, offer, self._quiet = self._present()
@@ -97,7 +97,7 @@ class Node:
 
     @property
     def first(self) -> Tag:
-        """The earliest thing that it has before it, of its own or kept."""
+        """The earliest pending tag, of its own or of a stored input."""
         return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
     def _run(self, grant: Grant) -> Done:
@@ -118,13 +118,13 @@ class Node:
             while first == tag:
                 bag.append(heappop(kept))
                 first = kept[0].tag if kept else FOREVER
-            said = [] if tag != due else model.outputs() if links else self._offer
-            if said:
+            text = [] if tag != due else model.outputs() if links else self._offer
+            if text:
                 stop = min(stop, succ(tag) if self._samples else max(succ(tag), plus(tag, grant.echo)))
                 if not offered:
                     if tag < own:
-                        self._check(said, own, heard)
-                    spoken += said
+                        self._check(text, own, heard)
+                    spoken += text
             offered, self._last = False, tag
             self.steps += 1
             if len(spoken) >= SPOKEN or self.steps == last:
@@ -134,7 +134,7 @@ class Node:
                 spoken += among
                 mixed = True
             due = model.next_time
-            links += (tag, bag, said, due)
+            links += (tag, bag, text, due)
         if links:
             self._hash = blake2b(_ENCODER.encode((self._hash, links)), digest_size=16).digest()
         if mixed:
@@ -143,15 +143,15 @@ class Node:
         return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
 
     def _checkpoint(self) -> Checkpoint:
-        """All that the next answer depends on; the last DONE beside it shows later whether it was all."""
+        """State that determines the next answer; the last DONE in it verifies this later."""
         if not isinstance(self.model, Keepable) or self._done is None:
             return Checkpoint(self._gseq, why=f"{self.name} has no state that could be kept")
         try:
             model = self.model.snapshot()
         except HeavyliftError as error:
             return Checkpoint(self._gseq, why=str(error))
-        said = self._done.reached, self._done.spoken
-        return Checkpoint(self._gseq, _ENCODER.encode((self._last, self._hash, *said, sorted(self._kept), model)))
+        text = self._done.reached, self._done.spoken
+        return Checkpoint(self._gseq, _ENCODER.encode((self._last, self._hash, *text, sorted(self._kept), model)))
 
     def _resume(self, checkpoint: Checkpoint) -> Done:
         assert isinstance(self.model, Keepable), "it has given a checkpoint"
@@ -163,9 +163,9 @@ class Node:
         return self._done
 
     def _results(self, stop: Stop) -> list[AtomicResult]:
-        """What its models tell; nothing of a run that is broken off."""
-        told = {} if stop.why else self.model.results(stop.end)
-        return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in told.items()]
+        """Results of its models; none for a run that was aborted."""
+        message = {} if stop.why else self.model.results(stop.end)
+        return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in message.items()]
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
         """Next tag, offer, quiet."""
@@ -173,8 +173,8 @@ class Node:
         self._offer = self.model.outputs() if due < FOREVER else []
         return due, self._offer, self.model.quiet
 
-    def _check(self, said: list[Event], own: Tag, heard: Tag) -> None:
-        for event in said:
+    def _check(self, text: list[Event], own: Tag, heard: Tag) -> None:
+        for event in text:
             declared = min(own, after(heard, self.model.lookahead.get(f"{event.source}.{event.port}", 0)))
             if event.tag < declared:
                 raise ModelError(
@@ -183,14 +183,13 @@ class Node:
                 )
 
     def failure(self, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-        """What it sends when it has failed; `cause` is what a model has raised."""
+        """The FAIL of the node; `cause`: the exception of a model."""
         self.cause = error.__cause__ if isinstance(error, HeavyliftError) else error
         return failure(self.name, error, tag, spoken)
 
 
 def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-    """What a node sends when it has failed; without memory, unless that is what a model's function has raised, its
-    process is lost, and the model is not wrong."""
+    """The FAIL of a node; for a MemoryError outside of model code the process counts as lost."""
     if out_of_memory(error) and not isinstance(error, ModelError):
         raise MemoryError from error
     sentence = str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {raised(error)}"

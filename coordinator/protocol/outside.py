@@ -23,7 +23,7 @@ class OpenCoordinator(Coordinator):
     """A coordinator with couplings `outside`, whose sources are not nodes; `inject` brings their events."""
 
     def extend(self, end: Tag) -> None:
-        """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""
+        """Move the time bound of the run to a later time, unless a model has ended it."""
         if not self._finished:
             self.end = max(self.end, end)
 
@@ -36,7 +36,7 @@ class OpenCoordinator(Coordinator):
 
     @property
     def safe_ns(self) -> int:
-        """The first whole nanosecond that is safe."""
+        """The first whole nanosecond at which nothing is decided yet."""
         safe = self.safe
         return safe.t + (safe.k > 0)
 

@@ -15,7 +15,7 @@ import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.description import contacts as contact
 from heavylift.kernel.description.forces import Spring
-from heavylift.kernel.description.mechanics import WORLD, Body, Point, RopeSpan, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Actuator, Plan, Shape
@@ -35,7 +35,8 @@ SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
 def shapes_of(system: System, drawn: Sequence[Shape] = ()) -> list[Box]:
-    """All bodies of a mechanism, and what of the world they can touch; `drawn`: bodies that are boxes of their own."""
+    """Shapes of all bodies of a mechanism and of touchable parts of the world; `drawn`: bodies with boxes of their
+    own."""
     touching: dict[str, list[contact.Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
@@ -95,7 +96,7 @@ def _solid(body: Body) -> Iterator[Box]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Edges and turn of the homogeneous box of a body's mass and inertia; 0 where it has no extent."""
+    """Edges and rotation of the homogeneous box with a body's mass and inertia; 0 along a direction without extent."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
@@ -108,7 +109,7 @@ def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float,
 
 
 def _rod(body: str, end: Vector) -> Iterator[Box]:
-    """A thin cylinder from the origin of a body's frame to a point of it."""
+    """A thin cylinder from the origin of a body's frame to a point."""
     length = float(np.linalg.norm(end))
     if length > 1e-6:
         x, y, z = (v / 2 for v in end)
@@ -139,7 +140,7 @@ COLOURS = {"hanging": (0.13, 0.48, 0.46, 1.0), "block": (0.72, 0.27, 0.20, 1.0)}
 
 
 def boxes(plan: Plan) -> list[Box]:
-    """All that is drawn of a plan; machines and the block are as they collide."""
+    """All drawn boxes of a plan; machines and blocks have their collision shapes."""
     out, shapes, others = _rails(plan), Shapes(plan), {mechanism.name for mechanism in plan.mechanisms}
     for solid in (solid for solid in shapes.solids if solid.machine and solid.machine not in others):
         if solid.kind != "stools":
@@ -151,7 +152,7 @@ def boxes(plan: Plan) -> list[Box]:
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
-    """Middle and radius [m] of what is to be seen of a plan at its start."""
+    """Centre and radius [m] of the visible part of a plan at its start."""
     if cranes := _on_rails(plan):
         n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
@@ -164,7 +165,7 @@ def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
 
 @dataclass(frozen=True)
 class _DrawnPortal:
-    """A crane on two rails along x: where its coordinates count from, its gantry, its main body."""
+    """A crane on two rails along x: origin of its coordinates, gantry, main body."""
 
     at: Vector
     gantry: Actuator
@@ -182,7 +183,7 @@ def _on_rails(plan: Plan) -> list[_DrawnPortal]:
 
 
 def _rails(plan: Plan) -> list[Box]:
-    """Two rails along x, as far as a crane can go."""
+    """Two rails along x over the travel of a crane."""
     if not (cranes := _on_rails(plan)):
         return []
     low = min(c.at[0] + (c.gantry.lower or 0.0) for c in cranes) - OVERHANG
@@ -198,23 +199,23 @@ def _deck(block: Solid) -> Box:
 
 
 class RopeLines:
-    """The ropes that hang in the scene now."""
+    """The rope lines of the scene at the present time."""
 
     def __init__(self, systems: list[System]) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
         flexible = ((b.name, b.flexible) for s in systems for b in s.bodies if b.flexible)
         self._beams = {body for body, x in flexible if x.beam and x.frame != "free"}
-        self._lines = {r.name: tuple(RopeSpan(self._station(x.a), self._station(x.b)) for x in r.lines) for r in ropes}
+        self._lines = {r.name: tuple(Line(self._station(x.a), self._station(x.b)) for x in r.lines) for r in ropes}
         self._hooked = {r.name: r.hooked for r in ropes}
         self._over = {r.name: r for s in systems for r in s.reevings if r.edges}
         self._met: dict[str, set[float]] = {name: set() for name in self._over}
-        self._lines |= {name: (RopeSpan(r.a, r.b),) for name, r in self._over.items()}
+        self._lines |= {name: (Line(r.a, r.b),) for name, r in self._over.items()}
         springs = [f for s in systems for f in s.forces if isinstance(f, Spring)]
-        self._lines |= {f.name: (RopeSpan(f.a, f.b),) for f in springs}
+        self._lines |= {f.name: (Line(f.a, f.b),) for f in springs}
         self._hooked |= {f.name: True for f in springs}
 
     def change(self, event: Event) -> bool:
-        """Whether an event hooked or unhooked something, or a rope has met or left an edge."""
+        """Update the lines; whether an event hooked, unhooked or moved one over an edge."""
         value = event.value
         if isinstance(value, m.StateEvent) and value.name in self._over and value.what in ("found", "left"):
             self._met[value.name] ^= {value.value}
@@ -227,12 +228,12 @@ class RopeLines:
         elif isinstance(value, m.Hook):
             first, *inner, last = [x for line in self._lines[value.rope] for x in (line.a, line.b)]
             ends = Point(first.body, value.a or first.p), *inner, Point(last.body, value.b or last.p)
-            self._lines[value.rope] = tuple(RopeSpan(p, q) for p, q in zip(ends[::2], ends[1::2], strict=True))
+            self._lines[value.rope] = tuple(Line(p, q) for p, q in zip(ends[::2], ends[1::2], strict=True))
             self._hooked[value.rope] = True
         return True
 
     def _station(self, point: Point) -> Point:
-        """A point where its beam bends to: on the station that the kernel has there."""
+        """A point on a bending beam, referred to the station that the kernel computes."""
         x, y, z = point.p
         return Point(f"{point.body}@{x:.9g}", (0.0, y, z)) if point.body in self._beams else point
 
@@ -247,7 +248,7 @@ class RopeLines:
                 along = min(max(along, s.span[0]), s.span[1])
                 x, y, z = (p + along * n for p, n in zip(s.at.p, s.axis, strict=True))
                 at.append(Point(s.at.body, (x, y, z)))
-        self._lines[name] = tuple(RopeSpan(p, q) for p, q in pairwise([a, *at, b]))
+        self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def drawn(self) -> list[RopeLine]:
         """The lines of all hooked ropes."""

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -> dict[str, object]:
-    """All of it, by name."""
+    """All facts by name."""
     plan = scene.plan
     return {
         "scene": plan.name,
         "seed": plan.seed,
         **({"project": scene.facts.project} if scene.facts.project else {}),
         **_asked(scene),
-        "modelled": told_of(plan),
+        "modelled": omissions_of(plan),
         "errors": scene.errors,
         "tolerance": f"{plan.tolerance:.6g}",
         "method": plan.method,
@@ -46,27 +46,27 @@ def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -
     }
 
 
-def told_of(plan: Plan) -> str:
+def omissions_of(plan: Plan) -> str:
     """What its fidelity leaves out."""
     out = left_out(plan)
     return f"left out: {', '.join(out)}" if out else "as it is written"
 
 
 def _asked(scene: "LoadedScene") -> dict[str, object]:
-    """What a scene asks and how accurately; nothing of one that asks nothing."""
+    """Quantities and accuracy that a scene requests."""
     if not scene.facts.ask:
         return {}
     return {"asked": ", ".join(scene.facts.ask), "accuracy": f"{100 * scene.facts.accuracy:.6g} %"}
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:
-    """Where bodies can stand: name, body, point of it, height of the pad [m]."""
+    """Supports of bodies: name, body, point of it, height of the pad [m]."""
     found = [support for machine in plan.machines for support in machine.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 
 
 def hanging(plan: Plan) -> dict[str, str]:
-    """Machines that hang on the hook of another one, with its rope."""
+    """Machines suspended from the hook of another machine, with its rope."""
     owners = {body.name: machine.name for machine in plan.machines for body in machine.system.bodies}
     hooks = [(machine.name, hook) for machine in plan.machines for hook in machine.hooks]
     on = {owners[hook.eye.body]: hook.rope for name, hook in hooks if owners.get(hook.eye.body, name) != name}
@@ -77,7 +77,7 @@ ROPES = ("rope tension", "sling tension")  # limits of one rope at rest
 
 
 def rated(plan: Plan) -> dict[str, float]:
-    """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
+    """Rated load of each rope [N], 100 % utilisation; ropes without one are omitted."""
     hooks = {hook.rope: hook.rated for machine in plan.machines for hook in machine.hooks if hook.rated}
     slings = {tie.rope: tie.rated for machine in plan.machines for tie in machine.ties if tie.rated}
     most = {q: {x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES}
@@ -85,8 +85,8 @@ def rated(plan: Plan) -> dict[str, float]:
 
 
 class EnergyAudit:
-    """Largest imbalance [J] and energy turned over [J]: what drives and winches moved up or down, all heat, and what
-    went in and out of motion."""
+    """Largest imbalance [J] and energy turned over [J]: work of drives and winches, heat, and changes of kinetic
+    energy."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")
@@ -123,5 +123,5 @@ class EnergyAudit:
 
     @property
     def error(self) -> float:
-        """Imbalance as a fraction of the energy turned over."""
+        """Imbalance relative to the energy turned over."""
         return self.imbalance / self.turned_over if self.turned_over else 0.0

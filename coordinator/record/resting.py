@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from .scene import RESOLVED
 
-Course = tuple[NDArray[np.float64], NDArray[np.float64]]  # (n,) times [s], (n,) tensions at rest [N]
+StaticTensions = tuple[NDArray[np.float64], NDArray[np.float64]]  # (n,) times [s], (n,) tensions at rest [N]
 
 
-def at_rest(rec: Recording) -> dict[str, Course]:
-    """Tensions at rest of each rope as far as the action list can be followed; none of a recording without a plan.
+def at_rest(rec: Recording) -> dict[str, StaticTensions]:
+    """Static tension of each rope along the action list; empty for a recording without a plan.
 
     The path knows when each action begins without inertia, the run when it did: between them time is stretched.
     """

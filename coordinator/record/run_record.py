@@ -1,6 +1,7 @@
 """What any run puts on record: events, protocol traffic, the reason of its end.
 
-`Tape` keeps the digest alone; `FileTape` writes a recording and finishes it in any case, as a context manager.
+`RunRecorder` keeps the digest alone; `FileRecorder` writes a recording and finishes it in any case, as a context
+manager.
 
 Where the wall time of a run went, in seconds that are shown and never used.
 
@@ -40,7 +41,8 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """From when it began, all nodes had said HELLO, nothing was left to do, all were gone; and the kernel's own."""
+        """From the times of begin, last HELLO, last grant and end of all processes, and the kernel's own working
+        time."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)
@@ -50,7 +52,7 @@ class Budget:
 
 
 class ClockedWork:
-    """Something whose work is clocked: `spent_s` of wall time so far."""
+    """A consumer whose working time is measured: `spent_s` [s]."""
 
     spent_s = 0.0
 
@@ -84,7 +86,7 @@ Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began 
 _schema = cache(msgspec.json.schema)  # of a type of messages, which many ports have
 
 
-class Tape(ClockedWork):
+class RunRecorder(ClockedWork):
     """Nothing but the digest of the events, and the time that was reached."""
 
     def __init__(self) -> None:
@@ -100,21 +102,22 @@ class Tape(ClockedWork):
         self.digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
     def samples(self, node: str, batch: bytes) -> int:
-        """What a node has put on its data topic; returns the simulation time that it reaches [ns]."""
+        """Record a batch of samples; returns the simulation time that it reaches [ns]."""
         return self.last_ns
 
     @property
     def notes(self) -> list[str]:
-        """Sentences of the nodes that the user must know, so far."""
+        """Notes of the nodes for the user, so far."""
         return []
 
     def settle(self, t_ns: int) -> None:
-        """Nothing before this simulation time [ns] comes any more."""
+        """All data before this simulation time [ns] are complete."""
 
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """A message of the time protocol, "to node" or "from node", and who held a GRANT back; outside the digest."""
+        """Record a message of the time protocol, "to node" or "from node", with the nodes that blocked a GRANT; not
+        part of the digest."""
 
     def checkpoint(self, at: Tag, state: bytes) -> None:
         """The state of the node that samples, which has done all before this tag; outside the digest."""
@@ -132,10 +135,10 @@ class Tape(ClockedWork):
         return self
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        """An end by an error is put on record where there is one."""
+        """Record an error that ended the run."""
 
 
-class FileTape(Tape):
+class FileRecorder(RunRecorder):
     """A recording; its ports are announced before the run begins."""
 
     def __init__(
@@ -163,19 +166,19 @@ class FileTape(Tape):
 
     @property
     def notes(self) -> list[str]:
-        """Sentences of the nodes that the user must know, so far."""
+        """Notes of the nodes for the user, so far."""
         return [note.sentence for note in self.recorder.notes]
 
     @clocked
     def settle(self, t_ns: int) -> None:
-        """What waits below this simulation time [ns] may be written."""
+        """Write the data before this simulation time [ns]."""
         self.recorder.settle(t_ns)
 
     @clocked
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """A message of the time protocol, with a summary for people and what `heavylift trace` needs."""
+        """Record a message of the time protocol with a summary and the data of `heavylift trace`."""
         summary = {**_summary(message), "wall_ns": time.perf_counter_ns() - self._began_ns}
         if held:
             summary["held"] = held
@@ -187,7 +190,7 @@ class FileTape(Tape):
         self.recorder.checkpoint(at, state)
 
     def failed(self, message: m.Fail) -> None:
-        """A node has failed: its traceback belongs to the record, not on the user's screen."""
+        """Record the traceback of a failed node."""
         self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
 
     def note(self, t_ns: int, sentence: str) -> None:
@@ -196,7 +199,7 @@ class FileTape(Tape):
 
     @clocked
     def close(self, facts: Mapping[str, object]) -> None:
-        """Finish the recording, with these facts about how the run ended and what was observed of lookaheads."""
+        """Finish the recording with facts about the end of the run and observed lookaheads."""
         self.recorder.close("finished", "", {**facts, "slack": msgspec.to_builtins(self.slack)})
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:

@@ -24,13 +24,13 @@ from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, State
 from heavylift.nodes.plan.plan import encode
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.render.lichtblick import LAYOUT, layout
 from numpy.typing import NDArray
 
 from .drawing import RopeLines, boxes, surroundings
 from .facts import EnergyAudit, facts_of, rated
-from .run_record import Budget, FileTape, Held, clocked
+from .run_record import Budget, FileRecorder, Held, clocked
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
@@ -43,10 +43,9 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a run ended: times and what they went into (`budget`, known when all nodes are gone), digest, per rope (peak
-    tension [N], when [s]), how well the energy closes, what the action list still waited for when a time bound
-    ended the run ("" = nothing), how late it was where it was paced by the clock, what the kernel has to say, and the
-    verdict.  `recording`: where it was written, the name that was given or the next free one."""
+    """Result of a run: times and `budget`, digest, peak tension [N] and time [s] of each rope, error of the energy
+    balance, what the action list still waited for at the time bound, lateness in real time, notes of the kernel,
+    verdict, and the path of the `recording`."""
 
     sim_s: float
     wall_s: float
@@ -59,12 +58,12 @@ class RunResult:
     budget: Budget = field(default_factory=Budget)
     lateness: Lateness | None = None
     notes: tuple[str, ...] = ()
-    verdict: Judged | None = None
+    verdict: RecordedVerdict | None = None
     recording: Path = Path()
     promised: dict[str, object] = field(default_factory=dict)  # asked (nothing: tensions), accuracy, measured errors
 
 
-class Record(FileTape):
+class Record(FileRecorder):
     """The recording of one run, with peaks and energy audit."""
 
     def __init__(
@@ -77,7 +76,7 @@ class Record(FileTape):
         force: bool = False,
         more: Mapping[str, object] | None = None,
     ) -> None:
-        """`more` facts, known at the start."""
+        """`more`: facts known at the start."""
         self._page = page
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
@@ -107,7 +106,7 @@ class Record(FileTape):
         self.port(OPERATOR, COMMAND, OperatorCommand)
 
     def layout(self, data: bytes, systems: list[System]) -> None:
-        """The kernel's sample columns, and what of the mechanics can be drawn."""
+        """Set the sample columns, and what can be drawn."""
         try:
             self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         except UNREADABLE as error:
@@ -154,7 +153,7 @@ class Record(FileTape):
         return found.times[-1]
 
     def settle(self, t_ns: int) -> None:
-        """What waits below this simulation time [ns] may be written; what was foretold for it has come.
+        """Write the data before this simulation time [ns]; samples announced for it have come.
 
         A rest that lasts is not waited for: whatever the run does, no more than a second of it is lost with it.
         """
@@ -175,7 +174,7 @@ class Record(FileTape):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """A message of the time protocol; with one for the kernel nothing is foretold any more."""
+        """Record a message of the time protocol; one to the kernel cancels announced samples."""
         super().protocol(t_ns, node, direction, message, data, held)
         if node == KERNEL and direction == "to node":
             self._foretold = None
@@ -196,9 +195,9 @@ class Record(FileTape):
             notes=tuple(self.notes),
             promised=self._promised,
         )
-        said = self._conduct
-        said.peaks, said.end, said.unfinished = result.peaks, result.sim_s, result.unfinished
-        result = replace(result, verdict=self._judged())
+        text = self._conduct
+        text.peaks, text.end, text.unfinished = result.peaks, result.sim_s, result.unfinished
+        result = replace(result, verdict=self._verdict())
         facts: dict[str, object] = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants, "unfinished": unfinished}
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}
         facts["verdict"] = msgspec.to_builtins(result.verdict)
@@ -211,38 +210,38 @@ class Record(FileTape):
         )
         return result
 
-    def _judged(self) -> Judged:
-        """The verdict; the recording is finished even if none can be made."""
-        said = self._conduct
-        said.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
+    def _verdict(self) -> RecordedVerdict:
+        """The verdict; the recording is finished even if it cannot be computed."""
+        text = self._conduct
+        text.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
         try:
-            return verdicts.judge(self._plan, self._collector, said, self._errors)
+            return verdicts.verdict_of_run(self._plan, self._collector, text, self._errors)
         except Exception as error:
-            told = f"red: no verdict could be made, which is a defect of heavylift ({type(error).__name__}: {error})"
-            return Judged(red=True, state="red", line=told)
+            message = f"red: no verdict could be made, which is a defect of heavylift ({type(error).__name__}: {error})"
+            return RecordedVerdict(red=True, state="red", line=message)
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        told = {"reason": str(error)}
+        message = {"reason": str(error)}
         try:
             if isinstance(error, HeavyliftError) and not self.worthless():
-                error.verdict = verdict = self._judged_as_it_failed(error)
+                error.verdict = verdict = self._verdict_of_failure(error)
                 self.facts = {"verdict": msgspec.to_builtins(verdict)}
-                told["verdict"] = verdict.line
+                message["verdict"] = verdict.line
         finally:
             super().__exit__(kind, error, trace)
         if error is not None:
-            self._end_for_all("failed", told)
+            self._end_for_all("failed", message)
 
-    def _judged_as_it_failed(self, error: HeavyliftError) -> Judged:
-        said = self._conduct
-        said.status, said.reason, said.end = "failed", str(error), self.last_ns * 1e-9
-        said.peaks = {name: (p.tension, p.time) for name, p in self.recorder.peaks.items()}
-        return self._judged()
+    def _verdict_of_failure(self, error: HeavyliftError) -> RecordedVerdict:
+        text = self._conduct
+        text.status, text.reason, text.end = "failed", str(error), self.last_ns * 1e-9
+        text.peaks = {name: (p.tension, p.time) for name, p in self.recorder.peaks.items()}
+        return self._verdict()
 
-    def _end_for_all(self, status: str, told: dict[str, str]) -> None:
+    def _end_for_all(self, status: str, message: dict[str, str]) -> None:
         limits = rated(self._plan)
         peaks = [
             {"name": name, "tension": p.tension, "time": p.time, "rated": limits.get(name)}
             for name, p in self.recorder.peaks.items()
         ]
-        self._page.end(status, told, peaks, str(self.recorder.path))
+        self._page.end(status, message, peaks, str(self.recorder.path))

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """Tag, topic and what was recorded and came now; None where nothing was said."""
+    """Tag and topic of a difference, recorded and new value; None for a missing one."""
 
     t_ns: int
     microstep: int
@@ -34,13 +34,15 @@ class Deviation(msgspec.Struct, frozen=True):
     now: object
 
     def __str__(self) -> str:
-        told = [msgspec.json.encode(x).decode() if x is not None else "nothing" for x in (self.recorded, self.now)]
-        return f"at {Tag(self.t_ns, self.microstep)} on {printable(self.topic)}: recorded {told[0]}, now {told[1]}"
+        message = [msgspec.json.encode(x).decode() if x is not None else "nothing" for x in (self.recorded, self.now)]
+        return (
+            f"at {Tag(self.t_ns, self.microstep)} on {printable(self.topic)}: recorded {message[0]}, now {message[1]}"
+        )
 
 
 class ReplayResult(msgspec.Struct, frozen=True):
-    """How far the new run was the recorded one: events that came again, the first deviation, the digest if known; what
-    else differs; the line of the verdict, judged again; names of facts that are taken as recorded."""
+    """Comparison with a recorded run: number of equal events, first deviation, digest if known, other differences,
+    verdict computed again, facts taken as recorded."""
 
     events: int
     deviation: Deviation | None = None
@@ -56,7 +58,7 @@ class ReplayResult(msgspec.Struct, frozen=True):
 
 
 class EventComparison:
-    """Compares events as they come, in total order, with the recorded ones."""
+    """Compares events in total order with the recorded ones."""
 
     def __init__(self, recorded: list[Event]) -> None:
         self._recorded = recorded
@@ -64,7 +66,7 @@ class EventComparison:
         """Recorded events that have come again."""
 
     def hear(self, event: Event) -> Deviation | None:
-        """The next event; the deviation if it is not the next recorded one."""
+        """Compare the next event; the deviation if it differs."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         if due == event:
             self.count += 1
@@ -74,7 +76,7 @@ class EventComparison:
         return _deviation(due, event if event.order == due.order else None)
 
     def reach(self, tag: Tag) -> Deviation | None:
-        """Nothing before this tag comes any more; the deviation if something recorded is missing."""
+        """No event before this tag follows; the deviation if a recorded one is missing."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         return _deviation(due, None) if due is not None and due.tag < tag else None
 
@@ -90,7 +92,7 @@ def _plain(event: Event | None) -> object:
 
 
 def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Deviation | None:
-    """The first recorded sample that these batches of the kernel do not hold, of those up to their last one."""
+    """The first recorded sample missing in these batches, up to their last one."""
     rec, announced = run.recording, msgspec.msgpack.decode(layout, type=SampleLayout)
     columns = Columns(announced)
     found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]
@@ -112,7 +114,7 @@ def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Devia
 
 
 def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
-    """The first of these samples, of a run that came to its end of all, that is not in the recording."""
+    """The first sample of a complete run that is not in the recording."""
     recorded = {raw.publish_time for raw in run.recording.messages("/samples")}
     known = (t for t in now if t not in recorded and (run.complete or t < max(recorded, default=0)))
     t_ns = min(known, default=None)
@@ -130,12 +132,12 @@ def single(run: RecordedRun, name: str) -> ReplayResult:
         node = run.cast.node(name)
     except RecordingError as error:
         raise RecordingError(f"{run.path}: {error}") from None
-    events, end, cast = run.events, run.end, run.cast
-    heard = {(wire.source, wire.port) for wire in cast.wiring.all if wire.target == node}
+    events, end, models = run.events, run.end, run.cast
+    heard = {(wire.source, wire.port) for wire in models.wiring.all if wire.target == node}
     inputs = [e for e in events if (e.source, e.port) in heard]
     follower = EventComparison([e for e in events if e.source == node])
     batches: list[bytes] = []
-    model = cast.make(node, batches.append)
+    model = models.make(node, batches.append)
     found = _play(model, inputs, end, follower)
     if isinstance(model, KernelNode):
         if found is None:

@@ -31,7 +31,7 @@ FASTER = 2.0  # what one press of + or - does to the rate
 
 
 class PublishedItem(NamedTuple):
-    """One thing to publish: an event, or the bytes of a data topic."""
+    """An item to publish: an event, or the bytes of a data topic."""
 
     t_ns: int
     event: Event | None
@@ -41,7 +41,7 @@ class PublishedItem(NamedTuple):
 
 
 class Replay:
-    """The messages of a recording between two times [s], of the topics that match one of the patterns (all if none)."""
+    """Messages of a recording between two times [s] on matching topics (all if no pattern is given)."""
 
     def __init__(
         self, run: RecordedRun, topics: Sequence[str] = (), start: float | None = None, end: float | None = None
@@ -63,9 +63,9 @@ class Replay:
             raise RecordingError(f"{run.path}: nothing lies between {start} s and {end} s; give --from before --to")
 
     def __iter__(self) -> Iterator[tuple[int, list[PublishedItem]]]:
-        """Time [ns] and all that is said then, in order of time."""
-        said = (x for x in self._said() if self.start <= x.t_ns < self.end)
-        for t, group in groupby(said, lambda x: x.t_ns):
+        """Time [ns] and all items at it, in order."""
+        text = (x for x in self._said() if self.start <= x.t_ns < self.end)
+        for t, group in groupby(text, lambda x: x.t_ns):
             yield t, sorted(group, key=lambda x: (x.event is None, x.event.order if x.event else (), x.topic))
 
     def _said(self) -> Iterator[PublishedItem]:
@@ -87,27 +87,27 @@ def _wanted(topic: str, patterns: Sequence[str]) -> bool:
 
 
 class Publisher:
-    """A run of its own that nobody takes part in and everybody may watch; a context manager."""
+    """A run for observers only, as a context manager."""
 
     def __init__(self, name: str, recording: Path) -> None:
         self._name, self._recording = name, recording
         self._stack = ExitStack()
 
-    def say(self, said: PublishedItem) -> None:
+    def say(self, text: PublishedItem) -> None:
         """Publish one thing."""
-        if said.event is not None:
-            self._audience.last_ns = max(self._audience.last_ns, said.t_ns)
-            self._audience.event(said.event)
-            self._audience.show()
+        if text.event is not None:
+            self._publisher.last_ns = max(self._publisher.last_ns, text.t_ns)
+            self._publisher.event(text.event)
+            self._publisher.show()
         else:
-            self._hub.publish_data(said.topic, said.data, said.schema, said.t_ns)
+            self._hub.publish_data(text.topic, text.data, text.schema, text.t_ns)
 
     def __enter__(self) -> Self:
         self._hub = self._stack.enter_context(Hub(()))
         self.run, self.directory = self._hub.run, self._hub.directory.path
-        audience = self._stack.enter_context(shown(self._hub, self._name, self._recording))
-        assert audience is not None, "a hub of processes can be watched"
-        self._audience = audience
+        publisher = self._stack.enter_context(shown(self._hub, self._name, self._recording))
+        assert publisher is not None, "a hub of processes can be watched"
+        self._publisher = publisher
         return self
 
     def __exit__(
@@ -118,7 +118,7 @@ class Publisher:
 
 @dataclass
 class Player:
-    """Says everything at its time: `rate` seconds of the run per second of the wall; keys pause, step, change the rate.
+    """Publishes in time: `rate` seconds of the run per wall second; keys pause, step and change the rate.
 
     space: pause and go on    s or .: the next instant, then pause    + and -: twice and half the rate    q: end
     """
@@ -128,24 +128,24 @@ class Player:
     paused: bool = False
     keyboard: Keyboard = field(default_factory=Keyboard)
     clock: Callable[[], float] = time.monotonic
-    told: Callable[[int], None] = lambda t_ns: None
+    message: Callable[[int], None] = lambda t_ns: None
     over: bool = False
 
     def play(self, replay: Replay) -> int:
-        """Once from its start to its end; returns how many things were said."""
-        said, self._sim_ns, self._wall = 0, replay.start, self.clock()
+        """Play once from start to end; returns the number of items."""
+        text, self._sim_ns, self._wall = 0, replay.start, self.clock()
         for t, group in replay:
             self._wait(t)
             if self.over:
                 break
             for one in group:
                 self.say(one)
-            said += len(group)
-            self.told(t)
-        return said
+            text += len(group)
+            self.message(t)
+        return text
 
     def _wait(self, t: int) -> None:
-        """Until it is time for `t`, a key asks for it, or the replay is over."""
+        """Wait until `t` is due, a key skips it, or the replay ends."""
         while not self.over:
             left = None if self.paused else self._wall + (t - self._sim_ns) * 1e-9 / self.rate - self.clock()
             if left is not None and left <= 0.0 and not self.keyboard.there:
@@ -155,13 +155,13 @@ class Player:
                 self.paused, self._sim_ns = True, t
                 return
             if key:
-                self._obey(key)
+                self._execute(key)
             elif left is not None:
                 return
             else:  # paused, and no key can come any more
                 self.over = not self.keyboard.there
 
-    def _obey(self, key: str) -> None:
+    def _execute(self, key: str) -> None:
         if not self.paused:  # what follows counts from here
             now = self.clock()
             self._sim_ns += round((now - self._wall) * self.rate * 1e9)

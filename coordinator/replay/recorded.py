@@ -46,7 +46,8 @@ from heavylift.recordings import RecordedEvent, Recording
 
 @dataclass(frozen=True)
 class RecordedModels:
-    """Who takes part: nodes by the name that a user gives, how they are wired, who ends the run, and how each is made.
+    """Participants of a recorded run: nodes by user-visible name, couplings, the port that ends the run, and
+    constructors.
 
     `make(name, publish)` starts afresh; `publish` gets the sample batches of the kernel.
     """
@@ -62,13 +63,13 @@ class RecordedModels:
         return list(self.models.values())
 
     def node(self, name: str) -> str:
-        """The node that a user means; RecordingError if there is none."""
+        """Find a node by its name; raises RecordingError if there is none."""
         if name in self.models or name in self.models.values():
             return self.models.get(name, name)
         raise RecordingError(f"there is no model {name} in it, it has {', '.join(self.models)}")
 
 
-def cast_of(rec: Recording) -> RecordedModels:
+def recorded_models(rec: Recording) -> RecordedModels:
     """The models of a recording; RecordingError if they cannot be built any more."""
     if RESOLVED in rec.attachments:
         try:
@@ -99,7 +100,7 @@ def _of_plan(plan: Plan) -> RecordedModels:
 
 
 def _kind(machine: Mechanism) -> str:
-    """By which word a machine is asked for beside its name; none of what is lifted alone."""
+    """The word for a machine before its name; "" for a block."""
     if not machine.levels:
         return "mechanism"
     return "crane" if machine.hooks or machine.girders else "" if machine.cargo else BEAM
@@ -116,13 +117,13 @@ def _of_model(reference: str, by: str, microsteps: int, stop: str) -> RecordedMo
 
 
 def _alone(model: Model, wires: Wiring, microsteps: int) -> Simulator:
-    """A model that tells all that it says as if others heard it."""
-    said = [(model.name, port.name, "", "") for port in model.ports.values() if isinstance(port, OutPort)]
-    return Simulator(model, microsteps=microsteps, wires=[*wires.all, *said])
+    """A simulator of one model that reports all its outputs as if others received them."""
+    text = [(model.name, port.name, "", "") for port in model.ports.values() if isinstance(port, OutPort)]
+    return Simulator(model, microsteps=microsteps, wires=[*wires.all, *text])
 
 
 def _microsteps(rec: Recording) -> int:
-    """How many tags without time between them were allowed."""
+    """The allowed number of tags at one time."""
     found = rec.fact("microsteps", LIMIT)
     if type(found) is not int or found < 1:
         raise RecordingError(f"{rec.path}: it allows {found!r} microsteps, which is no number of them; run it again")
@@ -138,8 +139,8 @@ class RecordedRun:
 
     @cached_property
     def cast(self) -> RecordedModels:
-        """The models; RecordingError if this version cannot build them."""
-        return cast_of(self.recording)
+        """The models; raises RecordingError if this version cannot build them."""
+        return recorded_models(self.recording)
 
     @cached_property
     def events(self) -> list[Event]:
@@ -159,12 +160,12 @@ class RecordedRun:
 
     @property
     def complete(self) -> bool:
-        """Whether the run came to its own end."""
+        """Whether the run was complete."""
         return self.recording.result.get("status") == "finished"
 
     @property
     def end(self) -> Tag:
-        """The tag before which the recording knows everything."""
+        """The tag up to which the recording is complete."""
         last = self.events[-1].tag if self.events else Tag(0)
         if not self.complete:
             return last
@@ -174,5 +175,5 @@ class RecordedRun:
 
 
 def plain(e: RecordedEvent) -> Event:
-    """A recorded event with the bytes that its value has without its class, for those who only pass it on."""
+    """The event with the bytes of its value without its class."""
     return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(e.value))

@@ -14,7 +14,7 @@ from .recorded import RecordedRun
 
 
 class ReplayPage:
-    """Shows the page what is said and reached from `start` [ns] on; `end` takes leave."""
+    """Streams a replay to the page from `start` [ns] on; `end` closes it."""
 
     def __init__(self, run: RecordedRun, page: Spectator, start: int = 0) -> None:
         self._page, self._recording = page, run.recording
@@ -30,11 +30,11 @@ class ReplayPage:
         page.begin(facts, layout, rec.boxes(), before[-1] if before else [])
 
     def event(self, e: Event) -> None:
-        """An event that is said."""
+        """Send an event."""
         self._page.event(e.t, e.source, e.port, e.type, e.payload)
 
     def reached(self, t_ns: int) -> None:
-        """The samples up to this simulation time [ns], and the ropes that hang now."""
+        """Send the samples up to this simulation time [ns], and the present rope lines."""
         end = int(np.searchsorted(self._times, t_ns, side="right"))
         if end > self._next:
             part = slice(self._next, end)
@@ -45,7 +45,7 @@ class ReplayPage:
             self._page.ropes(rig.t_ns, rig.lines)
 
     def end(self) -> None:
-        """The replay is over: the peaks of the whole run."""
+        """End of the replay: send the peaks of the whole run."""
         peaks = recorded_peaks(self._recording)
-        told = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
-        self._page.end("replayed", {}, told, str(self._recording.path))
+        message = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
+        self._page.end("replayed", {}, message, str(self._recording.path))

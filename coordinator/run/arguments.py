@@ -42,7 +42,7 @@ def end_ns(until: object) -> int:
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
-    """Orders in the sequence of their times; raises ModelError for what is no pair of a time and of `what` fits."""
+    """Orders by time; raises ModelError for anything but a pair of a time and of `what` fits."""
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
         raise ModelError(f"orders={orders!r}: give pairs (seconds, {what})")
     found: list[Order[What]] = []
@@ -58,22 +58,22 @@ def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Ord
 
 def patterns(keep: object) -> tuple[str, ...]:
     """Names or patterns of signals, one or several; raises SignalError."""
-    said = texts(keep)
-    if said is None:
+    text = texts(keep)
+    if text is None:
         raise SignalError(f"keep={keep!r}: give names of signals, such as ['rope/tension', 'pose/*']")
-    return said
+    return text
 
 
-def texts(said: object) -> tuple[str, ...] | None:
-    """One text or several; None of anything else."""
-    if isinstance(said, str):
-        return (said,)
-    several = tuple(said) if isinstance(said, Iterable) else (None,)
+def texts(text: object) -> tuple[str, ...] | None:
+    """One or several texts as a tuple; None for anything else."""
+    if isinstance(text, str):
+        return (text,)
+    several = tuple(text) if isinstance(text, Iterable) else (None,)
     return tuple(x for x in several if isinstance(x, str)) if all(isinstance(x, str) for x in several) else None
 
 
 def whole(name: str, value: object) -> int:
-    """A whole number from 0 on; raises ModelError."""
+    """A non-negative integer; raises ModelError."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
         raise ModelError(f"{name}: {value!r} is no whole number from 0 on")
     return int(value)

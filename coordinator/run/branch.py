@@ -52,7 +52,7 @@ CLOCK = re.compile(r"(?:(?:(\d+):)?(\d+):)?(\d+(?:\.\d+)?)")  # 1:02:03.5, 2:00,
 
 
 class _Point(NamedTuple):
-    """Where a branch leaves its recording: all before the tag is the past."""
+    """The tag at which a branch leaves its recording."""
 
     tag: Tag
     stage: str = ""
@@ -64,7 +64,7 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True)
 class Branch:
-    """What is to be run: the new scene, the recorded beginning, where they part."""
+    """A branch: new scene, recorded beginning, and the point where it begins."""
 
     path: Path
     scene: LoadedScene
@@ -81,8 +81,8 @@ class Branch:
             raise SceneError("nothing is to be different after the branch; give --set or an edited --scene")
         run = RecordedRun(path)
         if (made := run.recording.version) != __version__:
-            told = f"was made by heavylift {made}, this is {__version__}, which may compute otherwise"
-            raise RecordingError(f"{path}: {told}; {again(made)}")
+            message = f"was made by heavylift {made}, this is {__version__}, which may compute otherwise"
+            raise RecordingError(f"{path}: {message}; {again(made)}")
         begun = Beginning.left(path, run, "run the scene again")
         point = _point(run, at)
         new = _new(begun, run.recording, settings, scene)
@@ -109,8 +109,8 @@ def branch(
         if past.parted is None:
             raise
         t_ns, column, recorded, now = past.parted
-        told = Deviation(t_ns, 0, column, recorded, now)
-        raise _refused(what, told) from error
+        message = Deviation(t_ns, 0, column, recorded, now)
+        raise _refused(what, message) from error
     watch.say(
         f"equal to {what.path} up to {what.at}, proved: {checked.events} events and {past.samples} samples came again"
     )
@@ -118,12 +118,12 @@ def branch(
 
 
 class _Watch(Checked):
-    """Compares what comes before the branch, and says whence the mechanics go on."""
+    """Compares events before the branch, and reports where the mechanics continue."""
 
     def __init__(self, what: Branch, past: RecordedKernel, watch: RunObserver) -> None:
         self._events = [event for event in what.begun.events if event.tag < what.at.tag]
         super().__init__(self._events, self._refuse, watch, what.at.tag)
-        self._what, self._past, self._at, self._told = what, past, what.at, False
+        self._what, self._past, self._at, self._message = what, past, what.at, False
 
     def _refuse(self, found: Deviation) -> RecordingError:
         self._past.over = False
@@ -135,7 +135,7 @@ class _Watch(Checked):
         return len(self._events)
 
     def event(self, event: Event) -> None:
-        """Before the branch it must be the next recorded one."""
+        """Compare an event before the branch with the recorded one."""
         self._pass(event.tag)
         super().event(event)
 
@@ -146,8 +146,8 @@ class _Watch(Checked):
 
     def _pass(self, tag: Tag) -> None:
         past = self._past
-        if not self._told:
-            self._told = True
+        if not self._message:
+            self._message = True
             why = past.why or "the recording has no checkpoint before the branch"
             at = f"goes on from the checkpoint at {past.at.t * 1e-9:.3f} s"
             self.say(at if past.used else f"simulates from the start: {why}")
@@ -156,17 +156,17 @@ class _Watch(Checked):
 
 def _refused(what: Branch, found: Deviation) -> RecordingError:
     changed = different(what.begun.scene.plan, what.scene.plan)
-    told = f"; in the scene that is {', '.join(changed)}" if changed else ""
+    message = f"; in the scene that is {', '.join(changed)}" if changed else ""
     return RecordingError(
-        f"{what.path}: the past before {what.at} would have been another, {found}{told}; change only what acts later, "
-        "or run the scene from the start"
+        f"{what.path}: the past before {what.at} would have been another, {found}{message}; change only what acts "
+        "later, or run the scene from the start"
     )
 
 
 def _point(run: RecordedRun, text: str) -> _Point:
     """The tag that a user means."""
-    said = [(e.tag, str(e.value.name)) for e in run.events if (e.source, e.port) == (COMMANDER, "stage")]  # type: ignore[attr-defined]
-    stages = [(tag, name) for tag, name in said if name]
+    answer = [(e.tag, str(e.value.name)) for e in run.events if (e.source, e.port) == (COMMANDER, "stage")]  # type: ignore[attr-defined]
+    stages = [(tag, name) for tag, name in answer if name]
     whole = " ".join(text.split())
     after = whole.startswith(END)
     name = whole.removeprefix(END).removeprefix(STAGE)
@@ -174,12 +174,12 @@ def _point(run: RecordedRun, text: str) -> _Point:
         found = [i for i, (_, stage) in enumerate(stages) if stage == name]
         if len(found) != 1:
             times = " and ".join(clock(stages[i][0].t * 1e-9) for i in found)
-            told = (
+            message = (
                 f"begins {len(found)} times, at {times}; give a time" if found else meant(name, [x for _, x in stages])
             )
-            told = f"stage '{name}' {told}" if found else f"there is no stage '{name}'; {told}"
-            told = told if stages else "the run has no stages; give a time"
-            raise RecordingError(f"{run.path}: --at '{text}': {told}")
+            message = f"stage '{name}' {message}" if found else f"there is no stage '{name}'; {message}"
+            message = message if stages else "the run has no stages; give a time"
+            raise RecordingError(f"{run.path}: --at '{text}': {message}")
         if not after:
             return _inside(run, text, _Point(*stages[found[0]]))
         if found[0] + 1 == len(stages):
@@ -205,7 +205,7 @@ def _inside(run: RecordedRun, text: str, point: _Point) -> _Point:
 
 
 def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str | Path | None) -> LoadedScene:
-    """The scene with what is to be different, and with what the recorded run had chosen."""
+    """The scene with the changes, and with what the recorded run had chosen."""
     old = begun.scene
     if scene is not None:
         found = load(scene, settings)
@@ -222,7 +222,7 @@ def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str |
 
 
 def _past(what: Branch) -> RecordedKernel:
-    """What the recording knows before the branch."""
+    """The recorded history before the branch."""
     rec, tag = what.run.recording, what.at.tag
     before = [Tag(*at) for at in rec.checkpoints if Tag(*at) <= tag]
 
@@ -237,7 +237,7 @@ def _past(what: Branch) -> RecordedKernel:
         [event for event in what.begun.events if event.source == KERNEL],
         {name: rec.columns(name) for name in rec.signals()},
         rows,
-        [(round(t * 1e9), told) for t, told in rec.notes()],
+        [(round(t * 1e9), message) for t, message in rec.notes()],
         before[-1] if before else Tag(0),
         rec.checkpoint(before[-1]) if before else b"",
         lambda: ((at, rec.checkpoint(at)) for at in before),
@@ -253,7 +253,7 @@ def _past(what: Branch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Where two plans differ, by path; the first few."""
+    """Paths at which two plans differ; the first few."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

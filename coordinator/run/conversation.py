@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heavylift.coordinator.hosts.listener import RemoteListener
-from heavylift.coordinator.live.command_queue import Desk
-from heavylift.coordinator.live.observers import Audience
+from heavylift.coordinator.live.command_queue import CommandQueue
+from heavylift.coordinator.live.observers import EventPublisher
 from heavylift.coordinator.live.pace import Tempo
 from heavylift.coordinator.participants import NODE_MODULE, PRELOAD
 from heavylift.coordinator.participants.configuration import Wiring
@@ -26,7 +26,7 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.node import kept
 from heavylift.coordinator.protocol.outside import OpenCoordinator
-from heavylift.coordinator.record.run_record import Tape
+from heavylift.coordinator.record.run_record import RunRecorder
 from heavylift.coordinator.stopping import whole
 from heavylift.coordinator.supervision.failover import DEADLINE_s, Succession
 from heavylift.coordinator.supervision.processes import Processes
@@ -43,7 +43,7 @@ from .watch import RunObserver
 if TYPE_CHECKING:
     from heavylift.coordinator.participants.recorded_kernel import RecordedKernel
 
-LOOK_s = 0.2  # how often samples are taken while a node works
+POLL_s = 0.2  # how often samples are taken while a node works
 KEEP_s = 5.0  # wall time between two checkpoints on record
 
 
@@ -52,11 +52,11 @@ def joined(
     placement: Placement,
     in_process: bool,
     processes: Processes | None = None,
-    door: RemoteListener | None = None,
+    listener: RemoteListener | None = None,
     deadline: float = DEADLINE_s,
     past: RecordedKernel | None = None,
 ) -> Iterator[Hub | LocalHub]:
-    """The hub of the nodes of a placement, started in its order; at the end all processes are gone.
+    """The hub of the nodes of a placement; at exit all processes have ended.
 
     Processes of other hosts are not started here, they come in at the `door`; nor are external ones.  A process that
     owes an answer for `deadline` [s] is probed.  `past`: of a kernel in this process, what is known of its run already.
@@ -71,35 +71,33 @@ def joined(
             yield local
         return
     crew = processes or Processes(PRELOAD)
-    with crew, Succession(placement, crew, door, deadline) as hub:  # the keeper is the last to leave
+    with crew, Succession(placement, crew, listener, deadline) as hub:  # the keeper is the last to leave
         crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.awaited})
         yield hub
 
 
 class Conversation:
-    """`welcome` and `hello` each node, `play`, `dismiss`; `abort` in place of whatever an error prevents."""
+    """Conversation with the nodes: `welcome` and `hello` each, `play`, `dismiss`; `abort` after an error."""
 
     def __init__(
         self,
         hub: Hub | LocalHub,
         wiring: Wiring,
         end: Tag,
-        tape: Tape,
+        recorder: RunRecorder,
         watch: RunObserver,
-        audience: Audience | None = None,
+        publisher: EventPublisher | None = None,
         tempo: Tempo | None = None,
-        desk: Desk | None = None,
+        queue: CommandQueue | None = None,
         microsteps: int = LIMIT,
         sampler: str = "",
         marks: Collection[tuple[str, str]] = (),
         externals: Iterable[External] = (),
     ) -> None:
-        """`end`: what lies before it is done; `sampler`: the node whose samples tell how far it has come, and whose
-        checkpoints are put on record: every few seconds, and before what is said on the ports `marks`; `desk` takes
-        orders, which may change the `tempo`.
-        """
-        self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
-        self._tempo, self._desk = tempo or Tempo(), desk
+        """`end`: time bound; `sampler`: the node that publishes progress, and whose checkpoints are recorded every few
+        seconds and before events on the ports `marks`; `desk` receives orders, which may change the `tempo`."""
+        self._hub, self._recorder, self._watch, self._publisher = hub, recorder, watch, publisher
+        self._tempo, self._queue = tempo or Tempo(), queue
         nodes = hub.placement.nodes
         wires, outside, finish, _ = wiring
         self.core = OpenCoordinator(nodes, wires, end, finish, self._event, outside, microsteps, nodes)
@@ -120,17 +118,17 @@ class Conversation:
             hub.sampled = self._take_samples
 
     def written_to(self, wanted: str | Path | None, given: Path | None) -> None:
-        """Say so if the recording does not get the name that it was to have."""
+        """Report if the recording could not get its intended name."""
         if given is not None and given != Path(wanted or ""):
             self._watch.say(f"{wanted} is there already and stays; this run writes {given}")
 
     def welcome(self, node: str, config: bytes, fingerprint: str) -> None:
-        """Tell a node what it is, which has this fingerprint; an external one in words of its own."""
+        """Send a node its configuration with this fingerprint; an external one in its own encoding."""
         self._agreed[node] = fingerprint
         self._send(node, m.Welcome(1, self.externals[node].config if node in self.externals else config))
 
     def hello(self) -> tuple[str, bytes]:
-        """The next node that says HELLO, with what it declares."""
+        """The next node that sends HELLO, with its declaration."""
         node, message = self._receive()
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
@@ -143,15 +141,15 @@ class Conversation:
         return node, message.declaration
 
     def play(self) -> RunEnd:
-        """Rounds until nothing is left to do before the end; again, if the end has been moved."""
+        """Run rounds until nothing is left before the end; again if the end has been moved."""
         core, tempo, outstanding = self.core, self._tempo, 0
         self._begun = True
         while True:
-            if self._desk is not None:
-                self._desk.attend(core)
+            if self._queue is not None:
+                self._queue.attend(core)
             grants = core.ready(tempo.horizon(core))
-            if self._audience is not None:
-                self._audience.show()
+            if self._publisher is not None:
+                self._publisher.show()
             if grants:
                 tempo.granted()
             for name, grant in grants:
@@ -167,7 +165,7 @@ class Conversation:
             got = self._hear(0.0)
             if got is None:  # who is granted works while samples are recorded
                 self._take_samples()
-                got = self._hear(min(LOOK_s, tempo.rest(core)))
+                got = self._hear(min(POLL_s, tempo.rest(core)))
             while got is not None:
                 node, message = got
                 if not isinstance(message, m.Done):
@@ -181,7 +179,7 @@ class Conversation:
         """The ordered end: STOP, the last samples, BYE of every node."""
         self._close()
         self._take_samples()
-        self._tape.settle(end.t)
+        self._recorder.settle(end.t)
         for node in self._hub.nodes:
             self._send(node, m.Stop(end))
         left: dict[str, m.Bye] = {}
@@ -190,14 +188,14 @@ class Conversation:
             if isinstance(message, m.Bye):
                 left[node] = message
         self._take_samples()
-        self._tape.slack = [slack for node in sorted(left) for slack in left[node].slack]
+        self._recorder.slack = [slack for node in sorted(left) for slack in left[node].slack]
         return {node: left[node] for node in self._hub.nodes}
 
     def abort(self, error: BaseException) -> None:
-        """Nodes may go, what they sampled so far is kept; raises Stopped where a signal is the reason."""
+        """Dismiss the nodes and keep their samples; raises Stopped if a signal is the reason."""
         self._close()
         self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
-        with suppress(RecordingError):  # what follows on samples that the error has cut; the error itself is told
+        with suppress(RecordingError):  # what follows on samples that the error has cut; the error itself is reported
             self._take_samples()
         if isinstance(error, KeyboardInterrupt):
             at = self.now.t * 1e-9
@@ -206,11 +204,11 @@ class Conversation:
 
     def _close(self) -> None:
         """No orders any more."""
-        if self._desk is not None:
-            self._desk.close()
+        if self._queue is not None:
+            self._queue.close()
 
     def _keep(self, grant: m.Grant) -> None:
-        """Before this GRANT of the sampler, the state in which it is."""
+        """Request a checkpoint of the sampler before this GRANT."""
         passed = [tag for tag in self._due if tag < grant.until]
         if grant.gseq > 1 and (passed or time.monotonic() - self._kept_at > KEEP_s):
             self._due = [tag for tag in self._due if tag >= grant.until]
@@ -221,21 +219,21 @@ class Conversation:
         data = m.encode(message)
         held = self.core.held(node) if isinstance(message, m.Grant) else []
         self._hub.send(node, data)
-        self._tape.protocol(self.now.t, node, "to node", message, data, held)
+        self._recorder.protocol(self.now.t, node, "to node", message, data, held)
 
     def _receive(self) -> tuple[str, m.AnyMessage]:
         while True:
-            got = self._hear(LOOK_s)
+            got = self._hear(POLL_s)
             self._take_samples()
             if got is not None:
                 return got
 
     def _tell(self, sentence: str) -> None:
-        self._tape.note(self.now.t, sentence)
+        self._recorder.note(self.now.t, sentence)
         self._watch.say(sentence)
 
     def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
-        """The next message of a node, if one comes in time [s] and before samples do."""
+        """The next message of a node within a timeout [s], unless samples arrive first."""
         got = self._hub.receive(timeout)
         if got is None:
             return None
@@ -244,11 +242,11 @@ class Conversation:
         if isinstance(message, m.Checkpoint):
             if node == self._sampler and message.state:
                 self._take_samples()
-                self._tape.checkpoint(*kept(message.state))
+                self._recorder.checkpoint(*kept(message.state))
             return None
-        self._tape.protocol(self.now.t, node, "from node", message, data)
+        self._recorder.protocol(self.now.t, node, "from node", message, data)
         if isinstance(message, m.Fail):
-            self._tape.failed(message)
+            self._recorder.failed(message)
             raise self.core.failed(node, message) from self._hub.causes.get(node, lambda: None)()
         return node, message
 
@@ -262,11 +260,11 @@ class Conversation:
     def _event(self, event: Event) -> None:
         if (event.t, event.k) > self.now:
             self.now = event.tag
-        self._tape.event(event)
-        if self._audience is not None:
-            self._audience.event(event)
-        if self._desk is not None:
-            self._desk.event(event)
+        self._recorder.event(event)
+        if self._publisher is not None:
+            self._publisher.event(event)
+        if self._queue is not None:
+            self._queue.event(event)
         self._tempo.event()
         self._watch.event(event)
 
@@ -274,15 +272,15 @@ class Conversation:
         before = self.now
         with whole():  # what the hub has handed over is nowhere else
             for node, batch in self._hub.samples() if self._begun else ():
-                reached = self._tape.samples(node, batch)
+                reached = self._recorder.samples(node, batch)
                 self.now = max(self.now, Tag(reached))
                 if node == self._sampler:
                     self.core.working(node, reached)
         if self.now > before:
             self._watch.progress(self.now.t)
-        self._tape.settle(self.core.floor.t)
-        for sentence in self._tape.notes[self._noted :]:
+        self._recorder.settle(self.core.floor.t)
+        for sentence in self._recorder.notes[self._noted :]:
             self._noted += 1
             self._watch.say(sentence)
-        if self._audience is not None:
-            self._audience.last_ns = self.now.t
+        if self._publisher is not None:
+            self._publisher.last_ns = self.now.t

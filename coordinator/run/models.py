@@ -20,7 +20,7 @@ from pathlib import Path
 
 import msgspec
 from heavylift.coordinator.hosts.listener import RemoteListener
-from heavylift.coordinator.live.command_queue import Desk
+from heavylift.coordinator.live.command_queue import CommandQueue
 from heavylift.coordinator.live.observers import shown
 from heavylift.coordinator.live.pace import Tempo
 from heavylift.coordinator.participants import NODE_MODULE, parts
@@ -29,7 +29,7 @@ from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.participant import read
 from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.record.run_record import FileTape, Tape
+from heavylift.coordinator.record.run_record import FileRecorder, RunRecorder
 from heavylift.coordinator.supervision.failover import DEADLINE_s
 from heavylift.coordinator.supervision.hash_seed import fixed, loose
 from heavylift.coordinator.supervision.processes import Processes
@@ -50,8 +50,8 @@ from .watch import RunObserver
 
 @dataclass(frozen=True)
 class ModelRun:
-    """How the run of a model ended: why, last event [s], wall time in all and of its rounds [s], grants, digest, where
-    it is recorded, and the `result()` of each atomic that has one, by its path."""
+    """Result of a model's run: reason of the end, last event [s], wall time of all and of the rounds [s], grants,
+    digest, recording, and the `result()` of each atomic by path."""
 
     outcome: RunEnd
     sim_s: float
@@ -77,7 +77,7 @@ def run_models(
     deadline: float = DEADLINE_s,
     places: Sequence[str] = (),
     remote: Collection[str] = (),
-    door: RemoteListener | None = None,
+    listener: RemoteListener | None = None,
     stop: str = "",
     external: Collection[str] = (),
 ) -> ModelRun:
@@ -119,10 +119,12 @@ def run_models(
     tempo = Tempo()
     with (
         allowed([reference]),  # in the processes, too: the caller names it, not a recording
-        Desk(lambda: Path(model.name), tempo) as desk,  # no model takes commands
-        _tape(reference, model, output, lines, placement, microsteps, stop, end.t, force) as tape,
-        joined(placement, in_process, None if in_process else Processes(_preload(reference)), door, deadline) as hub,
-        shown(hub, model.name, tape.recording) as audience,
+        CommandQueue(lambda: Path(model.name), tempo) as queue,  # no model takes commands
+        _recorder(reference, model, output, lines, placement, microsteps, stop, end.t, force) as recorder,
+        joined(
+            placement, in_process, None if in_process else Processes(_preload(reference)), listener, deadline
+        ) as hub,
+        shown(hub, model.name, recorder.recording) as publisher,
     ):
         watching = watch or RunObserver()
         wiring = Wiring(couplings(model), [], finish)
@@ -130,17 +132,17 @@ def run_models(
             hub,
             wiring,
             end,
-            tape,
+            recorder,
             watching,
-            audience=audience,
+            publisher=publisher,
             tempo=tempo,
-            desk=desk,
+            queue=queue,
             microsteps=microsteps,
             externals=externals(placement, model.children, wiring.couplings, microsteps),
         )
-        talk.written_to(output, tape.recording)
+        talk.written_to(output, recorder.recording)
         if isinstance(hub, Hub):
-            desk.open(hub)
+            queue.open(hub)
         try:
             if isinstance(hub, Hub):
                 hub.admit(parts.fingerprint(reference.encode()), watching.say)
@@ -150,25 +152,25 @@ def run_models(
             played = time.perf_counter()
             last = min(talk.core.end, end)
             left = talk.dismiss(last if last < FOREVER else talk.core.last)
-            told = [result for bye in left.values() for result in bye.results]
+            message = [result for bye in left.values() for result in bye.results]
         except BaseException as error:
             talk.abort(error)
             raise
         wall_s = time.perf_counter() - started
-        sim_s, digest = tape.last_ns / 1e9, tape.digest.hexdigest()
-        results = {result.path: result.value for result in sorted(told, key=lambda result: result.path.split("."))}
+        sim_s, digest = recorder.last_ns / 1e9, recorder.digest.hexdigest()
+        results = {result.path: result.value for result in sorted(message, key=lambda result: result.path.split("."))}
         kept = {path: {"type": type(x).__name__, "value": msgspec.to_builtins(x)} for path, x in results.items()}
         facts = {"sim_s": sim_s, "wall_s": wall_s, "grants": talk.grants, "outcome": outcome.value, "results": kept}
-        tape.close(facts)
-        run = ModelRun(outcome, sim_s, wall_s, played - greeted, talk.grants, digest, tape.recording, results)
+        recorder.close(facts)
+        run = ModelRun(outcome, sim_s, wall_s, played - greeted, talk.grants, digest, recorder.recording, results)
     if log is not None:
         for line in sorted(lines, key=lambda line: (line.tag, line.path.split("."))):
             log(line)
     return run
 
 
-class _Lines(Tape):
-    """A tape without a file that keeps transitions."""
+class _Lines(RunRecorder):
+    """A recorder without a file that keeps transitions."""
 
     lines: list[Transition]
     recording: Path | None = None
@@ -180,16 +182,16 @@ class _Lines(Tape):
         return found[-1].tag.t
 
 
-class _FileLines(_Lines, FileTape):
-    """The same beside a recording."""
+class _FileLines(_Lines, FileRecorder):
+    """The same next to a recording."""
 
     @property
     def recording(self) -> Path:  # type: ignore[override]
-        """Where it is."""
+        """Its path."""
         return self.recorder.path
 
 
-def _tape(
+def _recorder(
     reference: str,
     model: Coupled,
     output: str | Path | None,
@@ -200,20 +202,20 @@ def _tape(
     until: int,
     force: bool,
 ) -> _Lines:
-    tape: _Lines
+    recorder: _Lines
     if output is None:
-        tape = _Lines()
+        recorder = _Lines()
     else:
         placed = {process: list(nodes) for process, nodes in placement.processes.items()}
         facts = {"model": reference, "nodes": list(model.children), "placement": placed, "microsteps": microsteps}
         facts |= ({"stop": stop} if stop else {}) | ({"until": until} if until < FOREVER.t else {})
-        tape = file = _FileLines(file_path(output), facts, {}, force)
+        recorder = file = _FileLines(file_path(output), facts, {}, force)
         for name, child in model.children.items():
             for port in child.ports.values():
                 if isinstance(port, OutPort):
                     file.port(name, port.name, port.type)
-    tape.lines = lines
-    return tape
+    recorder.lines = lines
+    return recorder
 
 
 def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts.ModelPart) -> None:
@@ -243,7 +245,7 @@ def _preload(reference: str) -> list[str]:
 
 
 def referred(build: str | Callable[..., Coupled]) -> str:
-    """The name under which other processes find a function; a name stays as it is."""
+    """The name by which other processes import a function; a name is returned unchanged."""
     if isinstance(build, str):
         return build
     name = getattr(build, "__qualname__", "")

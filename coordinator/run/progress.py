@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Protocol, Self, TextIO
 import msgspec
 from heavylift.coordinator.record.facts import rated
 from heavylift.coordinator.record.scene import RunResult
-from heavylift.kernel.description.findings import Check, clock
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED
+from heavylift.nodes.limits.checks import governing, open_checks
 from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.sheets.sheet import Table, columns
 from heavylift.recordings.sheets.terminal import table_text
 
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 
-ROPES = columns("rope", "peak [kN] .1", "at [h:min:s] .0", "rated [kN] .0", "use [%] .1")
+ROPES = columns("rope", "peak at lower end [kN] .1", "at [h:min:s] .0", "rated [kN] .0", "utilisation [%] .1")
 
 
 class Progress(RunObserver):
-    """Draws simulated time, real-time factor, stage and actions begun out of all."""
+    """Progress line: simulated time, real-time factor, stage, share of actions."""
 
     def __init__(self, plan: Plan, as_json: bool = False) -> None:
         self._plan, self._json = plan, as_json
@@ -58,10 +58,10 @@ class Progress(RunObserver):
             self._live.stop()
         if self._json and isinstance(error, HeavyliftError) and error.verdict is not None:
             print(json.dumps({"error": str(error), "verdict": msgspec.to_builtins(error.verdict)}))
-            error.verdict = None  # is told
+            error.verdict = None  # is reported
 
     def event(self, event: Event) -> None:
-        """A stage begins, or a joint is locked."""
+        """Show a new stage, or a joint that was locked."""
         if event.type == "Stage":
             stage = event.value
             self._stage, self._action = stage.name or self._stage, stage.action + 1  # type: ignore[attr-defined]
@@ -79,7 +79,7 @@ class Progress(RunObserver):
             self._live.update(self._line())
 
     def say(self, sentence: str) -> None:
-        """A line of its own, above the bar."""
+        """Print a separate line above the bar."""
         if self._live is None:
             print(printable(sentence), file=sys.stderr)
         else:
@@ -100,7 +100,7 @@ class Progress(RunObserver):
 
 
 def _terminal(stream: TextIO | None) -> bool:
-    """Whether somebody looks, or asks for colours all the same, as Rich understands it."""
+    """Whether the stream is a terminal or colours are forced, as Rich decides."""
     return stream is not None and (stream.isatty() or bool(os.environ.get("FORCE_COLOR")))
 
 
@@ -111,14 +111,14 @@ def _bar() -> Live:
 
 
 class Certified(Protocol):
-    """How sure the figures of a run are."""
+    """Error estimates of the figures of a run."""
 
     @property
-    def told(self) -> list[str]:
+    def message(self) -> list[str]:
         """In lines for people."""
 
     def data(self) -> dict[str, object]:
-        """As plain data."""
+        """Plain data."""
 
 
 def summary(
@@ -127,91 +127,78 @@ def summary(
     as_json: bool = False,
     certificate: Certified | None = None,
     answer: Answer | None = None,
+    verbose: bool = False,
 ) -> None:
-    """Print how the run ended and what each rope saw; as JSON, in SI units."""
+    """Print the verdict, what governs, findings, and the peak tension of each rope; as JSON, in SI units.
+
+    `verbose`: also digest, wall-clock times and energy balance.
+    """
+    limits = rated(plan)
     if as_json:
         verdict = msgspec.to_builtins(result.verdict)
-        told = asdict(replace(result, verdict=None)) | {"recording": str(result.recording), "verdict": verdict}
-        limits = rated(plan)
-        told |= {"rated": limits, "use": {x: T / limits[x] for x, (T, _) in result.peaks.items() if limits.get(x)}}
-        told |= {"answer": msgspec.to_builtins(answer) | {"told": str(answer)}} if answer else {}
-        told |= {"certified": certificate.data()} if certificate else {}
-        print(json.dumps(told))
+        data = asdict(replace(result, verdict=None)) | {"recording": str(result.recording), "verdict": verdict}
+        data |= {"rated": limits, "use": {x: T / limits[x] for x, (T, _) in result.peaks.items() if limits.get(x)}}
+        data |= {"answer": msgspec.to_builtins(answer) | {"told": str(answer)}} if answer else {}
+        data |= {"certified": certificate.data()} if certificate else {}
+        print(json.dumps(data))
         return
-    if result.peaks:
-        limits = rated(plan)
-        red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
-        rows = []
-        ropes = {name: peak for name, peak in result.peaks.items() if "~" not in name}  # no pieces of ropes
-        for name, (tension, when) in ropes.items():
-            limit = limits.get(name)
-            rest = (limit / 1e3, 100 * tension / limit) if limit else (None, None)
-            rows.append((name, tension / 1e3, when, *rest))
-        styles = ["bold", *("bold red" if name in red else None for name in ropes)]
-        for line, style in zip(table_text(Table("Ropes", ROPES, tuple(rows))).splitlines(), styles, strict=True):
-            _tell(line, style)
+    if result.verdict is not None:
+        print_verdict(result.verdict)
+    _print_ropes(result, limits)
     if answer is not None:
-        _tell(f"\n{answer}")
+        _print(f"\nerrors: {answer}")
     if certificate is not None:
-        _tell("\n" + "\n".join(certificate.told))
+        _print("\n" + "\n".join(certificate.message))
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0
-    _tell(
-        f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"
-    )
-    _tell(f"seconds: {result.budget}")
+    _print(f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time")
+    if result.lateness is not None:
+        _print(f"by the clock: {result.lateness}")
+    if verbose:
+        _print_details(result)
+    _print(f"wrote {result.recording}\n\nnext: {command()} plot {result.recording}")
+
+
+def _print_ropes(result: RunResult, limits: dict[str, float]) -> None:
+    """The peak tension of each rope at its lower end; pieces of a rope with mass (NAME~1) are no ropes."""
+    peaks = {name: peak for name, peak in result.peaks.items() if "~" not in name}
+    red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
+    rows = []
+    for name, (tension, when) in peaks.items():
+        limit = limits.get(name)
+        rows.append((name, tension / 1e3, when, *((limit / 1e3, 100 * tension / limit) if limit else (None, None))))
+    styles = ["bold", *("bold red" if name in red else None for name in peaks)] if peaks else []
+    _print("" if peaks else None)
+    for line, style in zip(table_text(Table("Ropes", ROPES, tuple(rows))).splitlines(), styles, strict=True):
+        _print(line, style)
+
+
+def _print_details(result: RunResult) -> None:
+    """What programmers look for: time per part, grants, energy balance, digest."""
+    _print(f"seconds: {result.budget}; {result.grants} grants")
     if result.energy_turned_over:
         moved = f"{result.energy_turned_over / 1e6:.4g} MJ turned over"
-        _tell(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
-    if result.lateness is not None:
-        _tell(f"by the clock: {result.lateness}")
-    path = result.recording
-    _tell(f"digest {result.digest}\nwrote {path}")
-    _tell(f"\nnext: {command()} plot {path}")
-    if result.verdict is not None:
-        tell_verdict(result.verdict)
+        _print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
+    _print(f"digest {result.digest}")
 
 
-REMEDY = {
-    UNKNOWN: ": nobody has measured how wrong these values may be; `--accuracy 1%` does",
-    ASSUMED: ": limits that heavylift assumes; give your own, or confirm them with 'assumed: accept'",
-}
-
-
-def tell_verdict(verdict: Judged) -> None:
-    """Print what was found, the smallest clearance, and the verdict as the last line."""
-    styles = {"red": "bold red", "warning": "yellow", "note": None}
-    grouped = likewise(verdict.findings)
-    if grouped:
-        _tell("")
-    for f in grouped:
-        _tell(f"{f.severity}: {f.told}", styles[f.severity])
-    _open_checks(verdict)
-    if verdict.clearances and not verdict.red:
-        _tell(f"smallest clearance: {verdict.clearances[0].told}")
+def print_verdict(verdict: RecordedVerdict) -> None:
+    """Print the verdict, the checks that govern, the smallest clearance, and all that was found, worst first."""
     styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
-    _tell(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
+    _print(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
+    for line in governing(verdict.checks):
+        _print(line)
+    if verdict.clearances and not verdict.red:
+        _print(f"smallest clearance: {verdict.clearances[0].message}")
+    for f in likewise(verdict.findings):
+        _print(f"{f.severity}: {f.message}", {"red": "bold red", "warning": "yellow"}.get(f.severity))
+    for line in open_checks(verdict.checks):
+        _print(line, "yellow")
 
 
-def _open_checks(verdict: Judged) -> None:
-    """What is undecided or amber, each kind once, with what would decide it."""
-    kinds: dict[str, list[Check]] = {}
-    for check in verdict.checks:
-        if check.state in ("undecided", "amber") and check.why != WARNED:
-            kinds.setdefault(check.word, []).append(check)
-    for kind, checks in kinds.items():
-        if kind in (UNKNOWN, ASSUMED):
-            names = ", ".join(dict.fromkeys(check.quantity for check in checks))
-            _tell(f"{kind}: {names}{REMEDY[kind]}", "yellow")
-            continue
-        alike: dict[str, list[Check]] = {}
-        for check in checks:
-            alike.setdefault(check.quantity, []).append(check)
-        for first, *more in alike.values():
-            _tell(f"{kind}: {first.sentence}{f'; likewise {len(more)} more' if more else ''}", "yellow")
-
-
-def _tell(text: str, style: str | None = None) -> None:
-    """Print lines, in a style where there is a terminal."""
+def _print(text: str | None, style: str | None = None) -> None:
+    """Print lines, in a style where there is a terminal; nothing for None."""
+    if text is None:
+        return
     if not _terminal(sys.stdout):
         print(text)
         return
@@ -221,6 +208,6 @@ def _tell(text: str, style: str | None = None) -> None:
 
 
 def command() -> str:
-    """The command as the user has called it, so that the next one can be copied."""
+    """The command as the user called it, for copying."""
     called = sys.argv[0]
     return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

@@ -29,8 +29,8 @@ from .models import referred, run_models
 
 @dataclass(frozen=True)
 class Estimate:
-    """Of a number over all replications: mean, half the width of its confidence interval, standard deviation; NaN where
-    there is none."""
+    """Estimate of a number over all replications: mean, half-width of its confidence interval, standard deviation; NaN
+    if there is none."""
 
     mean: float
     half: float
@@ -39,7 +39,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Replications:
-    """The seed of each run, the numbers of its results by "path.field", and what they estimate with a confidence."""
+    """Seeds of all runs, their results by "path.field", and the confidence of the estimates."""
 
     seeds: list[int]
     values: dict[str, list[float]]
@@ -47,7 +47,7 @@ class Replications:
 
     @property
     def estimates(self) -> dict[str, Estimate]:
-        """Of each number."""
+        """Estimates of all numbers."""
         return {name: _estimate(x, self.confidence) for name, x in self.values.items()}
 
 
@@ -95,7 +95,7 @@ def replicate(
 
 
 def _seeds(seed: int, count: int) -> list[int]:
-    """Far apart whatever the seed is, and the same for the first ones however many there are."""
+    """Independent seeds; the first ones do not depend on their count."""
     from numpy.random import SeedSequence
 
     return [int(child.generate_state(1, "u8")[0]) >> 1 for child in SeedSequence(seed).spawn(count)]

@@ -43,7 +43,7 @@ _START = Tag(0)
 
 @dataclass(frozen=True)
 class Beginning:
-    """What is left of a run: its scene, the events that reached the disk, and all that an operator had ordered."""
+    """What remains of a run that was cut off: scene, events on disk, and operator commands."""
 
     scene: LoadedScene
     events: list[Event]
@@ -66,7 +66,7 @@ class Beginning:
 
     @classmethod
     def left(cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is") -> Beginning:
-        """The same of what can be read already; `instead`: what to do where it cannot be run again."""
+        """The beginning from what can be read; `instead`: what to do if it cannot be simulated again."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if model := left.recording.run.get("model", ""):
@@ -80,25 +80,27 @@ class Beginning:
             configured(plan, build(plan))  # a plan may be readable and yet make no sense
         except BROKEN as error:
             made = left.recording.version
-            told = "is damaged" if made == __version__ else f"is of heavylift {made}, this is {__version__}"
-            told = f"its scene {told} ({error or type(error).__name__})"
-            raise RecordingError(f"{part}: {told}; {instead}") from None
-        said = {TimedCommand(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
-        commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
+            message = "is damaged" if made == __version__ else f"is of heavylift {made}, this is {__version__}"
+            message = f"its scene {message} ({error or type(error).__name__})"
+            raise RecordingError(f"{part}: {message}; {instead}") from None
+        text = {TimedCommand(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
+        commands = text.union(journaled(part.with_name(part.name.removesuffix(PART))))
         return cls(scene, left.events, sorted(commands), left.recording.version)
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """The scene of a plan that was simulated before, with what was measured for it; and the plan that its text gives
-    now, or why it gives none: files beside the scene may be gone."""
+    """The scene of a simulated plan with its measured errors; and the plan that its text yields now, or why it yields
+    none (missing files)."""
     found = {key: x for key, x in rec.fact("answer", {}).items() if key != "told"}
     answer = msgspec.convert(found, Answer) if found else None
     scene = replace(restored(plan, text, merged, name), answer=answer)
     try:
-        told = parse(merged or text, name, followed=any(x.spread or x.rest for x in plan.limits))
+        message = parse(merged or text, name, followed=any(x.spread or x.rest for x in plan.limits))
     except HeavyliftError as error:
         return scene, error
-    return replace(told, plan=plan, text=text, merged=merged, path=Path(name), chosen=True, answer=answer), told.plan
+    return replace(
+        message, plan=plan, text=text, merged=merged, path=Path(name), chosen=True, answer=answer
+    ), message.plan
 
 
 class Checked(Relay):
@@ -107,18 +109,18 @@ class Checked(Relay):
     def __init__(
         self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: RunObserver, end: Tag = _START
     ) -> None:
-        """What comes before the `end` must be among these events; `parted` says what is wrong."""
+        """Events before the `end` must equal these; `parted` makes the error."""
         self._follower, self._count = EventComparison(events), len(events)
         self._parted, self._watch, self._end = parted, watch, end
 
     def event(self, event: Event) -> None:
-        """The next event must be the next recorded one, as long as there is one."""
+        """Compare the next event with the next recorded one, while there is one."""
         if (self._follower.count < self._count or event.tag < self._end) and (found := self._follower.hear(event)):
             raise self._parted(found)
         self._watch.event(event)
 
     def end(self) -> None:
-        """Nothing comes any more."""
+        """End of the messages."""
         if missing := self._follower.reach(FOREVER):
             raise self._parted(missing)
 

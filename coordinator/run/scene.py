@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.ladder.choosing import chosen
-from heavylift.coordinator.live.command_queue import Desk, TimedCommand
+from heavylift.coordinator.live.command_queue import CommandQueue, TimedCommand
 from heavylift.coordinator.live.keys import Keyboard, Keys
-from heavylift.coordinator.live.observers import Audience, OnTheBus, shown
+from heavylift.coordinator.live.observers import EventPublisher, OnTheBus, shown
 from heavylift.coordinator.live.pace import Pace, Tempo
 from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, postponed, wiring
 from heavylift.coordinator.participants.external import externals
@@ -64,7 +64,7 @@ def run(
     processes: Processes | None = None,
     order: list[str] | None = None,
     placement: Placement | None = None,
-    door: RemoteListener | None = None,
+    listener: RemoteListener | None = None,
     page: Spectator | None = None,
     deadline: float = DEADLINE_s,
     pace: Pace | None = None,
@@ -101,24 +101,24 @@ def run(
     started = time.perf_counter()
     tempo = Tempo(pace or Pace(NEVER if in_process else AHEAD_ns))
     bus = OnTheBus()
-    looking = Spectators(page or Spectator(), Broadcast(bus, publish_hz))
+    observers = Spectators(page or Spectator(), Broadcast(bus, publish_hz))
     with (
-        Desk(
+        CommandQueue(
             lambda: record.recorder.path,
             tempo,
             lambda words: _order(lift, words),
             lambda answer: located(lift.plan, answer.refused, answer.at),
-        ) as desk,
-        Record(lift, models, file, placed, looking, force, past.facts if past else {}) as record,
-        joined(placed, in_process, processes, door, deadline, past) as hub,
-        shown(hub, lift.plan.name, record.recorder.path, angles) as audience,
+        ) as queue,
+        Record(lift, models, file, placed, observers, force, past.facts if past else {}) as record,
+        joined(placed, in_process, processes, listener, deadline, past) as hub,
+        shown(hub, lift.plan.name, record.recorder.path, angles) as publisher,
     ):
         if isinstance(hub, Hub):
-            desk.open(hub)
+            queue.open(hub)
             bus.open(hub)
-        played = _Run(lift, models, hub, record, watch, audience, tempo, desk)
+        played = _Run(lift, models, hub, record, watch, publisher, tempo, queue)
         played.talk.written_to(file, record.recorder.path)
-        desk.repeat(commands, played.talk.core)
+        queue.repeat(commands, played.talk.core)
         record.worthless = lambda: past is not None and not past.over
         for sentence in lift.answer.notes if lift.answer else ():
             played.say(sentence)
@@ -129,7 +129,7 @@ def run(
             for at, state in past.checkpoints() if past and past.used else ():
                 record.checkpoint(at, state)
             greeted = record.mark()
-            with Keys(desk, keyboard or Keyboard(), played.say):
+            with Keys(queue, keyboard or Keyboard(), played.say):
                 played.play()
             done = record.mark()
             played.dismiss()
@@ -143,7 +143,7 @@ def run(
 
 
 class _Run(Relay):
-    """What a scene makes of the conversation with its nodes."""
+    """Conversation of a scene's run with its nodes."""
 
     def __init__(
         self,
@@ -152,9 +152,9 @@ class _Run(Relay):
         hub: Hub | LocalHub,
         record: Record,
         watch: RunObserver,
-        audience: Audience | None,
+        publisher: EventPublisher | None,
         tempo: Tempo,
-        desk: Desk,
+        queue: CommandQueue,
     ) -> None:
         self._plan, self._models, self._record, self._watch = scene.plan, models, record, watch
         self._placement = hub.placement
@@ -164,7 +164,7 @@ class _Run(Relay):
         limit, wires = self._plan.microsteps, wiring(self._plan)
         stages = [] if self._plan.lists else [(COMMANDER, "stage")]  # of several lists they would cost all lifts each
         foreign = externals(hub.placement, models, wires.all, limit)
-        self.talk = Conversation(hub, wires, end, record, self, audience, tempo, desk, limit, KERNEL, stages, foreign)
+        self.talk = Conversation(hub, wires, end, record, self, publisher, tempo, queue, limit, KERNEL, stages, foreign)
         self._nodes = [node for node in hub.nodes if node != KERNEL]
 
     def event(self, event: Event) -> None:
@@ -174,18 +174,18 @@ class _Run(Relay):
         self._watch.event(event)
 
     def greet(self) -> None:
-        """The models first, for the kernel needs what they declare."""
+        """Greet the models first, since the kernel needs their declarations."""
         models = [self._placement.nodes[node] for node in self._nodes]
         for node, plan in zip(self._nodes, map(encode, divided(self._plan, models)), strict=True):
             self.talk.welcome(node, part(ScenePart(plan)), fingerprint(plan))
         declared = dict[str, System]()
         for _ in self._nodes:  # they arrive in any order
-            node, said = self.talk.hello()
+            node, text = self.talk.hello()
             names = self._placement.nodes[node]
             if node in self.talk.externals:  # its mechanics are those of the model that it plays
                 declared |= {name: self._models[name].declare() for name in names}
             else:
-                declared |= zip(names, _declared(together(names), said, len(names)), strict=True)
+                declared |= zip(names, _declared(together(names), text, len(names)), strict=True)
         systems = [declared[name] for name in self._models]
         agreed = fingerprint(encode(self._plan))
         self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, self._models, systems), agreed)), agreed)
@@ -200,7 +200,7 @@ class _Run(Relay):
             self._outcome = self.talk.play()
 
     def dismiss(self) -> None:
-        """The ordered end; raises ModelError if a model still waits for something."""
+        """End in order; raises ModelError if a model still waits."""
         ended = self._outcome is RunEnd.QUIET and self._plan.end is None
         byes = self.talk.dismiss(Tag(self.talk.now.t + 1) if ended else self.talk.core.end)
         self.kernel_s = byes[KERNEL].busy_s
@@ -218,7 +218,7 @@ def _order(scene: LoadedScene, words: str) -> OperatorCommand:
 
 
 def _declared(name: str, data: bytes, count: int) -> list[System]:
-    """What the models of a node, perhaps on another host, declare of the mechanics."""
+    """Mechanics declared by the models of a node, which may be remote."""
     try:
         found = msgspec.msgpack.decode(data, type=list[System])
         if len(found) != count:

@@ -26,7 +26,7 @@ from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
-from heavylift.kernel.islands.dense_output import Looks, check_same, instants_of, trail_of
+from heavylift.kernel.islands.dense_output import DenseRows, check_same, instants_of, trail_of
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commands import CommandTarget
 from heavylift.kernel.simulation.native.samples import channels, published
@@ -40,7 +40,7 @@ from heavylift.nodes.scene.text.units import DURATION
 from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import meant
 from heavylift.recordings.read.signal import Signal, titles
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.write.rows import Peak
 from numpy.typing import NDArray
 
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Again = Callable[[list[int]], dict[str, Signal]]  # signals of the same run at other instants [ns]
-Command = Callable[[CommandTarget], object]  # what is told to the simulation
+Command = Callable[[CommandTarget], object]  # what is reported to the simulation
 
 SINCE_A_SAMPLE = ("rope/peak", "rope/peak_time")  # what they show is not a state
 SAMPLES = 1000  # of a system that nobody asks for others
@@ -68,9 +68,9 @@ class StageSpan(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What a run has shown: times (n,) [s] of samples; signals by name; stages; the largest tension [N] of each rope
-    and when [s]; events, as a recording has them; sentences of the kernel and when [s]; what the action list still
-    waited for.  The verdict and the digest are computed when they are first asked for.
+    """Results of a run: sample times (n,) [s]; signals by name; stages; peak tension [N] and time [s] of each rope;
+    recorded events; notes of the kernel with times [s]; what the action list still waited for. Verdict and digest are
+    computed when first read.
 
     Times repeat where an event or an order meets a sample: the first row is from before it, the last one from after.
     `at` has other times, each once.
@@ -87,17 +87,17 @@ class Result:
     _again: Again | None = None
 
     @cached_property
-    def verdict(self) -> Judged | None:
+    def verdict(self) -> RecordedVerdict | None:
         """The verdict; None of a system."""
         return self._run.verdict if self._run else None
 
     @cached_property
     def digest(self) -> str:
-        """That of `run`; "" of a system."""
+        """The digest of `run`; "" for a system."""
         return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> Result:
-        """The same with its signals at these times [s], as the integrator has them between its steps.
+        """The results with signals at these times [s] from the integrator's dense output.
 
         At an event or order they are those after it, or (`before`) those of a nanosecond earlier.  The run is repeated
         for that, and takes as long as it did.  Raises KernelError for times outside of the run, or if the run is
@@ -122,14 +122,13 @@ class Result:
         return {**vars(self), "verdict": self.verdict, "digest": self.digest, "_run": None, "_again": None}
 
     def __getitem__(self, name: str) -> Signal:
-        """The signal of this name, such as "rope/tension"; SignalError names those that there are."""
+        """The signal of this name, such as "rope/tension"; raises SignalError that lists all names."""
         if name not in self.signals:
             raise SignalError(f"the result has no signal {name}; {meant(name, list(self.signals))}")
         return self.signals[name]
 
     def to_pandas(self) -> pandas.DataFrame:
-        """All signals in one DataFrame: the time [s] as index, which repeats as `t` does, `signal/column [unit]` as
-        columns."""
+        """All signals as a DataFrame: index time [s], which may repeat; columns `signal/column [unit]`."""
         how = "install heavylift[pandas] or use .t and [name]"
         library = extra("pandas", RecordingError(f"a DataFrame needs pandas; {how}"))
         columns = {
@@ -140,9 +139,9 @@ class Result:
         return library.DataFrame(columns, index=library.Index(self.t, name="time [s]"))
 
     def __repr__(self) -> str:
-        told = f"; {self.verdict.line}" if self.verdict else ""
+        message = f"; {self.verdict.line}" if self.verdict else ""
         span = f"{self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else "nothing"
-        return f"<Result: {span}, {len(self.t)} samples of {', '.join(self.signals) or 'no signal'}{told}>"
+        return f"<Result: {span}, {len(self.t)} samples of {', '.join(self.signals) or 'no signal'}{message}>"
 
 
 @overload
@@ -194,7 +193,7 @@ def simulate(
         return _of_system(model, until, every, calls, keep, **options)
     if options:
         raise SceneError(f"{', '.join(options)}: a scene says that itself; load it with --set, such as method=radau5")
-    words: list[Order[str]] = timed(orders, "an operator's words", lambda said: isinstance(said, str))
+    words: list[Order[str]] = timed(orders, "an operator's words", lambda text: isinstance(text, str))
     return _of_scene(chosen(loaded(model)), until, every, words, keep)
 
 
@@ -204,22 +203,22 @@ def _of_scene(
     changed = {**({"end": until} if until is not None else {}), **({"samples_hz": 1.0 / every} if every else {})}
     plan, given = msgspec.structs.replace(scene.plan, **changed), list[TimedCommand]()
     words: dict[int, str] = {}
-    for t, said in orders:
+    for t, text in orders:
         t_ns = max(seconds(t), max(words, default=-1) + 1)
-        words[t_ns] = said
-        order = b"" if said == STOP else msgspec.msgpack.encode(spoken(scene, said))
-        given.append(TimedCommand(Tag(t_ns), encode(OperatorCommand(said, order))))
+        words[t_ns] = text
+        order = b"" if text == STOP else msgspec.msgpack.encode(spoken(scene, text))
+        given.append(TimedCommand(Tag(t_ns), encode(OperatorCommand(text, order))))
     run = play(plan, commands=given, errors=scene.errors)
 
     def again(instants: list[int]) -> dict[str, Signal]:
         repeated = play(plan, commands=given, instants=instants)
         check_same(repeated.digest, run.digest)
-        return _signals(np.array(instants) / 1e9, repeated.looked, run.layout.channels, keep)
+        return _signals(np.array(instants) / 1e9, repeated.dense, run.layout.channels, keep)
 
     for e in run.events:
         if isinstance(e.value, OperatorAnswer) and e.value.refused:
-            told = located(plan, e.value.refused, e.value.at)
-            raise ModelError(f"the order '{e.value.text}' at {e.value.t_ns * 1e-9:g} s is refused: {told}")
+            message = located(plan, e.value.refused, e.value.at)
+            raise ModelError(f"the order '{e.value.text}' at {e.value.t_ns * 1e-9:g} s is refused: {message}")
     heard = {e.t for e in run.events if (e.source, e.port) == (OPERATOR, COMMAND)}
     if late := [t_ns for t_ns in words if t_ns not in heard]:
         at = late[0]
@@ -236,7 +235,7 @@ def _of_scene(
             RecordedEvent(e.t, e.k, e.source, e.port, e.index, e.type, msgspec.msgpack.decode(e.payload))
             for e in run.events
         ],
-        [(t / 1e9, said) for t, said in run.notes],
+        [(t / 1e9, text) for t, text in run.notes],
         run.unfinished,
         run,
         again,
@@ -261,9 +260,9 @@ def _of_system(
         raise KernelError("a system has no end of its own; say `until` which time [s] it is to move")
     end, period = seconds(until), seconds(every or max(until / SAMPLES, DENSEST))
 
-    def run(instants: Sequence[int] = ()) -> tuple[Simulation | Islands, Looks]:
+    def run(instants: Sequence[int] = ()) -> tuple[Simulation | Islands, DenseRows]:
         s = choice.simulate(system, tolerance, period, frozenset(), method, step)
-        looks = Looks(s, instants)
+        candidates = DenseRows(s, instants)
         s.start()
         for t, order in orders:
             if seconds(t) >= end:
@@ -273,12 +272,12 @@ def _of_system(
             s.settle()
         s.interrupt(end)
         s.settle()
-        return s, looks
+        return s, candidates
 
     def again(instants: list[int]) -> dict[str, Signal]:
-        s, looks = run(instants)
+        s, candidates = run(instants)
         check_same(trail_of(s.rows), trail)
-        return _kept(_signals(np.array(instants) / 1e9, looks.finish(), channels(s.method), ("*",)), keep)
+        return _kept(_signals(np.array(instants) / 1e9, candidates.finish(), channels(s.method), ("*",)), keep)
 
     s, _ = run()
     trail = trail_of(s.rows)
@@ -304,7 +303,7 @@ def _signals(
 
 
 def _kept(signals: dict[str, Signal], keep: Sequence[str]) -> dict[str, Signal]:
-    """Those that are to be kept, without the memory of the others."""
+    """The signals to keep, copied so that the others can be freed."""
     if "*" in keep:
         return signals
     for pattern in keep:

@@ -64,7 +64,7 @@ class {name}(SceneUnit):
 
 
 class _UnitScene(msgspec.Struct):
-    """What a unit knows of its scene."""
+    """The scene of a unit as stored in it."""
 
     plan: bytes
     text: str
@@ -73,7 +73,7 @@ class _UnitScene(msgspec.Struct):
 
 
 class SteppableRun:
-    """A run of a scene in this process that stands at `now` [ns]; `refused`: why the last command was, if it was."""
+    """A run of a scene in this process at time `now` [ns]; `refused`: why the last command was refused."""
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` makes an OperatorCommand's action of a command."""
@@ -96,15 +96,15 @@ class SteppableRun:
     def order(self, text: str) -> None:
         """Give a command now."""
         try:
-            said = encode(OperatorCommand(text, self._words(text)))
+            answer = encode(OperatorCommand(text, self._words(text)))
         except SceneError as error:
             self.refused = str(error).partition("\n")[0]
             return
         if self._core.over is None:
-            self._core.inject(command(TimedCommand(Tag(self.now), said)))
+            self._core.inject(command(TimedCommand(Tag(self.now), answer)))
 
     def go(self, to_ns: int) -> None:
-        """All that comes before that time; raises HeavyliftError as a run does, and for a time that it has not."""
+        """Advance to a time; raises HeavyliftError as a run does, and for an impossible time."""
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
@@ -130,17 +130,17 @@ class SteppableRun:
             raise ModelError(f"the {what} ends at {ends[what] / 1e9:g} s, and no step may go to {to_ns / 1e9} s")
 
     def _look(self) -> None:
-        """What there is to see now, or at the last instant of a run that is over."""
+        """Read the values at the present time, or at the end of the run."""
         simulation = self._kernel.simulation
         shown = simulation.shown(simulation.epoch if self._over else max(self.now, simulation.epoch))
         self._row = published(simulation.method, shown[None])[0]
         _, _, most = self._kernel.said
         for rope, known in self.peaks.items():
-            told = most[self._at[f"rope/peak/{rope}"]] if len(most) and f"rope/peak/{rope}" in self._at else 0.0
-            self.peaks[rope] = max(known, float(told), self[f"rope/tension/{rope}"])
+            message = most[self._at[f"rope/peak/{rope}"]] if len(most) and f"rope/peak/{rope}" in self._at else 0.0
+            self.peaks[rope] = max(known, float(message), self[f"rope/tension/{rope}"])
 
     def __getitem__(self, name: str) -> float:
-        """A column of the samples, such as "rope/tension/crane.H1"."""
+        """The value of a sample column, such as "rope/tension/crane.H1"."""
         return float(self._row[self._at[name]])
 
     @property
@@ -150,7 +150,7 @@ class SteppableRun:
 
 
 class SceneUnit(Fmi2Slave):  # type: ignore[misc]
-    """The unit of the scene that stands beside its module."""
+    """The unit of the scene stored next to its module."""
 
     def __init__(self, **given: object) -> None:
         super().__init__(**given)
@@ -161,14 +161,14 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         self.command = self._given = ""
         self.default_experiment = DefaultExperiment(0.0, plan.end, 1 / plan.samples_hz, plan.tolerance)
 
-        def said(text: str) -> bytes:
+        def answer(text: str) -> bytes:
             return msgspec.msgpack.encode(spoken(restored(plan, kept.text, kept.merged, kept.name), text))
 
-        self._run = SteppableRun(plan, said)
+        self._run = SteppableRun(plan, answer)
         text = {"causality": Fmi2Causality.input, "variability": Fmi2Variability.discrete}
         self.register_variable(String("command", start="", **text))
-        told = {**text, "causality": Fmi2Causality.output}
-        self.register_variable(String("answer", getter=lambda: self._run.refused, **told))
+        message = {**text, "causality": Fmi2Causality.output}
+        self.register_variable(String("answer", getter=lambda: self._run.refused, **message))
         for rope in self._run.peaks:
             self._register(f"tension.{rope}", "[N]", partial(self._run.__getitem__, f"rope/tension/{rope}"))
             self._register(f"peak.{rope}", "[N], so far", partial(self._run.peaks.__getitem__, rope))
@@ -176,8 +176,8 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
             self._register(pose.replace("/", "."), "[m] or 1", partial(self._run.__getitem__, pose))
 
     def _register(self, name: str, unit: str, getter: Callable[[], float]) -> None:
-        told = Real(name, causality=Fmi2Causality.output, description=unit, getter=getter)
-        self.register_variable(told, nested=False)
+        message = Real(name, causality=Fmi2Causality.output, description=unit, getter=getter)
+        self.register_variable(message, nested=False)
 
     def to_xml(self, *given: Any, **more: Any) -> Element:
         """The description: names have hyphens, and outputs are unknown at the start, which pythonfmu omits."""
@@ -189,13 +189,13 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         return root
 
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
-        """The experiment [s] begins with the scene; the scene has its own tolerance."""
+        """Set the experiment [s]; it begins with the scene, which has its own tolerance."""
         if start_time:
             raise SceneError(f"the scene begins at 0 s; set startTime to 0, not to {start_time:g}")
         self._run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """One communication step [s]; False discards it."""
+        """Make one communication step [s]; returns False to discard it."""
         if self.command != self._given and self.command:
             self._run.order(self.command)
         self._given = self.command

@@ -1,7 +1,7 @@
 """The run of a recording simulated again, in this process: all that a run determines must come again.
 
 Events are compared as they are committed, so a run that parts from its recording ends there.  Then the new recording
-is compared with the old one: every row, the verdict, which is judged again, peaks, facts, attachments; and the plan
+is compared with the old one: every row, the verdict, which is checked again, peaks, facts, attachments; and the plan
 that was simulated with the attached text of its scene.  What an operator ordered is ordered again at its tag.  A
 recording that was stopped or cut off is compared as far as it goes.
 """
@@ -47,7 +47,7 @@ def verify(run: RecordedRun) -> ReplayResult:
 
 
 class _Deviated(Exception):
-    """The new run has parted from its recording, or has gone beyond what one that was cut off holds."""
+    """The new run differs from its recording, or has passed the end of an incomplete one."""
 
 
 class _Checking(RunObserver):
@@ -60,7 +60,7 @@ class _Checking(RunObserver):
         self._last_ns = max([*samples[-1:], *(event.t for event in run.events[-1:])], default=0)
 
     def event(self, event: Event) -> None:
-        """It must be the next recorded one, as long as there is one."""
+        """Compare an event with the next recorded one, while there is one."""
         if self.over or (found := self.follower.hear(event)) is None:
             return
         self.over = True  # what has been decided already is still to come
@@ -69,22 +69,22 @@ class _Checking(RunObserver):
         raise _Deviated
 
     def progress(self, t_ns: int) -> None:
-        """Samples up to this simulation time have come."""
+        """All samples up to this simulation time have arrived."""
         if not (self._run.complete or self.over) and t_ns > self._last_ns:
             self.over = True
             raise _Deviated
 
 
 class _Again:
-    """A run and its second one, in the file `path`."""
+    """A recorded run and its repetition in the file `path`."""
 
     def __init__(self, run: RecordedRun, path: Path) -> None:
         self._run, self._old, self._path = run, run.recording, path
-        self._others, self._untold = list[str](), ""  # what differs, and what cannot be compared
+        self._others, self._unreported = list[str](), ""  # what differs, and what cannot be compared
         self._watch = _Checking(run)
 
     def outcome(self) -> ReplayResult:
-        """What came of it."""
+        """Result of the comparison."""
         watch, count = self._watch, self._watch.follower
         try:
             self._repeat()
@@ -105,9 +105,9 @@ class _Again:
         verdict = recorded_verdict(new) if self._run.complete else None
         later = [name for name in (*LATER, *sorted(CIRCUMSTANCES)) if name in self._old.run or name in self._old.result]
         later += [] if self._run.complete else sorted(self._old.result.keys() - {*later})
-        later += [self._untold] if self._untold else []
-        judged = verdict.line if verdict and same else ""
-        return ReplayResult(count.count, found, digest if same else "", tuple(self._others), judged, tuple(later))
+        later += [self._unreported] if self._unreported else []
+        checked = verdict.line if verdict and same else ""
+        return ReplayResult(count.count, found, digest if same else "", tuple(self._others), checked, tuple(later))
 
     def _repeat(self) -> None:
         """Run it."""
@@ -123,35 +123,36 @@ class _Again:
             run_models(old.run["model"], until, self._path, True, watch=watch, microsteps=microsteps, stop=stop)
 
     def _scene(self) -> LoadedScene:
-        """The scene, read again from its text, with the plan that was simulated."""
+        """The scene, read again from its text, with the simulated plan."""
         files = self._old.attachments
         plan, name = decode(files[RESOLVED]), next((name for name in files if name != RESOLVED), "")
         text, merged = files.get(name, b"").decode(errors="replace"), files.get(MERGED, b"").decode(errors="replace")
         try:
-            scene, told = rebuilt(self._old, plan, text, merged, name)
+            scene, message = rebuilt(self._old, plan, text, merged, name)
         except HeavyliftError as error:
             raise RecordingError(f"{self._old.path}: the attached text of its scene is no scene ({error})") from None
-        if isinstance(told, HeavyliftError):
-            self._untold = f"text of the scene ({told})"
-            if not any(x in str(told) for x in GONE):
-                self._others.append(f"the attached scene is none that can be run: {told}")
+        if isinstance(message, HeavyliftError):
+            self._unreported = f"text of the scene ({message})"
+            if not any(x in str(message) for x in GONE):
+                self._others.append(f"the attached scene is none that can be run: {message}")
             return scene
-        self._others += [f"the attached scene is not what was simulated: {x}" for x in self._different(told, plan)]
+        self._others += [f"the attached scene is not what was simulated: {x}" for x in self._different(message, plan)]
         return scene
 
-    def _different(self, told: Plan, plan: Plan) -> list[str]:
-        """Where the plan of the text is not what was simulated; a branch keeps what its recording had chosen."""
+    def _different(self, message: Plan, plan: Plan) -> list[str]:
+        """Paths at which the plan of the text differs from the simulated one; a branch keeps the choices of its
+        recording."""
         kept = CHOSEN if "branch" in self._old.run or "answer" in self._old.run else ("driven",)
-        return different(msgspec.structs.replace(told, **{name: getattr(plan, name) for name in kept}), plan)
+        return different(msgspec.structs.replace(message, **{name: getattr(plan, name) for name in kept}), plan)
 
     def _compared(self, new: Recording) -> str:
-        """What differs in a whole recording, beside events; the digest."""
+        """Compare everything but events of a complete recording; returns the digest."""
         old, but = self._old, {*LATER}
         if "until" not in old.run:  # nor may it be known of a model when its atomics told their results
             but |= {"until", "results"} if "model" in old.run else {"until"}
         if "measured" in old.result:
             but |= {LOG, *(old.attachments.keys() - new.attachments.keys())}
-        if self._untold:
+        if self._unreported:
             but |= {"asked", "accuracy", "modelled"}
         found = compare(old.path, new.path, but)
         self._others += [*found.wrong, *(x.replace(new.path.name, "the new run") for x in (*found.rows, *found.others))]
@@ -171,7 +172,7 @@ class _Again:
 
 
 def _row_apart(old: Recording, new: Recording, prefix: bool) -> Deviation | None:
-    """The first recorded row that is not the same in the new run; `prefix`: which may go on."""
+    """The first recorded row that differs in the new run; rows with this `prefix` may continue."""
     for topic in sorted(x for x in {*old.topics, *new.topics} if x.startswith(("/samples", "/poses"))):
         a, b = hashes(old, topic), hashes(new, topic)
         n = min(len(a), len(b))

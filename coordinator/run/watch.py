@@ -8,24 +8,25 @@ LOG = logging.getLogger("heavylift.run")
 
 
 class RunObserver:
-    """Hears of every committed event and of the simulation time; this one logs what is said, at level INFO."""
+    """Observer of a run: receives committed events, simulation time and sentences; this one logs the sentences at level
+    INFO."""
 
     def event(self, event: Event) -> None:
         """A committed event."""
 
     def progress(self, t_ns: int) -> None:
-        """Samples up to this simulation time have come."""
+        """All samples up to this simulation time have arrived."""
 
     def waiting(self) -> None:
-        """All that can be granted is granted; again and again while no answer comes."""
+        """All possible grants are given; called repeatedly while no answer arrives."""
 
     def say(self, sentence: str) -> None:
-        """Something that the user should know or do now."""
+        """A sentence for the user."""
         LOG.info(sentence)
 
 
 class Relay(RunObserver):
-    """Passes on to `_watch` what it does not override."""
+    """Passes to `_watch` what it does not override."""
 
     _watch: RunObserver
 

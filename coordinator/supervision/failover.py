@@ -22,14 +22,14 @@ from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
-from .incarnation import Life, Story, nondeterminism
+from .incarnation import Life, ReplayLog, nondeterminism
 from .journal import TicketFile
-from .os_limits import Vigil
+from .os_limits import StallDetector
 from .processes import KEEPER, GRACE_s, Processes
 
 DEADLINE_s = 60.0  # for an answer, before a process is probed
 LOSSES = 3  # of one process at one point of the run
-LOOK_s = 0.05  # between two looks at the clock
+POLL_s = 0.05  # between two looks at the clock
 SHARE, MOST_s = 20.0, 1.0  # times what a look took are added to that, at most so much
 KEEP_s = 5.0  # wall time between two checkpoints of a node
 KEEP_GRANTS = 64  # and at least so many grants
@@ -42,17 +42,17 @@ class Succession(Hub):
         self,
         nodes: Iterable[str] | Placement,
         crew: Processes,
-        door: RemoteListener | None = None,
+        listener: RemoteListener | None = None,
         deadline: float = DEADLINE_s,
     ) -> None:
-        super().__init__(nodes, door, crew.directory)
+        super().__init__(nodes, listener, crew.directory)
         self._crew, self._deadline = crew, deadline
         folder = self.directory.path
-        self._lives = {node: Life(Story(folder / f"{node}.journal")) for node in self.nodes}
-        self._vigil = Vigil(deadline, crew, self._alive, lambda sentence: self.tell(sentence))
+        self._lives = {node: Life(ReplayLog(folder / f"{node}.journal")) for node in self.nodes}
+        self._stalls = StallDetector(deadline, crew, self._alive, lambda sentence: self.tell(sentence))
         self._begun = dict.fromkeys(self.placement.processes, time.monotonic())
         self._tickets = {process: TicketFile(process) for process in sorted(self.placement.external)}
-        self._next_look = 0.0
+        self._next_check = 0.0
         self._held: list[tuple[str, bytes]] = []
 
     # ---- what the conversation sees -----------------------------------------------------------------------------
@@ -60,9 +60,9 @@ class Succession(Hub):
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node, at once or when its process is there."""
         life = self._lives[node]
-        life.story.told(payload)
+        life.log.message(payload)
         if life.ready:
-            self._say(node, life, payload)
+            self._report(node, life, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
         """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
@@ -73,31 +73,31 @@ class Succession(Hub):
                 return got
 
     def samples(self) -> list[tuple[str, bytes]]:
-        """All (node, batch) that have arrived since the last call, in order per node, each once."""
+        """All (node, batch) received since the last call, in order per node, each once."""
         if not self._held and not self._batches:
             return []
         held, self._held = self._held, []
         return held + self._fresh()
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Let the processes join that somebody else starts."""
+        """Let externally started processes join."""
         super().admit(scene, say)
         for process in self._tickets:
             self._begun[process] = time.monotonic()
             self._invite(process, say)
 
     def invitation(self, process: str) -> str:
-        """What lets a process join that somebody else starts."""
+        """The ticket for an externally started process."""
         if process not in self._tickets:
             return super().invitation(process)
         return f"its ticket is {self._tickets[process].path}, good for {self._deadline:g} s"
 
     def close(self) -> None:
-        """End the session and remove the run's directory with the logs in it."""
+        """End the session and remove the run's directory with its logs."""
         for ticket in self._tickets.values():
             ticket.remove()
         for life in self._lives.values():
-            life.story.close()
+            life.log.close()
         super().close()
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
@@ -106,8 +106,8 @@ class Succession(Hub):
 
     # ---- what nodes are told and say ----------------------------------------------------------------------------
 
-    def _say(self, node: str, life: Life, payload: bytes) -> None:
-        if payload == life.story.welcome:
+    def _report(self, node: str, life: Life, payload: bytes) -> None:
+        if payload == life.log.welcome:
             welcome = m.decode(payload)
             assert isinstance(welcome, m.Welcome), "every story begins with it"
             epoch = self.epoch(self.placement.process_of[node])
@@ -131,7 +131,7 @@ class Succession(Hub):
             life.heard = payload
             self._go_on(node, life)
             return False
-        life.story.answered(payload)
+        life.log.answered(payload)
         life.losses.clear()
         if kind == "done":
             self._ask_for_checkpoint(node, life)
@@ -160,14 +160,14 @@ class Succession(Hub):
             self.keep(node, m.encode(m.Checkpoint(0)))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Ask a node that knows all it was told for a checkpoint, if it has any to give."""
+        """Request a checkpoint of an idle node, if it can give one."""
         life = self._lives[node]
         if life.ready and life.keeps and not life.over:
             life.grants, life.kept_at = 0, time.monotonic()
             super().keep(node, request)
 
     def _keep(self, node: str, life: Life, payload: bytes) -> bool:
-        """Whether it can be kept."""
+        """Store a checkpoint; whether it is usable."""
         checkpoint = m.decode(payload)
         assert isinstance(checkpoint, m.Checkpoint), "its kind says so"
         if not checkpoint.state:
@@ -176,31 +176,31 @@ class Succession(Hub):
             self.tell(f"{who} would be replayed from the start if it were lost: {checkpoint.why}")
             return False
         self._held += self._fresh()
-        life.story.kept(payload)
+        life.log.kept(payload)
         life.kept_batch = life.batches
         return True
 
     # ---- losses -------------------------------------------------------------------------------------------------
 
     def on_join(self, process: str) -> None:
-        """A process has joined: its nodes replay their logs."""
+        """A process has joined: replay the logs of its nodes."""
         for node in self.placement.hosted[process]:
             life = self._lives[node]
             if life.over:
-                super().send(node, life.story.last)
+                super().send(node, life.log.last)
             else:
-                life.telling = life.story.retell()
+                life.telling = life.log.retell()
                 self._go_on(node, life)
 
     def _go_on(self, node: str, life: Life) -> None:
-        """The next part of the log; after it, what waits for an answer."""
+        """Send the next part of the log; after it, the unanswered message."""
         part = next(life.telling, None)
         if part is not None:
             message, life.expected = part
-            return self._say(node, life, message)
+            return self._report(node, life, message)
         life.ready = True
-        if life.story.open:
-            self._say(node, life, life.story.last)
+        if life.log.open:
+            self._report(node, life, life.log.last)
         else:
             life.losses.clear()
 
@@ -215,10 +215,10 @@ class Succession(Hub):
         if any(len(life.losses) >= LOSSES for life in lives):
             raise self.gone(process, f"{how}, as did its predecessors at this point, {LOSSES} of them")
         self._held += self._fresh()
-        self.tell(f"{self.told(process, 'replaced')}: {how}")
+        self.tell(f"{self.message(process, 'replaced')}: {how}")
         awaited = process in self.placement.awaited
         if not awaited:
-            self._crew.kill(process, self._look_at_keeper)
+            self._crew.kill(process, self._check_keeper)
         self.renew(process)
         for life in lives:
             life.begin_again()
@@ -236,14 +236,14 @@ class Succession(Hub):
     def _look(self) -> None:
         """Now and then: is an answer due?"""
         now = time.monotonic()
-        if now < self._next_look:
+        if now < self._next_check:
             return
-        self._next_look = now + LOOK_s
-        self._look_at_keeper()
-        self._look_at_processes(now)
-        self._next_look += min(MOST_s, SHARE * (time.monotonic() - now))
+        self._next_check = now + POLL_s
+        self._check_keeper()
+        self._check_processes(now)
+        self._next_check += min(MOST_s, SHARE * (time.monotonic() - now))
 
-    def _look_at_processes(self, now: float) -> None:
+    def _check_processes(self, now: float) -> None:
         for process, nodes in self.placement.hosted.items():
             if not self.joined(process):
                 remote, external = (process in some for some in (self.placement.remote, self.placement.external))
@@ -255,26 +255,26 @@ class Succession(Hub):
                             f"{patience:g} s; start its program while the run waits, or let it wait longer (--deadline)"
                         )
                     self.on_loss(process, f"it did not join within {patience:g} s")
-                elif not (remote or external) and (how := self._vigil.lost(process, self._begun[process], now)):
+                elif not (remote or external) and (how := self._stalls.lost(process, self._begun[process], now)):
                     self.on_loss(process, how)
                 continue
             owing = [(node, life) for node in nodes if (life := self._lives[node]).asked and not life.over]
             if not owing:
                 continue
-            how = self._vigil.lost(process, min(life.since for _, life in owing), now)
+            how = self._stalls.lost(process, min(life.since for _, life in owing), now)
             if how:
                 self.on_loss(process, how)
             elif how is not None:
                 self._repeat(owing)
 
-    def _look_at_keeper(self) -> None:
-        """It is watched like all others: orders that it has not obeyed are a debt."""
+    def _check_keeper(self) -> None:
+        """Supervise the process manager as any other process: unexecuted orders count as unanswered."""
         since = self._crew.owed_since
-        if since is not None and (how := self._vigil.lost(KEEPER, since, time.monotonic())):
+        if since is not None and (how := self._stalls.lost(KEEPER, since, time.monotonic())):
             self._crew.give_up(how)
 
     def _repeat(self, owing: list[tuple[str, Life]]) -> None:
-        """Tell nodes once more what they have not answered; a node that has done so says it again."""
+        """Repeat unanswered messages; a node that has answered repeats its answer."""
         for node, life in owing:
             if not life.repeated and m.kind(life.asked) == "grant":
                 life.repeated = True

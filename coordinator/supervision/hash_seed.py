@@ -18,21 +18,21 @@ SEED = {"PYTHONHASHSEED": "0", "PYTHONUTF8": "1"}
 
 
 def fixed() -> bool:
-    """Whether the hashes of this process are those of every run."""
+    """Whether this process has the hash seed of all runs."""
     return not sys.flags.hash_randomization
 
 
 def start_again() -> None:
-    """Put the command that this process is in its own place with the seed; nothing if another program called it."""
-    told = os.environ.items() >= SEED.items()  # and not listened to: python -E
-    if told or (fixed() and sys.flags.utf8_mode) or os.name != "posix":
+    """Restart this command with the fixed hash seed; does nothing if another program called it."""
+    message = os.environ.items() >= SEED.items()  # and not listened to: python -E
+    if message or (fixed() and sys.flags.utf8_mode) or os.name != "posix":
         return
     if sys.orig_argv[-len(sys.argv) :] == sys.argv:
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, **SEED})
 
 
 def loose(model: "Model") -> list[str]:
-    """Paths of the atomics whose code makes sets or whose attributes hold them."""
+    """Paths of the atomics whose code creates sets or whose attributes contain them."""
     from heavylift.nodes.devs import Atomic  # for which the command line need not wait
     from heavylift.nodes.devs.execution.flatten import tree
 
@@ -45,14 +45,14 @@ def loose(model: "Model") -> list[str]:
 
 
 def _code(cls: type) -> Iterator[CodeType]:
-    """The code of the functions of a class and its bases, apart from this package's."""
+    """Code of the functions of a class and its bases outside this package."""
     for base in cls.__mro__:
         if not base.__module__.startswith("heavylift."):
             yield from (x.__code__ for x in vars(base).values() if isinstance(x, FunctionType))
 
 
 def _makes_sets(code: CodeType) -> bool:
-    """Whether a set is made there; a constant that is only asked what it contains is none."""
+    """Whether the code creates a set other than a constant used for membership tests."""
     import dis
 
     before = None

@@ -4,7 +4,7 @@ of a model that answers the replay otherwise than before.
 What one node was told and what it answered: enough to bring a successor to the same point.
 
 WELCOME and HELLO stay in memory; all later messages stand in a journal, each behind the answer to the one before it, so
-that one write per message does.  A checkpoint takes the place of all that was told before it.
+that one write per message does.  A checkpoint takes the place of all that was reported before it.
 """
 
 import time
@@ -23,8 +23,8 @@ from .journal import Journal, read
 _LENGTH = Struct("<I")
 
 
-class Story:
-    """`last`: what was told last; `open`: it waits for an answer; `answer`: the last one after HELLO; `welcome` and
+class ReplayLog:
+    """`last`: what was reported last; `open`: it waits for an answer; `answer`: the last one after HELLO; `welcome` and
     `hello` are None until they are said."""
 
     def __init__(self, path: Path) -> None:
@@ -34,8 +34,8 @@ class Story:
         self.last, self.open = b"", False
         self.answer = b""
 
-    def told(self, message: bytes) -> None:
-        """The node is about to be told this."""
+    def message(self, message: bytes) -> None:
+        """Record a message before it is sent."""
         if self.welcome is None:
             self.welcome = message
         else:
@@ -43,7 +43,7 @@ class Story:
         self.last, self.open = message, True
 
     def answered(self, message: bytes) -> None:
-        """The node has answered what it was told last."""
+        """Record the answer to the last message."""
         if self.hello is None:
             self.hello = message
         else:
@@ -51,12 +51,12 @@ class Story:
         self.open = False
 
     def kept(self, checkpoint: bytes) -> None:
-        """A successor given this answers as the node did last; all messages before may be forgotten."""
+        """Replace all earlier messages by a checkpoint."""
         rest = [_entry(self.answer, self.last)] if self.open else []
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """All messages answered so far, from WELCOME on, each with its answer, and those logged meanwhile."""
+        """All answered messages from WELCOME on with their answers, including those logged during the iteration."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello
@@ -83,9 +83,9 @@ _CURE = "let it depend on nothing but its inputs, time and its own random genera
 
 @dataclass
 class Life:
-    """One node, through all incarnations of its process."""
+    """A node over all incarnations of its process."""
 
-    story: Story
+    log: ReplayLog
     ready: bool = False  # has heard the whole story
     telling: Iterator[tuple[bytes, bytes]] = field(default_factory=lambda: iter(()))
     expected: bytes = b""
@@ -103,11 +103,11 @@ class Life:
     kept_at: float = field(default_factory=time.monotonic)
 
     def begin_again(self) -> None:
-        """Its process is replaced; the next one has heard nothing, and begins with the samples of the checkpoint."""
+        """Its process is replaced; the new one begins with the samples of the checkpoint."""
         self.ready, self.repeated, self.asked, self.batch = False, False, b"", self.kept_batch
 
     def outdated(self, answer: bytes) -> bool:
-        """Whether this is a DONE that was said before, of a node that was told something twice."""
+        """Whether this DONE repeats an earlier answer of a node that received a message twice."""
         if not self.repeated:
             return False
         done, grant = m.decode(answer), m.decode(self.asked) if self.asked else None
@@ -115,13 +115,14 @@ class Life:
 
     @property
     def reached(self) -> Tag:
-        """How far it had come with the last answer of its story."""
+        """The tag reached with the last recorded answer."""
         done = m.decode(self.heard) if self.heard else None
         return done.reached if isinstance(done, m.Done) else Tag(0)
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
-    """Of the models of a node. `before` and `now`: its two answers to one message; `last`: what it had done before."""
+    """The error for models of a node that answered a message differently; `before`, `now`: both answers, `last`: the
+    last tag."""
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
         what = f"it failed where it had gone on before ({new.sentence})"
@@ -137,7 +138,7 @@ def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) 
 
 
 def _suspects(models: Sequence[str], old: m.AnyMessage, new: m.AnyMessage) -> Sequence[str]:
-    """Who has said the first thing that differs; all if nobody has."""
-    said = ({*getattr(x, "spoken", ()), *getattr(x, "offer", ())} for x in (old, new))
-    first = min(next(said) ^ next(said), default=None)
+    """Models whose output differs first; all if none does."""
+    text = ({*getattr(x, "spoken", ()), *getattr(x, "offer", ())} for x in (old, new))
+    first = min(next(text) ^ next(text), default=None)
     return models if first is None else [first.source]

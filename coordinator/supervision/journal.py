@@ -4,7 +4,7 @@
 
 What a killed process has appended is in the system's hands and stays; only a loss of power can take it, unless
 `sync` has put it on the disk before `append` returned. `read` gives the entries that are whole and ends in silence at
-the first that is cut or damaged: behind it nothing can be told apart. A `JournalReader` reads on when the file has
+the first that is cut or damaged: behind it nothing can be distinguished. A `JournalReader` reads on when the file has
 grown.
 
 A run keeps several, so that each can be cut on its own: one for each node (what it was granted, since its last
@@ -35,7 +35,7 @@ LIMIT = 1 << 30  # bytes of an entry: a longer one is damage
 
 
 class Journal:
-    """Writes a new journal at `path`; an older one there is lost, or if `exclusive` in the way."""
+    """Writes a new journal at `path` and replaces an older one, or fails if `exclusive`."""
 
     def __init__(self, path: Path, exclusive: bool = False) -> None:
         self.path = path
@@ -61,7 +61,7 @@ class Journal:
             raise self._refused(error) from None
 
     def restart(self, entries: Iterable[bytes]) -> None:
-        """Hold these entries only, as at a checkpoint; whoever is killed meanwhile leaves the old or the new ones."""
+        """Replace the entries by these, atomically."""
         fresh = self.path.with_name(self.path.name + ".new")
         try:
             file = _new(fresh)
@@ -77,7 +77,7 @@ class Journal:
         self._file.close()
 
     def delete(self) -> None:
-        """The ordered end: nobody needs it any more."""
+        """Delete the journal after an ordered end."""
         self.close()
         self.path.unlink(missing_ok=True)
 
@@ -88,7 +88,7 @@ class Journal:
 
 
 def read(path: Path) -> Iterator[bytes]:
-    """The whole entries of a journal in order; none if there is no file."""
+    """The complete entries of a journal in order; none without a file."""
     try:
         with closing(JournalReader(path)) as follower:
             yield from follower
@@ -97,7 +97,7 @@ def read(path: Path) -> Iterator[bytes]:
 
 
 class JournalReader:
-    """Reads a journal that may still grow: each iteration gives the whole entries that came since the one before."""
+    """Reads a growing journal: each iteration returns the complete entries added since the last one."""
 
     def __init__(self, path: Path) -> None:
         self._stream = path.open("rb")
@@ -156,22 +156,24 @@ class TicketFile:
                 os.link(fresh, self.path)
             self._ours = True
         except FileExistsError:
-            told = "stands there already, and is no ticket of a run that has ended; move it, or run in another folder"
-            raise OutputError(f"{self.path} {told}") from None
+            message = (
+                "stands there already, and is no ticket of a run that has ended; move it, or run in another folder"
+            )
+            raise OutputError(f"{self.path} {message}") from None
         except OSError as error:
             raise OutputError(f"{self.path}: a ticket cannot be written there ({error.strerror})") from None
         finally:
             fresh.unlink(missing_ok=True)
 
     def remove(self) -> None:
-        """Nobody may join any more."""
+        """Remove the ticket: no process may join any more."""
         if self._ours:
             self.path.unlink(missing_ok=True)
             self._ours = False
 
 
 def _abandoned(path: Path) -> bool:
-    """Whether this is the ticket of a run that is not there any more."""
+    """Whether the ticket belongs to a run that has ended."""
     try:
         return not Path(msgspec.json.decode(path.read_bytes(), type=Ticket).socket).exists()
     except (OSError, *UNREADABLE):

@@ -2,7 +2,7 @@
 
 An overdue process is probed before it is replaced: it may be in a long step, or held by a debugger.
 
-after NOTICE_s      a process in state T is told of: whoever has stopped it may continue it
+after NOTICE_s      a process in state T is reported of: whoever has stopped it may continue it
 after each deadline it is asked; a thread of its own answers how many steps it has done (alive.py)
     no answer, or none that it could give since it is stopped      lost
     no step since it was asked before                              lost, with the place where it hangs
@@ -41,7 +41,7 @@ def check_room() -> None:
 
 
 def state(pid: int) -> str:
-    """The system's letter for what a process does; "" if there is none or it cannot be seen."""
+    """State letter of a process from the system; "" if it is not visible."""
     try:
         with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as stat:
             return stat.read().rpartition(")")[2].split()[0]
@@ -50,7 +50,7 @@ def state(pid: int) -> str:
 
 
 def ended(child: subprocess.Popen[bytes]) -> int | None:
-    """How a child has ended, as an exit code, -N: signal N; None if it has not. It stays a zombie where that can be."""
+    """Exit code of a child, -N for signal N; None while it runs. It stays a zombie where that is possible."""
     if not hasattr(os, "waitid"):
         return child.poll()
     try:
@@ -62,17 +62,17 @@ def ended(child: subprocess.Popen[bytes]) -> int | None:
     return found.si_status if found.si_code == os.CLD_EXITED else -found.si_status
 
 
-def exit_told(how: int | str, said: str) -> str:
+def exit_message(how: int | str, text: str) -> str:
     """How a process has ended, with its last line."""
     if isinstance(how, str):
         return f"could not be started ({how})"
     if how >= 0:
-        told = f"ended with exit code {how}"
+        message = f"ended with exit code {how}"
     else:
         known = {int(number): f" ({number.name})" for number in signal.Signals}
-        told = f"was ended by signal {-how}{known.get(-how, '')}"
-    lines = said[-TAIL_chars:].strip().splitlines()
-    return f'{told} and last wrote "{lines[-1].strip()}"' if lines else told
+        message = f"was ended by signal {-how}{known.get(-how, '')}"
+    lines = text[-TAIL_chars:].strip().splitlines()
+    return f'{message} and last wrote "{lines[-1].strip()}"' if lines else message
 
 
 NOTICE_s = 2.0
@@ -85,10 +85,10 @@ class Crew(Protocol):
         """Its process id."""
 
     def state(self, process: str) -> str:
-        """The system's letter for what it does: T is stopped, t is held by a debugger; "" if that cannot be seen."""
+        """State letter of a process: T stopped, t held by a debugger; "" if it is not visible."""
 
     def place(self, process: str) -> str:
-        """Where in the code it is, as far as that can be found out."""
+        """Where in the code a process is, as far as known."""
 
 
 @dataclass
@@ -99,7 +99,7 @@ class _Debt:
     noticed: bool = False
 
 
-class Vigil:
+class StallDetector:
     """Looks at processes that owe an answer; `ask` gives what a process says of itself, `tell` hears a notice."""
 
     def __init__(
@@ -109,7 +109,8 @@ class Vigil:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """How a process is lost that has owed an answer `since` [s]; "" if it may go on; None if it is not yet time."""
+        """How a process that has owed an answer for `since` [s] was lost; "" if it may continue; None if it is too
+        early to decide."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

@@ -17,21 +17,21 @@ from multiprocessing import get_context
 from types import ModuleType, TracebackType
 from typing import Any
 
-LOOK_s = 1.0  # between two looks whether the parent still lives
+POLL_s = 1.0  # between two looks whether the parent still lives
 
 
 def cores() -> int:
-    """Those that this process may use."""
+    """The number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def submits(executor: object) -> bool:
-    """Whether it runs calls as an executor of concurrent.futures does; submitit's do, and are none."""
+    """Whether the object runs calls like an executor of concurrent.futures (those of submitit do not)."""
     return callable(getattr(executor, "submit", None))
 
 
 def finished(futures: Collection[Future[Any]], patience: float) -> Collection[Future[Any]]:
-    """Those that are done, if need be after some patience [s]; futures of other libraries cannot be waited for."""
+    """Completed futures, after waiting up to `patience` [s]; futures of other libraries are polled."""
     if all(isinstance(future, Future) for future in futures):
         return wait(futures, timeout=patience, return_when=FIRST_COMPLETED).done
     if not (done := [future for future in futures if future.done()]):
@@ -40,13 +40,13 @@ def finished(futures: Collection[Future[Any]], patience: float) -> Collection[Fu
 
 
 class Pool(ProcessPoolExecutor):
-    """So many processes, as a context."""
+    """A pool of processes, as a context manager."""
 
     def __init__(self, processes: int) -> None:
         super().__init__(processes, get_context("spawn"), initializer=_begin, initargs=(os.getpid(),))
 
     def submit(self, call: Callable[..., Any], /, *args: Any, **named: Any) -> Future[Any]:
-        """As an executor's; it may begin a process."""
+        """Submit a call; may start a process."""
         with _apart():
             return super().submit(call, *args, **named)
 
@@ -61,8 +61,7 @@ class Pool(ProcessPoolExecutor):
 
 @contextmanager
 def _apart() -> Iterator[None]:
-    """A process begun in here is born without Ctrl-C, and does not import the script that runs, which may have no guard
-    of its main part."""
+    """Start processes without Ctrl-C and without importing the running script, which may lack a main guard."""
     main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -78,7 +77,7 @@ def _begin(parent: int) -> None:
 
     def follow() -> None:
         while os.getppid() == parent:
-            time.sleep(LOOK_s)
+            time.sleep(POLL_s)
         os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()

@@ -39,7 +39,7 @@ REMOVE_s = 1.0  # in which a directory that somebody still writes to can be dele
 
 
 def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
-    """Serve the coordinator's orders until they end; `fresh` executes a new interpreter for each node."""
+    """Execute the coordinator's orders until they end; `fresh` starts a new interpreter for each node."""
     wake_as_an_orphan()
     reports = os.dup(1)
     os.dup2(2, 1)  # for what modules print while they are imported
@@ -51,13 +51,13 @@ def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) ->
 
 
 def wake_as_an_orphan() -> None:
-    """Let the system continue this process, should it be stopped, when the one that has started it dies (Linux)."""
+    """Let the system continue this process, if it is stopped, when its parent dies (Linux)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
 
 def threads() -> int:
-    """Number of threads of this process that the system knows."""
+    """Number of threads of this process."""
     try:
         return len(os.listdir("/proc/self/task"))
     except FileNotFoundError:
@@ -74,7 +74,7 @@ class _Keeper:
         signal.set_wakeup_fd(self.child_ended_end, warn_on_full_buffer=False)
 
     def serve(self) -> None:
-        """The keeper's loop: orders and ended nodes, whichever comes first."""
+        """The manager's loop over orders and ended nodes."""
         rest, orders = b"", sys.stdin.fileno()
         while True:
             readable, _, _ = select.select([orders, self.child_ended], [], [])
@@ -89,10 +89,10 @@ class _Keeper:
                 *lines, rest = (rest + data).split(b"\n")
                 for line in lines:
                     order = json.loads(line)
-                    self.obey(order)
+                    self.execute(order)
                     self.report({"obeyed": order["do"]})
 
-    def obey(self, order: dict[str, Any]) -> None:
+    def execute(self, order: dict[str, Any]) -> None:
         if order["do"] == "start":
             try:
                 pid = os.fork()
@@ -122,12 +122,12 @@ class _Keeper:
             os.waitpid(pid, 0)
 
     def report(self, what: dict[str, object]) -> None:
-        """Tell the coordinator; a coordinator that is gone shows at the end of its orders."""
+        """Report to the coordinator; its loss is noticed at the end of its orders."""
         with contextlib.suppress(BrokenPipeError):
             os.write(self.reports, json.dumps(what).encode() + b"\n")
 
     def become(self, order: dict[str, Any]) -> NoReturn:
-        """In the child: take the node's place, with its own output and its ticket as standard input."""
+        """In the child: become the node, with its own output and its ticket as standard input."""
         try:
             wake_as_an_orphan()
             signal.set_wakeup_fd(-1)
@@ -155,7 +155,7 @@ class _Keeper:
 
 
 def remove(directory: str) -> None:
-    """Delete a run's directory, whoever else is deleting it or still writes there."""
+    """Delete a run's directory, also while others write or delete there."""
     until = time.monotonic() + REMOVE_s
     while os.path.exists(directory) and time.monotonic() < until:
         shutil.rmtree(directory, ignore_errors=True)
@@ -194,7 +194,7 @@ def enter(life_line: int, directory: str, module: str, arguments: Sequence[str])
 
 
 def _guard(life_line: int, directory: str) -> None:
-    """End all that is left of the run when the coordinator is gone, whatever the node is doing."""
+    """End the whole run when the coordinator disappears."""
     os.read(life_line, 1)
     remove(directory)
     os.killpg(0, signal.SIGKILL)

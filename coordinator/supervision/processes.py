@@ -28,7 +28,7 @@ from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 
 from .hash_seed import SEED
-from .os_limits import GONE, check_room, ended, exit_told, state
+from .os_limits import GONE, check_room, ended, exit_message, state
 from .process_manager import STACKS, python
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ GRACE_s = 0.8  # in which nodes leave a run that is over
 REPORT_s = 0.3  # in which a keeper that is not stopped tells how a process has ended; between two looks at them all
 KILL_s = 0.5  # from SIGKILL to giving up
 REAP_s = 10.0  # the same for a process that must not live beside its successor
-LOOK_s = 0.05  # between two looks at a keeper that owes an answer
+POLL_s = 0.05  # between two looks at a keeper that owes an answer
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # NumPy would start more when it is imported, and forks want none
 STACKS_s = 0.5  # in which a process writes where it is
 
@@ -48,7 +48,8 @@ class Processes(AbstractContextManager["Processes"]):
     """The node processes of one run, and its private directory."""
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
-        """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
+        """`preload`: modules imported for every node; they must not start threads. Without `fork`, fresh
+        interpreters."""
         check_room()
         open_streams()
         self.directory = RunDirectory.chosen()
@@ -57,7 +58,7 @@ class Processes(AbstractContextManager["Processes"]):
         self._exits: dict[str, int | str] = {}  # exit code, or why it could not be started
         self._orphans: dict[str, str] = {}  # processes that a lost keeper has taken along, and how it was lost
         self._unreported: dict[str, float] = {}  # processes that have ended without a report, and since when
-        self._next_look = 0.0
+        self._next_check = 0.0
         self._hub: Hub | None = None
         self._commands: dict[str, Sequence[str]] = {}
         self._change = threading.Condition()
@@ -139,21 +140,21 @@ class Processes(AbstractContextManager["Processes"]):
             return self._owed[0] if self._owed and not self._lost else None
 
     def give_up(self, how: str) -> None:
-        """The keeper is lost, and all its processes with it."""
+        """The process manager and all its processes are lost."""
         with self._change:
             self._lost = self._lost or f"its process is gone, and the one that keeps all is lost: {how}"
             self._change.notify_all()
 
     def _loss(self) -> str:
-        """How the keeper was lost, or ""; it stays a zombie, so that its process group can be nobody else's."""
+        """How the process manager was lost, or ""; it stays a zombie so that its process group is not reused."""
         with self._change:
             if not self._lost and (how := ended(self._keeper)) is not None:
                 self._errors.seek(0)
-                self.give_up("it " + exit_told(how, self._errors.read().decode(errors="replace")))
+                self.give_up("it " + exit_message(how, self._errors.read().decode(errors="replace")))
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process if it is there, and return when the system has forgotten it.
+        """Kill a process and return when the system has removed it.
 
         `look` is called while the keeper has not obeyed; it may `give_up`.
         """
@@ -161,11 +162,11 @@ class Processes(AbstractContextManager["Processes"]):
         while not self._loss() and self.owed_since is not None:
             look()
             with self._change:
-                self._change.wait(LOOK_s)
+                self._change.wait(POLL_s)
         until = time.monotonic() + REAP_s
         while not self._loss() and process in self._alive() and time.monotonic() < until:
             with self._change:
-                self._change.wait(LOOK_s)
+                self._change.wait(POLL_s)
         if self._lost:
             self._replace_keeper()
         with self._change:
@@ -179,7 +180,7 @@ class Processes(AbstractContextManager["Processes"]):
             )
 
     def _replace_keeper(self) -> None:
-        """A new keeper, after all that the old one has started is gone."""
+        """Start a new process manager after all processes of the old one have gone."""
         self._end_group()
         until = time.monotonic() + REAP_s
         while (left := [pid for pid in self.pids.values() if state(pid) not in GONE]) and time.monotonic() < until:
@@ -190,15 +191,15 @@ class Processes(AbstractContextManager["Processes"]):
         self._launch()
 
     def pid(self, process: str) -> int | None:
-        """The process id of its present incarnation."""
+        """The process id of the present incarnation."""
         return self._keeper.pid if process == KEEPER else self.pids.get(process)
 
     def state(self, process: str) -> str:
-        """The system's letter for what it does, T if it is stopped; "" if that cannot be seen."""
+        """State letter of a process, T if it is stopped; "" if it is not visible."""
         return state(self.pid(process) or 0)
 
     def place(self, process: str) -> str:
-        """Where its main thread is; the stacks of all its threads are in its log then."""
+        """Where its main thread is; writes the stacks of all threads to its log."""
         if process not in self.pids:
             return ""
         before = len(self.output(process))
@@ -211,26 +212,26 @@ class Processes(AbstractContextManager["Processes"]):
         return next((line.strip() for line in main.splitlines() if line.strip().startswith("File")), "")
 
     def deaths(self) -> dict[str, str]:
-        """How each process that has ended did so, with the last line that it wrote."""
+        """How each ended process ended, with its last line of output."""
         if lost := self._loss():  # who is there may go on as long as nobody needs a keeper
             return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:
             exits, orphans, alive = dict(self._exits), dict(self._orphans), self._alive()
-        found = {name: f"its process {exit_told(how, self.output(name))}" for name, how in exits.items()} | orphans
+        found = {name: f"its process {exit_message(how, self.output(name))}" for name, how in exits.items()} | orphans
         now = time.monotonic()
-        if now >= self._next_look:
-            self._next_look = now + REPORT_s
+        if now >= self._next_check:
+            self._next_check = now + REPORT_s
             self._unreported = {n: self._unreported.get(n, now) for n in alive if self.state(n) == "Z"}
         silent = [name for name in alive if now - self._unreported.get(name, now) > REPORT_s]
         return found | dict.fromkeys(silent, "its process has ended, and the one that keeps all does not say how")
 
     def output(self, node: str) -> str:
-        """All that a node has written to its standard output and error."""
+        """All standard output and error of a node."""
         log = self.directory.log(node)
         return log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
 
     def stop(self, grace: float = GRACE_s) -> None:
-        """Wait `grace` [s] for nodes to leave, then kill them; the keeper stays and guards the directory."""
+        """Wait `grace` [s] for nodes to end, then kill them; the process manager remains."""
         with self._change:
             self._change.wait_for(lambda: not self._alive() or self._lost, timeout=grace)
         if self._alive():
@@ -239,7 +240,7 @@ class Processes(AbstractContextManager["Processes"]):
                 self._change.wait_for(lambda: not self._alive() or self._lost, timeout=KILL_s)
 
     def end(self, grace: float = GRACE_s) -> None:
-        """End all; no process and no directory is left."""
+        """End everything; no process and no directory remains."""
         if self._life.closed:
             return
         self.stop(grace)
@@ -250,7 +251,7 @@ class Processes(AbstractContextManager["Processes"]):
         self._life.close()
 
     def _end_group(self) -> None:
-        """Kill the keeper and all that it has started; nothing of it is heard afterwards."""
+        """Kill the process manager and all its processes."""
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self._keeper.pid, signal.SIGKILL)
         self._keeper.wait()
@@ -271,7 +272,7 @@ class Processes(AbstractContextManager["Processes"]):
         self._orders.put(json.dumps(order).encode() + b"\n")
 
     def _read(self, owed: deque[float], reports: IO[bytes]) -> None:
-        """What the keeper reports, until it ends."""
+        """Read the reports of the process manager until it ends."""
         for line in reports:
             report = json.loads(line)
             with self._change:
@@ -292,7 +293,7 @@ class Processes(AbstractContextManager["Processes"]):
 
 
 def _write(orders: SimpleQueue[bytes], to: IO[bytes]) -> None:
-    """Pass orders on, in a thread of its own: a keeper that is stopped does not read them."""
+    """Pass orders on in a separate thread, since a stopped process manager does not read them."""
     with contextlib.suppress(OSError):  # it has ended
         while order := orders.get():
             to.write(order)

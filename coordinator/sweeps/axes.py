@@ -27,20 +27,19 @@ from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.overlay import path_in
 from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scene.text.spelling import number_and_unit, range_of
 from heavylift.nodes.scene.text.tables import tabled
-from heavylift.nodes.scene.text.units import NUMBER
 from numpy.typing import NDArray
 
 from .motions import MotionGroup, motion_of
 
-RANGE = re.compile(rf"\s*({NUMBER})\s*([^\d.]*?)\s*\.\.\s*({NUMBER})\s*(.*?)\s*(?:\bby\s+({NUMBER})\s*(.*?)\s*)?")
 MOST = 1_000_000  # variants of a study
 
 
 @dataclass(frozen=True)
 class Axis:
-    """Something that is varied: its path as written, the texts that it may have, or the ends of its range in `unit`, or
-    the uncertain input of the scene or the moves of a kind that it is; `first`: a setting that must come before."""
+    """A varied quantity: path as written, its texts or the ends of its range in `unit`, or an uncertain input of the
+    scene, or a group of moves; `first`: a setting that must precede it."""
 
     path: str
     texts: tuple[str, ...] = ()
@@ -53,14 +52,13 @@ class Axis:
 
     @cached_property
     def numbers(self) -> list[float] | None:
-        """The texts as numbers of one unit; None if they are none."""
-        found = [re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", text) for text in self.texts]
-        units = {match[2] for match in found if match}
-        return [float(match[1]) for match in found if match] if all(found) and len(units) == 1 else None
+        """The texts as numbers of one unit; None if they are not numbers."""
+        found = [number_and_unit(text) for text in self.texts]
+        return [float(x) for x, _ in found] if all(x for x, _ in found) and len({u for _, u in found}) == 1 else None
 
     @property
     def label(self) -> str:
-        """Path and unit, as figures and columns show it."""
+        """Path and unit for figures and columns."""
         unit = self.uncertain.unit if self.uncertain else self.unit
         return f"{self.path} [{unit}]" if unit else self.path
 
@@ -78,7 +76,7 @@ class Axis:
         return f"{x!r} {self.unit}".strip(), x
 
     def value(self, i: int) -> float:
-        """The number that figures show of a text: its own, or which it is."""
+        """The number plotted for a text: its value, or its index."""
         return self.numbers[i] if self.numbers else float(i)
 
     def setting(self, text: str) -> list[str]:
@@ -92,7 +90,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Variant:
-    """One run of a study: its number, its settings, and the number of each axis."""
+    """One run of a study: number, settings, and values by axis."""
 
     number: int
     settings: tuple[str, ...]
@@ -112,15 +110,15 @@ def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axi
     for axis in axes:
         _check(scene, axis)
     if not axes:
-        told = "the scene states no uncertain input, such as 'mass: 480 t +- 3 %', and there is no --vary"
+        message = "the scene states no uncertain input, such as 'mass: 480 t +- 3 %', and there is no --vary"
         raise SceneError(
-            f"--sample: {told}" if sampling else "nothing is varied; say --vary 'block.mass=200..400 t by 25 t'"
+            f"--sample: {message}" if sampling else "nothing is varied; say --vary 'block.mass=200..400 t by 25 t'"
         )
     return axes
 
 
 def grid(axes: Sequence[Axis]) -> list[Variant]:
-    """Each value of each axis with each of the others; the last axis changes fastest."""
+    """All combinations of the values; the last axis changes fastest."""
     count = 1
     for axis in axes:
         count *= len(axis.texts)
@@ -142,8 +140,8 @@ def sampled(axes: Sequence[Axis], quantiles: NDArray[np.float64]) -> list[Varian
     found = []
     for number, point in enumerate(quantiles):
         drawn = [axis.quantile(float(p)) for axis, p in zip(axes, point, strict=True)]
-        said = tuple(x for axis, (text, _) in zip(axes, drawn, strict=True) for x in axis.setting(text))
-        found.append(Variant(number, said, tuple(x for _, x in drawn)))
+        answer = tuple(x for axis, (text, _) in zip(axes, drawn, strict=True) for x in axis.setting(text))
+        found.append(Variant(number, answer, tuple(x for _, x in drawn)))
     return found
 
 
@@ -158,16 +156,16 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
         if not texts:
             raise SceneError(f"--vary '{text}': there is nothing between the braces")
         return Axis(path, texts, unit=_unit(texts), first=first, motion=motion)
-    found = RANGE.fullmatch(values)
+    found = range_of(values)
     if found is None:
         return Axis(path, (values,), unit=_unit([values]), first=first, motion=motion)
-    low_text, unit_low, high_text, unit, step_text, unit_step = found.groups()
-    for other in (unit_low, unit_step):
+    unit = found.unit
+    for other in (found.unit_low, found.unit_step):
         if other and other != unit:
             raise SceneError(f"--vary '{text}': write one unit, {unit or 'none'} or {other}")
     try:
-        low, high = Decimal(low_text), Decimal(high_text)
-        step = None if step_text is None else Decimal(step_text)
+        low, high = Decimal(found.low), Decimal(found.high)
+        step = Decimal(found.step) if found.step else None
     except InvalidOperation:
         raise SceneError(f"--vary '{text}': these are no numbers") from None
     if low >= high or (step is not None and step <= 0):
@@ -190,14 +188,13 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
 
 
 def _unit(texts: Sequence[str]) -> str:
-    """The one that all numbers have; "" where there is none."""
-    found = [re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", text) for text in texts]
-    units = {match[1] if match else "" for match in found}
+    """The common unit of all numbers; "" if there is none."""
+    units = {number_and_unit(text)[1] for text in texts}
     return units.pop() if len(units) == 1 else ""
 
 
 def _check(scene: LoadedScene, axis: Axis) -> None:
-    """Raises SceneError for a path of which no value can be read: neither the first nor the last."""
+    """Raise SceneError for a path at which neither the first nor the last value can be read."""
     for p in (0.0, 1.0):
         source = read(scene.merged or scene.text, scene.path.name, scene.path.parent)
         for setting in axis.setting(axis.quantile(p)[0]):
@@ -216,7 +213,7 @@ def _parts(text: str) -> list[str]:
 
 
 def _first(scene: LoadedScene, path: str) -> str:
-    """What must be set before a number of a place that the scene leaves to its default."""
+    """The setting that must precede one number of a place that the scene leaves at its default."""
     try:
         found: Input = inputs(scene, [path])[0]
     except SceneError:
@@ -229,7 +226,7 @@ def _place(scene: LoadedScene, path: str) -> tuple[str | int, ...]:
 
 
 def _standard(one: UncertainInput, p: float) -> float:
-    """The quantile of its distribution with mean 0 and standard deviation 1."""
+    """Quantile of its distribution with mean 0 and standard deviation 1."""
     from scipy.special import ndtri
 
     return sqrt(12.0) * (p - 0.5) if one.kind == "uniform" else float(ndtri(min(max(p, 1e-12), 1.0 - 1e-12)))

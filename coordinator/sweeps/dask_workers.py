@@ -24,11 +24,11 @@ HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
 class Unpickled(AttributeError):
-    """What was to be unpickled names code; as an AttributeError, dask takes it for one of its own troubles."""
+    """Refused unpickling of code; an AttributeError, so that dask handles it like its own errors."""
 
 
 class _Guard:
-    """Unpickles no code as long as it is entered; an audit hook stays for good."""
+    """Refuses to unpickle code while it is entered, by a permanent audit hook."""
 
     def __init__(self) -> None:
         self.entered, self._hooked = 0, False
@@ -52,17 +52,17 @@ no_code = _Guard()
 
 
 class _Answer:
-    """A future of dask, as a study asks for it; the answer is fetched once, and not waited for without end."""
+    """A future of dask; its result is fetched once, with a timeout."""
 
     def __init__(self, future: Any, workers: "_Workers") -> None:
         self.cancel, self._future, self._workers = future.cancel, future, workers
 
     def done(self) -> bool:
-        """Whether there is an answer, or none is to be expected."""
+        """Whether the result is available, or will never be."""
         return self._future.done() or time.monotonic() - self._workers.heard > SILENCE_s
 
     def exception(self) -> BaseException | None:
-        """Why there is no answer."""
+        """The error of the call, or None."""
         if not self._future.done():
             return ProtocolError(f"no worker has answered for {SILENCE_s:g} s")
         try:
@@ -73,7 +73,7 @@ class _Answer:
         return None
 
     def result(self) -> object:
-        """The answer, if there is one."""
+        """The result."""
         return self._answer
 
 
@@ -82,7 +82,7 @@ class _Workers(Executor):
         self._client, self.heard = client, time.monotonic()
 
     def submit(self, call: Callable[..., Any], /, *args: Any, **named: Any) -> Any:
-        """As an executor's."""
+        """Submit a call, as an executor does."""
         return _Answer(self._client.submit(call, *args, **named, pure=False), self)
 
 

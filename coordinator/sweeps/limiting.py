@@ -21,26 +21,27 @@ from heavylift.nodes.plan.fidelity import USUAL
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated
 from heavylift.nodes.scene.loading import parse
+from heavylift.nodes.scene.text.spelling import range_of
 
-from .axes import RANGE, Axis, Variant, axes_of
+from .axes import Axis, Variant, axes_of
 from .motions import motion_of, motions
-from .variant import Row, Task, played
+from .variant import Row, Task, first_sentence, played
 
 LOG = logging.getLogger("heavylift.sweeps")
 NEAR = 0.005  # of the way from the start: how near the last green and the first red value shall be
-ASIDE = 0.4  # of that, by which a guess lies on one side of where the use is 100 %, so that the other one follows
+OVERSHOOT = 0.4  # of that, by which a guess lies on one side of where the use is 100 %, so that the other one follows
 STEPS, BEYOND = 8, 3  # doublings without an end of the range; values that are looked at beyond the limit
-TOLD = ("status", "use", "limit", "limit stage", "limit at [s]", "sentence")  # of a run
+REPORTED = ("status", "use", "limit", "limit stage", "limit at [s]", "sentence")  # of a run
 FAR = 10.0  # times as fast, or so many scales away, where no range is given
 
 
 @dataclass(frozen=True)
 class FoundLimit:
-    """What was found of a number: its path and unit, all values that were run with their rows, the last green and the
-    first red value, what is wrong with the question ("" if nothing).
+    """Result of a search: path and unit, all values with their rows, last green and first red value, error of the
+    question ("" if none).
 
-    `bar`: of the use at the last green value, by tighter steps and the next richer rung, at 95 %; None where it is
-    not a use that turns the verdict red, or where there is none.
+    `bar`: of the use at the last green value, by tighter steps and the next finer model level, at 95 %; None where it
+    is not a use that turns the verdict red, or where there is none.
     """
 
     path: str
@@ -58,7 +59,7 @@ class FoundLimit:
 
     @property
     def half(self) -> float | None:
-        """What the bar of the use is as one of the number, by how the use grows between green and red."""
+        """The uncertainty of the use at the limit, converted to the number."""
         if self.bar is None or self.green is None or self.red is None:
             return None
         name = f"use/{self.runs[self.red]['limit']}"
@@ -67,55 +68,59 @@ class FoundLimit:
 
     @property
     def why(self) -> str:
-        """What is beyond its limit at the first red value."""
+        """The limit that is exceeded at the first red value."""
         if self.red is None:
             return ""
         row = self.runs[self.red]
-        text = str(row.get("verdict") or row["sentence"])
-        first = next((line for line in text.splitlines() if line), row["status"])
-        more = "; give it more, --set 'end=...'" if row.get("unfinished") else ""
-        return (first.partition(": error: ")[2] or first) + more
+        return reason(row) + ("; give it more, --set 'end=...'" if row.get("unfinished") else "")
 
     @property
     def limit(self) -> str:
-        """The last green value with its bar, for people."""
+        """The last green value with its uncertainty, as text."""
         return self.shown(self.green, "" if self.half is None else f" +- {self.half:.2g}")
 
     @property
     def used(self) -> str:
-        """The largest use there, with its bar where that is what turns red."""
+        """The largest use at the limit, with its uncertainty."""
         return f"{self.most['use']:.1%}" + ("" if self.bar is None else f" +- {self.bar:.2%}")
 
     def shown(self, value: float | None, bar: str = "") -> str:
-        """A value in its unit; nothing of none."""
+        """A value in its unit; "" for None."""
         return "" if value is None else f"{value:.5g}{bar} {self.unit}".strip()
 
     def __str__(self) -> str:
         if self.wrong:
             return f"{self.path}: {self.wrong}"
-        most, told = self.most, ""
+        most, message = self.most, ""
         if isfinite(most.get("use", nan)):
             t = most["limit at [s]"]  # none of a design load
-            when = f"in '{most['limit stage']}'{'' if t is None else f' at {clock(t, 1)}'}"
-            told = f", where {most['limit']} is used to {self.used} {when}"
-        return f"{self.path}: green up to {self.limit}{told}; red at {self.shown(self.red)}: {self.why}"
+            when = f"in stage '{most['limit stage']}'{'' if t is None else f' at {clock(t, 1)}'}"
+            message = f", governed by {most['limit']} ({self.used}) {when}"
+        return f"{self.path}: green up to {self.limit}{message}; red at {self.shown(self.red)}: {self.why}"
 
     def data(self) -> dict[str, object]:
-        """As plain data; numbers in the unit."""
+        """Plain data; numbers in the unit."""
         keys = ("path", "unit", "green", "red", "half", "bar", "why", "wrong")
         return {key: getattr(self, key) for key in keys} | {
-            "runs": [{"value": x} | {key: row.get(key) for key in TOLD} for x, row in sorted(self.runs.items())]
+            "runs": [{"value": x} | {key: row.get(key) for key in REPORTED} for x, row in sorted(self.runs.items())]
         }
 
 
+def reason(row: Row) -> str:
+    """Why a run is red or refused: the first sentence, without its place; its status where there is none."""
+    text = str(row.get("verdict") or row["sentence"])
+    first = next((line for line in text.splitlines() if line), str(row["status"]))
+    return first_sentence(first.partition("; worst: ")[2] or first)
+
+
 def askable(scene: LoadedScene) -> list[str]:
-    """All that `--all` asks of a scene: its moves, and its usual and its uncertain inputs."""
+    """All inputs for `--all`: moves, usual and uncertain inputs."""
     names = [*(one.name for one in uncertain_inputs(scene)), *unstated(scene, uncertain_inputs(scene))]
     return [*motions(scene), *dict.fromkeys(x for name in names for x in _numbers(scene, name))]
 
 
 def _numbers(scene: LoadedScene, name: str) -> list[str]:
-    """Those of a name that have a value."""
+    """The inputs of a name that have a value."""
     found = []
     for each in (name, *(f"{name}.{axis}" for axis in "xyz")):
         try:
@@ -132,14 +137,15 @@ def limits_of_all(
     workers: int = 0,
     say: Callable[[str], None] = LOG.info,
 ) -> list[FoundLimit]:
-    """How far each of several numbers may go, alone; side by side in processes.  `say` hears of the runs."""
+    """Find the limits of several numbers separately, in parallel processes; `say` reports the runs."""
 
-    def told(name: str, value: str, row: Row) -> None:
-        say(f"  {name.partition('=')[0]} {value}: {row['status']}")
+    def message(name: str, value: str, row: Row) -> None:
+        status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
+        say(f"  {name.partition('=')[0]} {value}: {status}")
 
     scene = level_of(scene, say)
     if len(asked) == 1:
-        return [limits_of(scene, asked[0], limit_s, partial(told, asked[0]))]
+        return [limits_of(scene, asked[0], limit_s, partial(message, asked[0]))]
     found = []
     with Pool(min(workers or cores(), len(asked))) as pool:
         task = Task.of(scene, limit_s, "none", True)
@@ -156,7 +162,7 @@ def _apart(task: Task, asked: str) -> FoundLimit:
 def limits_of(
     scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[str, Row], None] = lambda value, row: None
 ) -> FoundLimit:
-    """How far `PATH` may go, or `PATH=FROM..TO UNIT` in that direction; raises SceneError for what is no number."""
+    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction; raises SceneError if it is no number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 
@@ -175,38 +181,38 @@ def limits_of(
     if not green(start):
         red = replace(found, red=start)
         return replace(red, wrong=f"red at the start, {found.shown(start)}: {red.why}")
-    way = end - start
+    distance = end - start
     low, high, step = 0.0, 0.0, 1.0 / 2**STEPS  # parts of the way
-    while high < 1.0 and green(start + high * way):
+    while high < 1.0 and green(start + high * distance):
         low, high, step = high, min(1.0, high + step), 2.0 * step
-    if green(start + high * way):
-        told = f"nothing turns red up to {found.shown(end)}; give a range that leads on"
-        return replace(found, green=end, wrong=told)
+    if green(start + high * distance):
+        message = f"nothing turns red up to {found.shown(end)}; give a range that leads on"
+        return replace(found, green=end, wrong=message)
     near = NEAR * high
     for turn in count():
         if high - low <= near:
             break
-        middle = _guess(runs[start + low * way], runs[start + high * way], low, high, near, turn)
-        low, high = (middle, high) if green(start + middle * way) else (low, middle)
-    at, red_at = start + low * way, start + high * way
-    beyond = [start + (high + (1.0 - high) * (i + 1) / BEYOND) * way for i in range(BEYOND)] if high < 1.0 else []
+        middle = _guess(runs[start + low * distance], runs[start + high * distance], low, high, near, turn)
+        low, high = (middle, high) if green(start + middle * distance) else (low, middle)
+    at, red_at = start + low * distance, start + high * distance
+    beyond = [start + (high + (1.0 - high) * (i + 1) / BEYOND) * distance for i in range(BEYOND)] if high < 1.0 else []
     again = next((x for x in beyond if green(x)), None)
-    told = "" if again is None else f"red at {found.shown(red_at)}, but green again at {again:.5g}: no single limit"
-    return replace(found, green=at, red=red_at, wrong=told, bar=_bar(task, settings(at), runs[at], runs[red_at]))
+    message = "" if again is None else f"red at {found.shown(red_at)}, but green again at {again:.5g}: no single limit"
+    return replace(found, green=at, red=red_at, wrong=message, bar=_bar(task, settings(at), runs[at], runs[red_at]))
 
 
 def _guess(good: Row, bad: Row, low: float, high: float, near: float, turn: int) -> float:
-    """Where the limit may lie: a little aside of where its use is 100 % on a line; each third time in the middle."""
+    """Estimate of the limit: near the linear interpolation to 100 % use; every third time the midpoint."""
     name = f"use/{bad.get('limit')}"
     a, b = float(good.get(name, nan)), float(bad.get(name, nan))
     if turn % 3 == 2 or not a < 1.0 < b:
         return 0.5 * (low + high)
-    found = low + (1.0 - a) / (b - a) * (high - low) + (ASIDE if turn % 3 else -ASIDE) * near
+    found = low + (1.0 - a) / (b - a) * (high - low) + (OVERSHOOT if turn % 3 else -OVERSHOOT) * near
     return min(max(found, low + 0.1 * near), high - 0.1 * near)
 
 
 def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | None:
-    """Of the use that turns the verdict red: twice what tighter steps change, and the level that leaves nothing out."""
+    """Uncertainty of the governing use: twice the change by tighter steps, plus the change by the full model level."""
     name = bad.get("limit")
     if not name or not bad["use"] > 1.0 or f"use/{name}" not in good:
         return None
@@ -214,26 +220,26 @@ def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | 
     measuring = Measuring(["limits", "clearance"], lambda: task.limit_s)
     try:
         look = as_it_is(plan, USUAL, measuring)
-        figure = measuring.figures(look.rung)[f"use of {name}"]
+        figure = measuring.figures(look.candidate)[f"use of {name}"]
     except (HeavyliftError, KeyError):
         return None
     return figure.scale * hypot(*(errors.get(figure.name, inf) for errors in (look.steps, look.model) if errors))
 
 
 def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
-    """The axis, where the search begins and where it ends at the latest, in its unit."""
+    """The axis, the start of the search and its bound, in the unit."""
     path, equals, values = (part.strip() for part in asked.partition("="))
     if equals:
-        ends = RANGE.fullmatch(values)
+        ends = range_of(values)
         if ends is None:
             raise SceneError(f"--of '{asked}': write PATH, or PATH=FROM..TO UNIT such as 'block.mass=300..900 t'")
-        first, last, unit = ends[1], ends[3], ends[4]
+        first, last, unit = ends.low, ends.high, ends.unit
         down = float(first) > float(last)
         try:
             (axis,) = axes_of(scene, [f"{path}={last}..{first} {unit}" if down else asked], sampling=True)[:1]
         except SceneError as error:
-            told = str(error).replace("; let it lead upwards, in steps above 0", "")  # here it may lead downwards
-            raise SceneError(told.replace("--vary '", "--of '")) from None
+            message = str(error).replace("; let it lead upwards, in steps above 0", "")  # here it may lead downwards
+            raise SceneError(message.replace("--vary '", "--of '")) from None
         return (axis, axis.high, axis.low) if down else (axis, axis.low, axis.high)
     if (motion := motion_of(scene, path)) is not None:
         return Axis(path, unit=motion.unit, motion=motion), motion.value, FAR * motion.value
@@ -241,8 +247,10 @@ def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
         one = inputs(scene, [path])[0]
     except SceneError as error:
         moves = f"; of moves: {', '.join(names)}" if (names := motions(scene)) else ""
-        told = f"{error}; of a word of an order say between which values, 'stage up/all hooks/hoist=1..20 m/min'{moves}"
-        raise SceneError(f"--of '{asked}': {told}") from None
+        message = (
+            f"{error}; of a word of an order say between which values, 'stage up/all hooks/hoist=1..20 m/min'{moves}"
+        )
+        raise SceneError(f"--of '{asked}': {message}") from None
     start, far = one.value / one.factor, one.scale / one.factor
     end = min(start + FAR * far, one.bounds[1] / one.factor)
     return Axis(path, unit=one.unit, first=one.whole), start, end

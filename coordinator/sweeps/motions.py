@@ -13,7 +13,8 @@ from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import read
-from heavylift.nodes.scene.text.units import ACCELERATION, ANGULAR_ACCELERATION, NUMBER, RATE, SPEED, Dimension
+from heavylift.nodes.scene.text.spelling import NUMBER
+from heavylift.nodes.scene.text.units import ACCELERATION, ANGULAR_ACCELERATION, RATE, SPEED, Dimension
 
 NOUNS = {"hoist": ("hoist", "lower"), "trolley": ("traverse",), "gantry": ("travel",)}
 VERBS_OF = {verb.name: (verb.name,) for verb in VERBS.values() if verb.becomes in ("move", "turn")} | NOUNS
@@ -27,7 +28,7 @@ DIMENSIONS = {("speed", False): SPEED, ("speed", True): RATE,
 
 @dataclass(frozen=True)
 class MotionOrder:
-    """An order of the action list: its path for `--set`, its text, and the number that is varied [SI]."""
+    """An order of the action list: path for `--set`, text, and the varied number [SI]."""
 
     path: str
     text: str
@@ -36,8 +37,7 @@ class MotionOrder:
 
 @dataclass(frozen=True)
 class MotionGroup:
-    """Moves of a kind: their name, their orders, whether their speed is varied or their acceleration, of which
-    dimension that is."""
+    """Moves of one kind: name, orders, whether speed or acceleration is varied, and its dimension."""
 
     name: str
     orders: tuple[MotionOrder, ...]
@@ -46,7 +46,7 @@ class MotionGroup:
 
     @property
     def unit(self) -> str:
-        """In which numbers are told."""
+        """The unit in which values are shown."""
         return next(iter(self.dimension.units))
 
     @property
@@ -55,7 +55,7 @@ class MotionGroup:
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """What `--set` takes to make a quantity the largest number; raises SceneError for what is none."""
+        """Settings that scale the group so that its largest number is this value; raises SceneError for no quantity."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:
@@ -75,7 +75,7 @@ class MotionGroup:
 
 
 def motion_of(scene: LoadedScene, name: str) -> MotionGroup | None:
-    """The moves that a name such as `hoist speed` means; None where it is no such name, or nothing moves so."""
+    """The moves of a name such as `hoist speed`; None if the name is unknown or nothing moves so."""
     noun, _, word = name.strip().rpartition(" ")
     if noun not in VERBS_OF or word not in WORDS:
         return None

@@ -37,7 +37,7 @@ MEANT = {
 }
 
 
-def told(study: Study, found: Summary) -> str:
+def status_line(study: Study, found: Summary) -> str:
     """The study in one line."""
     counts = ", ".join(f"{n} {status}" for status, n in found.counts.items()) or "no run yet"
     left = f"; {found.waiting} are still to run" if found.waiting else ""
@@ -47,7 +47,7 @@ def told(study: Study, found: Summary) -> str:
 
 
 def study_sheet(study: Study) -> Sheet:
-    """The sheet of a study as it is now."""
+    """The current sheet of a study."""
     found = summary(study)
     counts = ((status, MEANT[status], n) for status, n in found.counts.items())
     parts = [
@@ -60,7 +60,9 @@ def study_sheet(study: Study) -> Sheet:
         *_failures(study),
     ]
     bad = any(status in FAILED for status in found.counts)
-    return Sheet(f"Study of {study.plan.scene.plan.name}", told(study, found), "bad" if bad else "", tuple(parts))
+    return Sheet(
+        f"Study of {study.plan.scene.plan.name}", status_line(study, found), "bad" if bad else "", tuple(parts)
+    )
 
 
 def _varied(study: Study) -> list[str]:
@@ -130,7 +132,7 @@ def _responses(study: Study, found: Summary) -> list[Chart]:
 
 
 def _means(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[float]]:
-    """The mean of y of each value of x, or of parts of equal size where there are many."""
+    """Mean y by value of x, or by equal bins if there are many."""
     fine = np.isfinite(y)
     x, y = x[fine], y[fine]
     values = np.unique(x)
@@ -161,7 +163,7 @@ def _histograms(found: Summary) -> list[Chart]:
 
 
 def _around(values: np.ndarray) -> tuple[float, float] | None:
-    """From the least to the largest, apart by more than rounding."""
+    """Range of values; None if it is only rounding."""
     if not len(values):
         return None
     least, most = float(values.min()), float(values.max())
@@ -219,9 +221,9 @@ def _sentence(row: dict[str, str]) -> str:
 
 HEADS = columns("number", "green up to", "red at", "most used there", "to", "in", "at [h:min:s]", "what turns red")
 COLUMNS = 3  # of figures
-TOLD = (
+LEAD = (
     "The largest value of each number, alone, for which the verdict of a run is green. "
-    "Bars: of the use that turns red, by tighter steps and the next richer rung, at 95 %."
+    "Bars: of the use that turns red, by tighter steps and the next finer model level, at 95 %."
 )
 
 
@@ -244,7 +246,7 @@ def limits_sheet(scene: LoadedScene, found: Sequence[FoundLimit]) -> Sheet:
     drawn = [one for one in found if one.red is not None and len(_points(one)[0]) > 1]
     reasons = Notes("What turns red", tuple(f"{one.path}: {one.wrong or one.why}" for one in found))
     charts = [Chart("Largest use of a load's limit on the way", _figure(drawn))] if drawn else []
-    return Sheet(f"How far {scene.plan.name} may go", TOLD, "", (limits_table(found), reasons, *charts))
+    return Sheet(f"How far {scene.plan.name} may go", LEAD, "", (limits_table(found), reasons, *charts))
 
 
 def _figure(found: Sequence[FoundLimit]) -> str:
@@ -270,7 +272,7 @@ def _drawn(ax: "Axes", one: FoundLimit) -> None:
 
 
 def _points(one: FoundLimit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values, uses and whether the verdict is green (n,), of the runs that were judged."""
+    """Values, uses and whether the verdict is green (n,), of the checked runs."""
     rows = [(x, row["use"], row["status"] == "done") for x, row in sorted(one.runs.items()) if "use" in row]
     x, use, green = (np.array(column) for column in zip(*rows, strict=True)) if rows else (np.zeros(0),) * 3
     return x, use, green

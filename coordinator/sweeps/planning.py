@@ -7,7 +7,6 @@ that is not quicker.
 """
 
 import logging
-import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
 from .timing import FoundTiming, Parts, Step, done, last_wait, overlaps, ramps, rewritten, speeds
+from .variant import first_sentence
 
 LOG = logging.getLogger("heavylift.sweeps")
 WORTH_s = 0.5  # of a gain that counts
@@ -46,14 +46,14 @@ def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.
         search.bad = ("red",)
     found = search.in_runs(first)
     if found is None:
-        told = "its budget is used up" if search.spent else "it is as quick as its limits and drives allow"
-        return FoundTiming(scene, first, wrong=f"no quicker timing was found that is green: {told}")
+        message = "its budget is used up" if search.spent else "it is as quick as its limits and drives allow"
+        return FoundTiming(scene, first, wrong=f"no quicker timing was found that is green: {message}")
     return FoundTiming(scene, first, *found, parts=dict(search.parts), why=dict(search.why))
 
 
 @dataclass(frozen=True)
 class _Outlook:
-    """A variant at rest: its scene, when its actions begin and all moves are done [s]; `why` it is none."""
+    """A variant at rest: scene, begin of its actions and end of all moves [s]; `why` it is refused."""
 
     scene: LoadedScene | None = None
     begins: tuple[float, ...] = ()
@@ -77,7 +77,7 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Take each step as far as the scene's checks and the limits at rest allow; why the scene itself is not."""
+        """Take each step as far as checks and static limits allow; returns why the scene itself is refused."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -91,7 +91,7 @@ class _Search:
         return ""
 
     def _take(self, alternatives: Sequence[Step], best: bool = False) -> None:
-        """The first of some steps that is quicker, whole or in part, or the quickest; all are of one action."""
+        """Take the first quicker alternative, whole or in part, or the quickest; all are of one action."""
         others = {x: part for x, part in self.parts.items() if x not in alternatives}
         for step in alternatives:
             if self.spent:
@@ -99,7 +99,7 @@ class _Search:
             part, found, why = self._taken(step, others)
             if part and found.done < self.best.done - WORTH_s:
                 self.best, self.parts = found, {**others, step: part}
-                self.why = {x: told for x, told in self.why.items() if x not in alternatives} | {step: why}
+                self.why = {x: message for x, message in self.why.items() if x not in alternatives} | {step: why}
                 self.say(f"at rest: {_named(self.scene, step)}: {clock(found.done)} until all moves are done")
                 if not best:
                     return
@@ -107,7 +107,7 @@ class _Search:
                 self.why[step] = why
 
     def _taken(self, step: Step, others: Parts) -> tuple[float, _Outlook, str]:
-        """How far a step can be taken beside others, what comes of it, and what limits it."""
+        """How far a step can be taken together with others, its result, and what limits it."""
         found = self.outlook({**others, step: 1.0})
         if not found.why:
             return 1.0, found, step.why
@@ -126,7 +126,7 @@ class _Search:
         try:
             scene = self.variant(parts)
         except HeavyliftError as error:
-            return _Outlook(why=_sentence(str(error)))
+            return _Outlook(why=first_sentence(str(error)))
         red = next((f.sentence for f in scene.findings if f.severity == "red"), "")
         if red or not scene.statics.known:
             return _Outlook(why=red or scene.statics.why)
@@ -135,7 +135,7 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[Step, float]) -> LoadedScene:
-        """The scene with steps taken so far, modelled as it is without them."""
+        """The scene with the steps taken, at the same model level."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
@@ -149,17 +149,17 @@ class _Search:
 
     # ---- in runs --------------------------------------------------------------------------------------------
 
-    def run(self, scene: LoadedScene, told: str) -> Played:
-        """A run in what is left of the budget."""
+    def run(self, scene: LoadedScene, message: str) -> Played:
+        """Run a variant within the remaining budget."""
         began = time.monotonic()
         found = play(scene.plan, max(0.0, self.until - began), errors=scene.errors)
         self.say(
-            f"run {told}: {clock(done(found))}, {found.verdict.line} ({time.monotonic() - began:.0f} s of wall time)"
+            f"run {message}: {clock(done(found))}, {found.verdict.line} ({time.monotonic() - began:.0f} s of wall time)"
         )
         return found
 
     def in_runs(self, first: Played) -> tuple[LoadedScene, Played] | None:
-        """The quickest green variant, from what is possible at rest backwards; None if there is none."""
+        """The quickest green variant, searched backwards from what is possible at rest; None if there is none."""
         lost = Parts()
         while self.parts and not self.spent:
             found = self._green(lost)
@@ -171,14 +171,14 @@ class _Search:
         return None
 
     def _green(self, lost: Parts) -> tuple[LoadedScene, Played] | None:
-        """A run of the present variant; if it is not green, steps go back, and None comes back."""
+        """Run the present variant; if it is not green, take steps back and return None."""
         try:
             scene = self.variant(self.parts)
             run = self.run(scene, f"with {len(self.parts)} steps")
         except HeavyliftError as error:
             if CUT not in str(error):
-                self.say(f"no run: {_sentence(str(error))}")
-                self._back({step: _sentence(str(error)) for step in _latest(self.parts)}, lost)
+                self.say(f"no run: {first_sentence(str(error))}")
+                self._back({step: first_sentence(str(error)) for step in _latest(self.parts)}, lost)
             return None
         if run.verdict.state not in self.bad:
             return scene, run
@@ -192,14 +192,14 @@ class _Search:
         return None
 
     def _back(self, guilty: Mapping[Step, str], lost: Parts) -> None:
-        for step, told in guilty.items():
+        for step, message in guilty.items():
             lost[step] = part = self.parts.pop(step)
-            self.why[step] = told
+            self.why[step] = message
             if step.kind != "ramp" and part / 2.0 >= LEAST:
                 self.parts[step] = part / 2.0
 
     def _regained(self, found: tuple[LoadedScene, Played], lost: Parts) -> tuple[LoadedScene, Played]:
-        """Once more half of what was lost, if that is green."""
+        """Try half of what was taken back again."""
         parts = dict(self.parts)
         self.parts |= {step: 0.5 * (parts.get(step, 0.0) + part) for step, part in lost.items() if step.kind != "ramp"}
         if lost and not self.spent:
@@ -211,7 +211,7 @@ class _Search:
 
 
 def _own_text(scene: LoadedScene) -> str:
-    """The text of the scene's file with its settings in it; raises SceneError for what stands in no line of it."""
+    """The text of the scene file with its settings applied; raises SceneError for a setting without a line."""
     name, text = str(scene.path), scene.text
     if "actions" not in read(text, name).data:
         raise SceneError(f"{name}: has no action list of its own; plan the scene that it extends")
@@ -238,14 +238,8 @@ def _changed(source: Source, data: Data, path: Path) -> Iterator[tuple[Path, str
 
 
 def _latest(parts: Parts) -> list[Step]:
-    """What may be to blame for a run that ends with an error: overlaps, or else all."""
+    """Steps that may have caused an error: overlaps, or else all."""
     return [step for step in parts if step.kind == "overlap"] or list(parts)
-
-
-def _sentence(error: str) -> str:
-    """The first sentence of an error, without its place and all that it is likewise of."""
-    first = error.splitlines()[0]
-    return re.sub(r"^.*?error: (actions\[[^:]*: )?", "", first).partition("; likewise")[0]
 
 
 def _named(scene: LoadedScene, step: Step) -> str:

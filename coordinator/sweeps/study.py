@@ -34,7 +34,7 @@ INPUT = "input/"  # before the name of a column: what was varied
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """What a study is: its scene, axes, how many draws of which design (0: the whole grid), the seed."""
+    """Definition of a study: scene, axes, number of draws and design (0: full grid), seed."""
 
     scene: LoadedScene
     axes: Sequence[Axis]
@@ -44,8 +44,8 @@ class StudyPlan:
     seed: int
 
     def about(self, task: Task) -> dict[str, Any]:
-        """As it stands in the folder."""
-        said = [asdict(task), [v.settings for v in self.variants], self.design, __version__]
+        """Plain data as stored in the folder."""
+        text = [asdict(task), [v.settings for v in self.variants], self.design, __version__]
         return {
             "heavylift study": 1,
             "scene": self.scene.plan.name,
@@ -58,15 +58,16 @@ class StudyPlan:
             "limit": f"{task.limit_s:g} s",
             "keep": task.keep,
             "judged": task.judged,
-            "fingerprint": sha256(json.dumps(said).encode()).hexdigest(),
+            "fingerprint": sha256(json.dumps(text).encode()).hexdigest(),
         }
 
 
 class Study(AbstractContextManager["Study"]):
-    """A study on disk, as a context of one process at a time; rows are appended and never taken back."""
+    """A study on disk, opened by one process at a time; rows are only appended."""
 
     def __init__(self, folder: str | Path, plan: StudyPlan, task: Task) -> None:
-        """Begin or go on; OutputError if the folder holds something else, SceneError without the extra `sweep`."""
+        """Begin or continue a study; raises OutputError if the folder holds something else, SceneError without the
+        extra `sweep`."""
         try:
             import pyarrow  # noqa: F401
         except ImportError:
@@ -100,14 +101,14 @@ class Study(AbstractContextManager["Study"]):
             return
         names = [name for name in about if name != "fingerprint"]
         differing = [f"{name} {found.get(name)}" for name in names if found.get(name) != about[name]]
-        told = ", ".join(differing) or "other values, or another text of the scene"
+        message = ", ".join(differing) or "other values, or another text of the scene"
         made = str(found.get("heavylift"))
         to = "" if made == __version__ else f", or {install(printable(made, 60))}, which began it"
-        raise OutputError(f"{self.path}: holds another study ({told}); choose another folder with -o{to}")
+        raise OutputError(f"{self.path}: holds another study ({message}); choose another folder with -o{to}")
 
     @property
     def waiting(self) -> list[Variant]:
-        """The variants that have no row yet."""
+        """Variants without a row."""
         return [variant for variant in self.plan.variants if variant.number not in self.rows]
 
     def append(self, rows: Sequence[Row]) -> None:
@@ -129,7 +130,7 @@ class Study(AbstractContextManager["Study"]):
             hidden.rename(part)
 
     def _whole(self, row: Row) -> Row:
-        """A worker's row with what is known here: its settings, its inputs, the command that repeats it."""
+        """A worker's row completed by settings, inputs and the command that repeats it."""
         variant = self.plan.variants[row["number"]]
         found = {key: value for key, value in row.items() if key != "recording"}
         found["settings"] = list(variant.settings)
@@ -145,7 +146,7 @@ class Study(AbstractContextManager["Study"]):
         return found
 
     def join(self) -> None:
-        """All rows in one file."""
+        """Write all rows to one file."""
         from pyarrow import Table, parquet
 
         with writing(self.path / ROWS):
@@ -158,7 +159,7 @@ class Study(AbstractContextManager["Study"]):
         self._number = 0
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """All rows as a DataFrame, by the number of the variant."""
+        """All rows as a DataFrame, indexed by variant."""
         try:
             import pandas
         except ImportError:
@@ -190,6 +191,6 @@ def _known(file: Path) -> dict[str, Any]:
 
 
 def _even(rows: Sequence[Row]) -> list[Row]:
-    """The rows with all columns of any of them, in the order in which they are first met."""
+    """Rows with all columns of any of them, in order of appearance."""
     names = dict.fromkeys(name for row in rows for name in row)
     return [{name: row.get(name) for name in names} for row in rows]

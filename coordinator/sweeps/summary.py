@@ -26,8 +26,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Index:
-    """What part of the variance of a result an axis explains alone, and with all others; each with its half-width at
-    95 %."""
+    """First-order and total sensitivity index of an axis, with half-widths at 95 %."""
 
     axis: str
     first: float
@@ -37,7 +36,7 @@ class Index:
 
 
 def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
-    """(at most count, axes) quantiles in (0, 1); raises SceneError where the count is too small."""
+    """Draw at most `count` quantiles in (0, 1), (count, axes); raises SceneError if the count is too small."""
     if design not in DESIGNS:
         raise SceneError(f"--design '{design}': there is none; choose {' or '.join(DESIGNS)}")
     problem = _problem([str(i) for i in range(axes)])
@@ -63,7 +62,7 @@ def base_rows(design: str, count: int, axes: int) -> Floats:
 
 
 def indices(design: str, axes: Sequence[str], quantiles: Floats, result: Floats, seed: int) -> list[Index]:
-    """The indices of each axis, by falling total; none where a value is missing, or does not vary."""
+    """Indices of all axes, by decreasing total; none if a value is missing or constant."""
     if (
         len(result) < FEWEST[design]
         or not np.isfinite(result).all()
@@ -104,8 +103,8 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class Chance:
-    """A limit in a study: variants that were judged, mean and largest use, how many were beyond it, as a part of all;
-    and between which parts it lies at a level of 95 %, of independent draws only."""
+    """A limit in a study: number of variants, mean and largest use, probability of exceeding it, and its 95 % interval
+    for independent draws."""
 
     limit: str
     judged: int
@@ -119,8 +118,8 @@ class Chance:
 
 @dataclass(frozen=True)
 class Summary:
-    """Counts by status; how many wait, how many the end of the scene cut; results (n,) of the variants that came to
-    their end, by name, beside their inputs by axis; the limits, the most used first; indices by result."""
+    """Counts by status, unfinished variants, results (n,) by name and inputs by axis, limits with the most used first,
+    sensitivity indices by result."""
 
     counts: dict[str, int]
     waiting: int
@@ -132,7 +131,7 @@ class Summary:
 
 
 def summary(study: Study) -> Summary:
-    """Of all rows so far."""
+    """Summarise all rows so far."""
     plan, rows = study.plan, [study.rows[n] for n in sorted(study.rows)]
     ended = [row for row in rows if row["status"] in ("done", "red")]
     inputs = {axis.label: _column(ended, INPUT + axis.label) for axis in plan.axes}
@@ -164,17 +163,17 @@ def measured_error(study: Study) -> str:
         return ""
     facts = study.plan.scene.facts
     named = f"variant{'s' * (len(known) > 1)} {', '.join(map(str, known))}"
-    told = f"error measured on {named}: within {percent(max(known.values()))} of {', '.join(facts.ask)}"
+    message = f"error measured on {named}: within {percent(max(known.values()))} of {', '.join(facts.ask)}"
     beyond = [
         f"variant {n} disagrees, {percent(e)} in {study.rows[n]['error in']}"
         for n, e in known.items()
         if e > facts.accuracy
     ]
-    return "; ".join([told, *beyond])
+    return "; ".join([message, *beyond])
 
 
 def _chance(name: str, uses: Floats) -> Chance:
-    """Clopper and Pearson's interval (1934), which holds for any probability and never less than its level."""
+    """Clopper and Pearson's conservative interval (1934)."""
     from scipy.special import betaincinv
 
     uses = uses[np.isfinite(uses)]

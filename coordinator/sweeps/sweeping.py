@@ -32,12 +32,12 @@ Watch = Callable[[Study, Row | None], None]
 def planned(
     scene: LoadedScene | str | Path, vary: Sequence[str] = (), sample: int = 0, design: str = DESIGNS[0], seed: int = 1
 ) -> StudyPlan:
-    """What a study of a scene would run; raises SceneError for what cannot be varied."""
+    """Define a study of a scene; raises SceneError for what cannot be varied."""
     scene = level_of(loaded(scene))
-    sample, seed, said = whole("--sample", sample), whole("--seed", seed), texts(vary)
-    if said is None:
+    sample, seed, text = whole("--sample", sample), whole("--seed", seed), texts(vary)
+    if text is None:
         raise SceneError(f"--vary {vary!r}: give texts PATH=VALUES, such as 'block.mass=200..400 t by 25 t'")
-    axes = axes_of(scene, said, sample > 0)
+    axes = axes_of(scene, text, sample > 0)
     variants = sampled(axes, drawn(design, sample, len(axes), seed)) if sample else grid(axes)
     return StudyPlan(scene, axes, variants, design if sample else "", sample, seed)
 
@@ -78,15 +78,15 @@ def sweep(
                 _run(study, executor, workers or (0 if executor else cores()), watch)
         except KeyboardInterrupt:
             done, count = len(study.rows), len(plan.variants)
-            told = f"stopped after {done} of {count} runs, which are kept; the same command goes on"
-            raise Stopped(f"{study.path}: {told}") from None
+            message = f"stopped after {done} of {count} runs, which are kept; the same command goes on"
+            raise Stopped(f"{study.path}: {message}") from None
         finally:
             study.join()
     return study
 
 
 def verified(study: Study, count: int) -> list[tuple[int, bool]]:
-    """So many variants, from the first to the last, run again in this process: number, whether the digest is equal."""
+    """Repeat `count` variants in this process: number, and whether the digest is equal."""
     known = [n for n in sorted(study.rows) if study.rows[n].get("digest")]
     chosen = [known[round(i * (len(known) - 1) / max(1, count - 1))] for i in range(min(count, len(known)))]
     found = []
@@ -97,7 +97,7 @@ def verified(study: Study, count: int) -> list[tuple[int, bool]]:
 
 
 def _run(study: Study, executor: Executor | None, workers: int, watch: Watch) -> None:
-    """All variants that wait."""
+    """Run all variants without a row."""
     most = AHEAD * workers if workers else MOST
     waiting, suspects = deque(study.waiting), deque[Variant]()
     while waiting or suspects:
@@ -137,18 +137,18 @@ def _with(
                     broken[variant] = why
                     continue
                 try:
-                    rows.append(_lost(variant, _told(why)) if why else received(future.result(), variant))
+                    rows.append(_lost(variant, _reason(why)) if why else received(future.result(), variant))
                 except ProtocolError as error:
                     rows.append(_lost(variant, str(error)))
                 watch(study, rows[-1])
             if broken:
-                told = str(next(iter(broken.values())))
+                message = str(next(iter(broken.values())))
                 if alone and len(broken) + len(running) == 1:
-                    rows.append(_lost(next(iter(broken)), f"its worker died: {told}"))
+                    rows.append(_lost(next(iter(broken)), f"its worker died: {message}"))
                     watch(study, rows[-1])
                 else:
                     suspects.extend([*broken, *running.values()])
-                return told
+                return message
             if rows and time.monotonic() - written > WRITE_s:
                 study.append(rows)
                 rows, written = [], time.monotonic()
@@ -159,7 +159,7 @@ def _with(
         study.append(rows)
 
 
-def _told(why: BaseException) -> str:
+def _reason(why: BaseException) -> str:
     """Why there is no row; what a worker of dask has pickled stays unread."""
     if why.args and isinstance(why.args[0], bytes):
         return "its worker died, or answered with code, which is not run here"

@@ -22,7 +22,7 @@ from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
-from heavylift.nodes.scene.text.units import NUMBER
+from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.recordings.sheets.sheet import Cell, Table, columns
 from heavylift.recordings.sheets.terminal import table_text
 
@@ -36,7 +36,7 @@ BEHIND_SPEED = re.compile(r"(?=\s(?:by|to|until)\s)")
 
 @dataclass(frozen=True)
 class Step:
-    """One thing that can be quicker, of an action (its number from 0), at paths of the scene, from `now` to `most`.
+    """A possible acceleration of an action (its number from 0), at paths of the scene, from `now` to `most`.
 
     Speeds of an action go up together, by a factor; of a ramp `words` are what is written; of an overlap the numbers
     are seconds.  `why`: what limits `most`; "" if only a trial can tell.
@@ -52,15 +52,15 @@ class Step:
 
     @property
     def halved(self) -> bool:
-        """Whether a part of it makes sense where all of it is refused."""
+        """Whether a part of it can be tried if all of it is refused."""
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
-        """Factor or seconds at a part of the way."""
+        """Factor or seconds at a fraction of the step."""
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:
-        """What is to be written at a path, in place of what stands there."""
+        """The new text at a path."""
         x = self.value(part)
         if self.kind == "overlap":
             return f"after {x:.1f} s"
@@ -70,7 +70,7 @@ class Step:
 
 
 def speeds(scene: LoadedScene) -> Iterator[Step]:
-    """Orders up to the speeds of their drives, the boldest of an action first; a turn to a multiple of its rate."""
+    """Orders raised to the speeds of their drives, the boldest of an action first; a turn to a multiple of its rate."""
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
@@ -89,12 +89,12 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
                 load = " with a load" if loaded and VERBS[first.verb].sign else ""
                 load = " at lift-off and landing, assumed" if creeps else load
                 if factor > 1.0:
-                    told = f"{driven(first.actuator)} can {limits[first] * 60.0:g} m/min{load}"
-                    yield Step("speed", i, paths, 1.0, factor, why=told)
+                    message = f"{driven(first.actuator)} can {limits[first] * 60.0:g} m/min{load}"
+                    yield Step("speed", i, paths, 1.0, factor, why=message)
 
 
 def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
-    """Whether hooks lift off or set down in an action: by what it waits for, or on the path at rest."""
+    """Whether hooks lift off or set down in an action, by its conditions or on the path at rest."""
     meets = any(
         isinstance(t, SlingsCondition | LiftedCondition | LandedCondition) for m in moves for t in terms(m.until)
     )
@@ -105,7 +105,8 @@ def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
 
 
 def ramps(scene: LoadedScene) -> Iterator[Step]:
-    """Ramps without swing for what travels and traverses: two pulses of the crane's own acceleration, or one swing."""
+    """Ramps without residual swing for travel and traverse: two pulses of the crane's own acceleration, or one swing
+    period."""
     for i, action in enumerate(scene.scene.actions):
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and VERBS[o.verb].along]
@@ -118,8 +119,8 @@ def ramps(scene: LoadedScene) -> Iterator[Step]:
 
 
 def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
-    """Moves that may begin while those of the action before go on, so that they end after them; `lasts`: of each
-    action [s].  None of them meets the ground or a load."""
+    """Moves that may begin during those of the previous action and end after them, away from ground and load; `lasts`:
+    duration of each action [s]."""
     listed = scene.plan.actions
     for i in range(1, min(len(listed), len(lasts))):
         before, here = listed[i - 1].orders, listed[i].orders
@@ -127,12 +128,12 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
         alone = len({o.actuator for o in moves}) == len(moves) == len(before) + len(here)
         soonest = max(SPARE_s, lasts[i - 1] - lasts[i] + SPARE_s)
         if alone and here and before and not listed[i].when and lasts[i - 1] - soonest > LEAST_s:
-            told = f"'{listed[i - 1].stage or f'action {i}'}' is to begin and to end before it"
-            yield Step("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=told)
+            message = f"'{listed[i - 1].stage or f'action {i}'}' is to begin and to end before it"
+            yield Step("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=message)
 
 
 def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
-    """The text with these values at paths; a new key comes before the second of its mapping.
+    """The text with new values at paths; a new key becomes the first of its mapping.
 
     A comment behind a value keeps its column as long as there is room.  Raises SceneError where a value cannot be
     replaced alone: one of several lines, an alias, one that stands in another file.
@@ -159,7 +160,7 @@ def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
 
 
 def _mark(source: Source, path: Path) -> Mark:
-    """Where a value stands, or the key before which a new one goes."""
+    """Place of a value, or of the key before which a new one is inserted."""
     if path in source.values:
         return source.values[path]
     inside = source.at(path[:-1])
@@ -169,7 +170,7 @@ def _mark(source: Source, path: Path) -> Mark:
 
 
 def _replaced(text: str, old: str, new: str) -> str:
-    """A line from a value on, with another value."""
+    """A line with its value replaced."""
     if not text.startswith(old):
         return text
     rest = text[len(old) :]
@@ -185,8 +186,7 @@ Parts = dict[Step, float]  # how far each step is taken, of 1
 
 @dataclass(frozen=True)
 class FoundTiming:
-    """A timing that was found: the scene before and after, its runs, how far each step is taken and what limits it;
-    `wrong`: why there is none."""
+    """A timing: scene before and after, runs, extent of each step and what limits it; `wrong`: why there is none."""
 
     before: LoadedScene
     run_before: Played | None
@@ -198,13 +198,13 @@ class FoundTiming:
 
     @property
     def gain(self) -> float:
-        """How much sooner the last move ends [s]."""
+        """Time saved until the last move ends [s]."""
         if self.run_before is None or self.run_after is None:
             return 0.0
         return done(self.run_before) - done(self.run_after)
 
     @property
-    def told(self) -> list[str]:
+    def message(self) -> list[str]:
         """Lines for people: the stages before and after, and the verdict."""
         assert self.run_before is not None
         assert self.run_after is not None
@@ -213,7 +213,7 @@ class FoundTiming:
         return [table_text(Table("Timing", HEADS, tuple(rows))), self.run_after.verdict.line]
 
     def data(self) -> dict[str, object]:
-        """As plain data, SI units."""
+        """Plain data in SI units."""
         assert self.run_before is not None
         assert self.run_after is not None
         keys = ("stage", "before", "after", "why")
@@ -227,13 +227,13 @@ class FoundTiming:
 
     @property
     def rows(self) -> Iterator[tuple[str, float, float, str]]:
-        """Of each stage: name, how long it takes before and after until the next begins [s], what limits it."""
+        """Name of each stage, duration before and after [s], and what limits it."""
         assert self.run_before is not None
         assert self.run_after is not None
         after = {number: lasts for number, _, lasts in _stages(self.run_after)}
         for number, name, lasts in _stages(self.run_before):
-            told = [x for step, x in self.why.items() if step.action == number]
-            yield name, lasts, after.get(number, 0.0), "; ".join(dict.fromkeys(told))
+            message = [x for step, x in self.why.items() if step.action == number]
+            yield name, lasts, after.get(number, 0.0), "; ".join(dict.fromkeys(message))
 
 
 def last_wait(actions: Sequence[Action]) -> int:

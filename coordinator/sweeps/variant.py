@@ -7,6 +7,7 @@ process of a pool, a thread, or one of dask's on another host; no answer is a pi
 
 import os
 import platform
+import re
 import tempfile
 import time
 from collections.abc import Sequence
@@ -59,8 +60,8 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Task:
-    """What all variants of a study share: the text of the scene, its name, what is laid over it, seconds of wall time
-    that a run may take, which recordings are kept, whether limits and clearances are judged."""
+    """What all variants of a study share: text and name of the scene, settings, wall time limit [s], recordings to
+    keep, whether limits and clearances are checked."""
 
     text: str
     name: str
@@ -72,7 +73,7 @@ class Task:
 
     @classmethod
     def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> "Task":
-        """Of a scene; what it extends is in its text."""
+        """The task of a scene; its text includes the scenes that it extends."""
         name = scene.path.name if scene.path in bundled().values() else str(scene.path)
         if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
             own = tuple(ModelLevel(scene.plan).settings) if scene.chosen else ()
@@ -81,7 +82,7 @@ class Task:
 
 
 def answered(task: Task, variant: Variant) -> bytes:
-    """What a worker answers: the row of the variant, or one that tells what went wrong."""
+    """Answer of a worker: the row of the variant, or the error."""
     try:
         row = played(task, variant)
     except Exception as error:
@@ -90,7 +91,7 @@ def answered(task: Task, variant: Variant) -> bytes:
 
 
 def received(answer: object, variant: Variant) -> Row:
-    """The row in the answer of a worker, whoever that is; ProtocolError if it is none of this variant."""
+    """The row in a worker's answer; raises ProtocolError if it is not of this variant."""
     if not isinstance(answer, bytes) or len(answer) > MOST_BYTES:
         raise ProtocolError("its worker did not answer with the bytes of a row")
     try:
@@ -102,21 +103,27 @@ def received(answer: object, variant: Variant) -> Row:
     if row.get("number") != variant.number or row.get("status") not in STATUSES or "sentence" not in row:
         raise ProtocolError("its worker answered with the row of something else")
     if wrong or len(row) > MOST_COLUMNS or not isinstance(recording, bytes):
-        told = f": {printable(wrong[0], 80)}" if wrong else ""
-        raise ProtocolError(f"its worker answered with a row that no run has{told}")
+        message = f": {printable(wrong[0], 80)}" if wrong else ""
+        raise ProtocolError(f"its worker answered with a row that no run has{message}")
     sentence = printable(str(row["sentence"]), keep=f"\n{SPACES}")
     return shown(row) | {"sentence": sentence} | ({"recording": recording} if recording else {})
 
 
 def _fits(name: str, x: object) -> bool:
-    """Whether a column holds what it may."""
+    """Whether a column has a valid value."""
     if name in TEXTS:
         return isinstance(x, str) and len(x) <= MOST_TEXT
     return len(name) <= MOST_TEXT and (x is None or isinstance(x, float) or (isinstance(x, int) and abs(x) < 1 << 63))
 
 
+def first_sentence(text: str) -> str:
+    """The first sentence of an error, without its place and repetitions."""
+    first = text.splitlines()[0]
+    return re.sub(r"^(.*?error: )?(actions\[[^:]*: )?", "", first).partition("; likewise")[0]
+
+
 def played(task: Task, variant: Variant) -> Row:
-    """The row of a variant: status, sentence, numbers, who has run it; `recording` holds the bytes of one to keep."""
+    """The row of a variant: status, sentence, numbers, worker; `recording` holds bytes to keep."""
     began, cpu = time.perf_counter(), time.thread_time()
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
     scene, settings = None, (*task.settings, *variant.settings)
@@ -144,7 +151,7 @@ def played(task: Task, variant: Variant) -> Row:
 
 
 def _numbers(run: Played, judged: bool) -> Row:
-    """All that a row tells of a run that came to its end; SI units, in the names of the columns."""
+    """All numbers of a completed run in SI units, by column name."""
     row: Row = {"digest": run.digest, "simulated [s]": run.end_ns / 1e9, "unfinished": run.unfinished}
     row |= {f"peak/{rope} [N]": peak.tension for rope, peak in run.peaks.items()}
     row |= {f"peak time/{rope} [s]": peak.time for rope, peak in run.peaks.items()}
@@ -156,7 +163,7 @@ def _numbers(run: Played, judged: bool) -> Row:
         verdict, found = run.judging(smallest=1)
         row |= {"verdict": verdict.line, "state": verdict.state, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
-        uses = judged_uses(found)
+        uses = governing_uses(found)
         row |= {f"use/{name}": x.use for name, x in uses.items()}
         loads = [(x.use, name) for name, x in uses.items() if x.limit.quantity not in PLACES]
         row |= {"use": np.nan, "limit": ""}
@@ -166,13 +173,13 @@ def _numbers(run: Played, judged: bool) -> Row:
     return row
 
 
-def judged_uses(uses: Sequence[Use]) -> dict[str, Use]:
-    """The worst of each limit that is judged, by its name."""
+def governing_uses(uses: Sequence[Use]) -> dict[str, Use]:
+    """The worst of each limit that is checked, by its name."""
     return {f"{x.limit.subject} {x.limit.quantity}": x for x in uses if x.use is not None}
 
 
 def _off_lead(run: Played) -> float:
-    """The largest angle between a hook's rope and the vertical [deg]; not a number without such ropes."""
+    """The largest angle between a hook rope and the vertical [deg]; NaN without such ropes."""
     signals = signals_of_run(run.plan, run.t, {}, run.past().part(0, len(run.t)).poses, ())
     hooks = (hook for machine in run.plan.machines for hook in machine.hooks)
     leads = (evaluated(run.plan, ScalarSignal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
@@ -181,7 +188,7 @@ def _off_lead(run: Played) -> float:
 
 
 def _recorded(scene: LoadedScene) -> bytes:
-    """The recording of the variant; nothing of one that cannot be recorded."""
+    """The recording of the variant; empty if it cannot be recorded."""
     from heavylift.coordinator.run.scene import run
 
     with tempfile.TemporaryDirectory(prefix="heavylift-") as folder:

@@ -41,8 +41,7 @@ LATER_ns = 100_000_000  # that models of a user may answer late
 
 
 def hanging(scene: LoadedScene) -> "list[CoupledPair]":
-    """On each hook rope of a scene, what is above and below it; SceneError if there is none: no two processes could
-    share a rope."""
+    """Pairs of bodies above and below each hook rope; raises SceneError if there is none to couple across."""
     plan, found = scene.plan, list[CoupledPair]()
     for machine in plan.machines:
         bodies, ropes = {b.name: b.mass for b in machine.system.bodies}, {r.name: r for r in machine.system.all_ropes}
@@ -61,20 +60,20 @@ def hanging(scene: LoadedScene) -> "list[CoupledPair]":
 
 
 def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadder:
-    """The measured scene with what its processes would cost measured as well."""
+    """The measured scene with the cost of distribution."""
     scene = chosen(scene)
     rows = distributed(scene)
     return replace(measured, held=held_forces(scene, rows[0].simulated_s), distributed=rows)
 
 
 def held_forces(scene: LoadedScene, lasts: float) -> list[Held]:
-    """The pairs on the hook ropes of a scene whose run lasts so long [s], with forces held over several times."""
+    """The pairs on the hook ropes of a scene with forces held over several times; `lasts`: duration of its run [s]."""
     return [held(pair, h, lasts) for pair in hanging(scene) for h in EXCHANGES]
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
-    """Run a scene as it is written, in this process and in processes of its own, and with less said; the last one is
-    that of a process per node."""
+    """Run a scene in this process and in several, with full and with reduced output; the last with a process per
+    node."""
     plan, nodes = scene.plan, node_names(scene.plan)
     apart = Placement.apart(nodes)
     rows: list[tuple[str, str, Plan, Placement | None]] = [
@@ -85,8 +84,8 @@ def distributed(scene: LoadedScene) -> list[Distributed]:
     ]  # fmt: skip
     if any(own.delay < LATER_ns for own in plan.models):
         late = tuple(msgspec.structs.replace(own, delay=max(own.delay, LATER_ns)) for own in plan.models)
-        told = f"own models answer {LATER_ns * 1e-6:g} ms later: no waiting for them at each sample"
-        rows.append(("a process per node, lookahead", told, msgspec.structs.replace(plan, models=late), apart))
+        message = f"own models answer {LATER_ns * 1e-6:g} ms later: no waiting for them at each sample"
+        rows.append(("a process per node, lookahead", message, msgspec.structs.replace(plan, models=late), apart))
     rows.append(("a process per node", "each dies and is replaced alone; other hosts, other programs", plan, apart))
     with tempfile.TemporaryDirectory(prefix="heavylift-") as folder:
         path = Path(folder) / "run.mcap"
@@ -104,12 +103,12 @@ class CoupledPair:
 
     @property
     def omega(self) -> float:
-        """Frequency of their motion against each other [rad/s]."""
+        """Frequency of their relative motion [rad/s]."""
         return sqrt(self.stiffness * (1.0 / self.upper + 1.0 / self.lower))
 
 
 def held(pair: CoupledPair, h: float, lasts: float) -> Held:
-    """Measure a pair whose forces are held over h [s]; `lasts`: of the scene's run [s]."""
+    """Measure a pair with forces held over h [s]; `lasts`: duration of the scene's run [s]."""
     omega = pair.omega
     first, second = (
         _alone("upper", pair.upper, STRETCH * _part(pair)),
@@ -138,7 +137,7 @@ def held(pair: CoupledPair, h: float, lasts: float) -> Held:
 
 
 def _part(pair: CoupledPair) -> float:
-    """Of a stretch, what the upper body moves while the centre of mass rests."""
+    """Share of the upper body in a stretch about the centre of mass."""
     return pair.lower / (pair.upper + pair.lower)
 
 

@@ -20,7 +20,7 @@ SHOWN = 8  # chains in the text
 
 
 def data(timeline: Timeline) -> dict[str, Any]:
-    """Seconds, counts and bytes of each node; chains of waiting; lookaheads as declared and as observed."""
+    """Seconds, counts and bytes of each node; chains of waiting; declared and observed lookaheads."""
     wall = timeline.wall
     return {
         "wall_s": wall * 1e-9,
@@ -82,20 +82,20 @@ def text(timeline: Timeline) -> str:
     ]
     longest = found["chains"][:SHOWN]
     if longest:
-        ways = [(f"{c['s']:.3f}", f"{100 * c['s'] / wall:.0f} %", _told(c["nodes"])) for c in longest]
-        lines += ["", "longest waits, each with whom it was for:", table(("s", "of all", "who"), ways)]
+        distances = [(f"{c['s']:.3f}", f"{100 * c['s'] / wall:.0f} %", _described(c["nodes"])) for c in longest]
+        lines += ["", "longest waits, each with whom it was for:", table(("s", "of all", "who"), distances)]
     longer = [x for x in found["lookahead"] if x["observed_ns"] > x["declared_ns"]]
     if found["lookahead"]:
         ports = [
             (x["port"], f"{x['declared_ns'] / 1e6:g}", f"{x['observed_ns'] / 1e6:g}", str(x["count"])) for x in longer
         ]
-        told = f"{len(longer)} of {len(found['lookahead'])} ports would have kept a longer lookahead in this run"
-        lines += ["", f"{told}{':' if longer else ''}"]
+        message = f"{len(longer)} of {len(found['lookahead'])} ports would have kept a longer lookahead in this run"
+        lines += ["", f"{message}{':' if longer else ''}"]
         lines += [table(("port", "declared ms", "possible ms", "outputs"), ports)] if longer else []
     return "\n".join(lines)
 
 
-def _told(nodes: list[str]) -> str:
+def _described(nodes: list[str]) -> str:
     end = f"the {COORDINATOR}" if nodes[-1] == COORDINATOR else f"{nodes[-1]} at work"
     return " <- ".join([*nodes[:-1], end])
 
@@ -104,7 +104,7 @@ Entry = dict[str, Any]
 
 
 def trace_events(timeline: Timeline) -> Entry:
-    """The whole file as plain data."""
+    """The whole trace as plain data."""
     processes = {name: i + 2 for i, name in enumerate(dict.fromkeys(x.process for x in timeline.lanes.values()))}
     found: list[Entry] = [_name("process_name", 1, 0, COORDINATOR), _name("thread_name", 1, 1, "decides and records")]
     found += [_name("process_name", pid, 0, name) for name, pid in processes.items()]
@@ -124,7 +124,7 @@ def trace_events(timeline: Timeline) -> Entry:
 
 
 def _decisions(timeline: Timeline) -> list[tuple[int, int]]:
-    """From each DONE to the last GRANT before the next DONE."""
+    """Intervals from each DONE to the last GRANT before the next DONE."""
     grants = [grant for lane in timeline.lanes.values() for grant in lane.grants]
     begins = sorted(grant.begin for grant in grants)
     dones = [0, *sorted(grant.end for grant in grants)]

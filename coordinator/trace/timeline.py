@@ -26,7 +26,7 @@ COORDINATOR = "coordinator"  # the end of a chain in which no node is granted
 
 
 class GrantSpan(NamedTuple):
-    """From GRANT to DONE: inputs granted, outputs spoken or offered, simulation time of the run [ns]."""
+    """From GRANT to DONE: inputs, outputs or offers, simulation time [ns]."""
 
     begin: int
     end: int
@@ -37,7 +37,7 @@ class GrantSpan(NamedTuple):
 
 
 class HeldTime(NamedTuple):
-    """A time in which a node could have worked but for the next event of the node `by`."""
+    """An interval in which a node was blocked by the next event of the node `by`."""
 
     begin: int
     end: int
@@ -46,7 +46,7 @@ class HeldTime(NamedTuple):
 
 @dataclass
 class Lane:
-    """One node: its process, when it was granted and when held, its own work [s], bytes of its messages."""
+    """One node: process, intervals granted and blocked, working time [s], bytes of its messages."""
 
     node: str
     process: str
@@ -75,7 +75,7 @@ class _Message(msgspec.Struct):
 
 
 class Timeline:
-    """What each node of a recorded run did when, by wall clock; RecordingError if the file does not tell."""
+    """Activity of each node of a recorded run over wall time; raises RecordingError if it was not recorded."""
 
     def __init__(self, path: str | Path) -> None:
         recording = Recording(path)
@@ -85,9 +85,9 @@ class Timeline:
         hosted = {node: (process, some) for process, all_ in placed.items() for node, some in nodes_of(all_).items()}
         self.path = Path(path)
         self.slack: list[dict[str, Any]] = recording.fact("slack", [])
-        self._told = {node: together(some) for node, (_, some) in hosted.items()}
+        self._message = {node: together(some) for node, (_, some) in hosted.items()}
         order = sorted(hosted, key=lambda node: min(map(models.index, hosted[node][1])) if models else 0)
-        self.lanes = {self._told[node]: Lane(self._told[node], hosted[node][0]) for node in order}
+        self.lanes = {self._message[node]: Lane(self._message[node], hosted[node][0]) for node in order}
         """By the models of a node, in the order of the run."""
         with recording.reading():
             messages = sorted(_messages(recording), key=lambda message: message.summary.wall_ns)
@@ -106,7 +106,7 @@ class Timeline:
 
     @property
     def alone(self) -> int:
-        """Time in which no node was granted: the coordinator decided or recorded [ns]."""
+        """Time without any granted node: the coordinator decided or recorded [ns]."""
         free, reached = 0, 0
         for grant in sorted(grant for lane in self.lanes.values() for grant in lane.grants):
             free += max(0, grant.begin - reached)
@@ -118,7 +118,7 @@ class Timeline:
         dones = [message.summary.wall_ns - first for message in messages if message.kind == "DONE"]
         granted: dict[str, _Message] = {}
         for message in messages:
-            node = self._told.get(message.node, message.node)
+            node = self._message.get(message.node, message.node)
             lane = self.lanes.setdefault(node, Lane(node, node))
             lane.bytes += len(message.raw)
             now, summary = message.summary.wall_ns - first, message.summary
@@ -127,7 +127,7 @@ class Timeline:
                 begins = [dones[n - 1] if n else 0 for n, _ in summary.held] + [now]
                 for (begin, end), (_, by) in zip(pairwise(begins), summary.held, strict=True):
                     if end > begin:
-                        lane.held.append(HeldTime(begin, end, self._told.get(by, by)))
+                        lane.held.append(HeldTime(begin, end, self._message.get(by, by)))
             elif message.kind == "DONE" and message.node in granted:
                 asked = granted.pop(message.node)
                 begin, outputs = asked.summary.wall_ns - first, summary.spoken + summary.offer
@@ -136,7 +136,7 @@ class Timeline:
                 lane.busy_s = summary.busy_s
 
     def holder(self, node: str, at: int) -> str | None:
-        """Who holds a node back at this time; None if nobody does."""
+        """The node that blocks this node at a time; None if none does."""
         held = self.lanes[node].held
         n = bisect_left(held, at, key=lambda span: span.end)
         return held[n].by if n < len(held) and held[n].begin <= at else None
@@ -155,14 +155,14 @@ def _messages(recording: Recording) -> Iterator[_Message]:
 
 
 class Chain(NamedTuple):
-    """Who waited, for whom that one waited, ..., who worked meanwhile; and for how long in all [ns]."""
+    """A chain of waiting nodes, the last of which worked, and its total time [ns]."""
 
     nodes: tuple[str, ...]
     ns: int
 
 
 def chains(timeline: Timeline) -> list[Chain]:
-    """All chains of the run, the longest first; each node's waiting counts in the chain that it stands at the head of.
+    """All chains of the run, longest first; a node's waiting counts in the chain that it heads.
 
     A chain ends at a node that is granted, or with the coordinator, which has the DONE that everybody waits for.
     """

@@ -53,15 +53,15 @@ class Exchange:
         self._publishers[node].put(self._writers[node].frame(payload))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Ask a node for a checkpoint, beside what it is told; it is received as all that the node says."""
+        """Request a checkpoint from a node; it is received like any other message."""
         Exchange.send(self, node, request)
 
     def _arrived(self, sample: zenoh.Sample) -> None:
-        """A batch has come; called by a thread of the bus, or of the sender."""
+        """A batch has arrived; called by a thread of the bus or of the sender."""
         self._batches.append(sample)
 
     def samples(self) -> list[tuple[str, bytes]]:
-        """All (node, batch) that have arrived since the last call, in order per node."""
+        """All (node, batch) received since the last call, in order per node."""
         if not self._batches:
             return []
         come = (self._batches.popleft() for _ in range(len(self._batches)))
@@ -75,7 +75,7 @@ class Exchange:
         self._shown_at("event", path, port).put(payload, f"application/msgpack;{type}", t_ns, k, index)
 
     def heard_data(self, topic: str) -> bool:
-        """Whether observers listen to data of a recording."""
+        """Whether observers subscribe to data of a recording."""
         return self._shown_at("sample", topic).heard
 
     def publish_data(self, topic: str, payload: bytes, schema: str = "", t_ns: int = 0) -> None:
@@ -90,7 +90,7 @@ class Exchange:
     def _open(
         self, at: str, sample: zenoh.Sample, readers: Mapping[str, tuple[str, FrameReader]]
     ) -> tuple[str, bytes] | None:
-        """Node and payload of what came on the key `at`; None for what an earlier incarnation still says."""
+        """Node and payload of a message on the key `at`; None for a message of an earlier incarnation."""
         if at not in readers:
             raise ProtocolError(
                 f"run {self.run}: a message arrived on {at}, but this run has no such node "
@@ -127,7 +127,8 @@ class Exchange:
 
 
 class _Shown:
-    """What observers hear on one key; to put what nobody hears would cost as much as all else about an event.
+    """Publisher of one observer key; skips keys without subscribers, as publishing costs as much as all else of an
+    event.
 
     Its encoding names the schema behind a semicolon, and a JSON object is attached: {"t_ns", "k", "index", "s"}.
     """
@@ -151,7 +152,7 @@ class _Shown:
 
 
 class LocalHub(Exchange):
-    """Connects the coordinator with nodes in this process: one thread, one session, no end point.
+    """Connects the coordinator with nodes in this process: one thread, one session, no network end point.
 
     Each message is put through Zenoh and enqueued by a synchronous callback; `receive` is the one loop that
     hands the queued messages to the nodes' handlers, in the order in which they were sent, until one speaks.
@@ -179,7 +180,7 @@ class LocalHub(Exchange):
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """The next (node, message); lets nodes work until there is one; None if none can come in time."""
+        """The next (node, message); runs nodes until there is one; None if none can come in time."""
         while not self._inbox:
             if self._ready:
                 self._links[self._ready.popleft()].dispatch()

@@ -34,7 +34,7 @@ _FIXED = _START.size + _IDENTITY.size
 
 
 class FrameTopic(IntEnum):
-    """Direction and use of a message; the name in lower case is the last chunk of its key."""
+    """Direction and use of a message; the lower-case name is the last chunk of its key."""
 
     IN = 0  # coordinator -> node
     OUT = 1  # node -> coordinator
@@ -62,7 +62,7 @@ class Writer:
 
 
 class FrameReader:
-    """Opens the frames of one node on one topic, in order; refuses everything else with a ProtocolError."""
+    """Decodes the frames of one node on one topic in order; raises ProtocolError for anything else."""
 
     def __init__(self, run: str, node: str, topic: FrameTopic, epoch: int) -> None:
         self.run, self.node, self.topic, self.epoch = run, node, topic, epoch
@@ -79,7 +79,7 @@ class FrameReader:
         return payload
 
     def outdated(self, data: bytes) -> bool:
-        """Whether a refused message is undamaged and of an earlier incarnation of this node."""
+        """Whether a refused message is an undamaged one of an earlier incarnation."""
         at, end = _START.size + len(MAGIC) + 1, _START.size + len(self._identity)  # of the epoch; of the identity
         if len(data) < end or crc32(data[4:]) != int.from_bytes(data[:4], "little"):
             return False
@@ -87,7 +87,7 @@ class FrameReader:
         return same == self._identity and data[at] < self.epoch
 
     def _refusal(self, data: bytes) -> ProtocolError:
-        """The sentence for a frame that is not the next one of this node, topic, epoch and run."""
+        """The error for a frame that is not the next one of its node, topic, epoch and run."""
         where = f"node {self.node}, message {self._next} on '{self.topic.name.lower()}'"
         magic = data[_START.size : _START.size + 4]
         if magic.startswith(b"HLF") and magic != MAGIC:
@@ -139,7 +139,7 @@ def key(run: str, *chunks: str) -> str:
 
 
 def check_names(names: Iterable[str], kind: str) -> tuple[str, ...]:
-    """The names of nodes or processes, refused unless they can stand in a key and differ from each other."""
+    """Check names of nodes or processes: valid in a key and distinct."""
     checked = tuple(names)
     for name in checked:
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in RESERVED:

@@ -20,7 +20,7 @@ from zenoh.handlers import Callback, FifoChannel
 from .exchange import Exchange
 from .frame import HUB, OBSERVER, OPERATOR, FrameReader, FrameTopic, Writer, check_names, key
 from .link import FIFO, JOIN_s, matched
-from .liveness import Lookout
+from .liveness import LivenessMonitor
 from .placement import Placement
 from .run_directory import RunDirectory
 from .session import ListenAddress, Ticket, hub_session, new_password, new_run_id
@@ -34,7 +34,7 @@ FULL_s = 0.5  # for which a batch that has come holds up the next at most
 LEAVE_s = 2.0  # in which processes that somebody else has started leave a run that is over
 
 
-class Gate(Protocol):
+class RemoteGate(Protocol):
     """Lets processes of other hosts join; `hosts`: remote process -> the host from which it has joined."""
 
     hosts: dict[str, str]
@@ -42,21 +42,24 @@ class Gate(Protocol):
     def free(self, process: str) -> None: ...
 
 
-class Door(ListenAddress, Protocol):
+class RemoteAddress(ListenAddress, Protocol):
     """The door of a run for processes of other hosts, with whoever asks there who they are."""
 
     @property
     def seen_from_afar(self) -> str: ...
-    def gate(self, hub: "Hub", session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate: ...
+    def gate(self, hub: "Hub", session: zenoh.Session, scene: str, say: Callable[[str], None]) -> RemoteGate: ...
 
 
 class Hub(Exchange):
-    """Connects the coordinator with node processes over a private unix socket, and with other hosts at a door."""
+    """Connects the coordinator with node processes over a private unix socket, and with other hosts by a listener."""
 
     def __init__(
-        self, nodes: Iterable[str] | Placement, door: Door | None = None, directory: RunDirectory | None = None
+        self,
+        nodes: Iterable[str] | Placement,
+        listener: RemoteAddress | None = None,
+        directory: RunDirectory | None = None,
     ) -> None:
-        """`nodes`: names, each in a process of its own, or a placement; `directory`: that of the run, if it has one."""
+        """`nodes`: names, one process each, or a placement; `directory`: that of the run."""
         placement = nodes if isinstance(nodes, Placement) else Placement.apart(check_names(nodes, "node"))
         check_names(placement.models, "node")
         processes = check_names(placement.processes, "process")
@@ -65,32 +68,32 @@ class Hub(Exchange):
         self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, OPERATOR, *local)}
         run = new_run_id()
         try:
-            session = hub_session(run, self.directory, self._passwords, door, placement.remote)
+            session = hub_session(run, self.directory, self._passwords, listener, placement.remote)
             super().__init__(session, run, placement)
         except BaseException:  # Ctrl-C, too
             self.directory.remove()
             raise
-        self._door, self._gate = door, None  # type: Door | None, Gate | None
+        self._listener, self._gate = listener, None  # type: RemoteAddress | None, RemoteGate | None
         self._here = self._session.liveliness().declare_token(key(run, "alive", HUB))
         self.eager = False
         """Whether samples that have come end the wait for a message."""
         self._met: set[str] = set()
         self._served = False  # whether a guest has asked something
-        self._lookout = Lookout(processes, self._wake, self.present)
+        self._liveness = LivenessMonitor(processes, self._wake, self.present)
         self._wake_key = key(run, "out", WAKE, WAKE)
         channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
         self._inbox = self._session.declare_subscriber(key(run, "out", "*", "*"), channel)
-        tokens = Callback(self._lookout.token, indirect=False)
+        tokens = Callback(self._liveness.token, indirect=False)
         self._tokens = self._session.liveliness().declare_subscriber(key(run, "alive", "*", "*"), tokens)
         leave = Callback(self._leave, indirect=False)
         self._leaving = self._session.declare_queryable(key(run, "leave", "*"), leave)
-        self._lookout.start()
+        self._liveness.start()
 
     def _arrived(self, sample: zenoh.Sample) -> None:
-        """Senders wait while many batches do: who samples faster than it is recorded must not fill the memory."""
+        """Queue a batch; senders wait while many are queued, to bound memory."""
         super()._arrived(sample)
         if self.eager:
-            self._lookout.hurry()
+            self._liveness.hurry()
         deadline = time.monotonic() + FULL_s
         while len(self._batches) > BATCHES and time.monotonic() < deadline:
             time.sleep(0.001)
@@ -101,20 +104,21 @@ class Hub(Exchange):
         return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Let the processes of other hosts join a run of the scene with this fingerprint; `say` how, and who did."""
-        if self._door is not None:
-            self._gate = self._door.gate(self, self._session, scene, say)
+        """Admit processes of other hosts to a run of the scene with this fingerprint; `say` reports how, and which
+        joined."""
+        if self._listener is not None:
+            self._gate = self._listener.gate(self, self._session, scene, say)
             for process in sorted(self.placement.remote):
                 say(f"waiting for process {process}; {self.invitation(process)}")
 
     def invitation(self, process: str) -> str:
-        """What lets a process of another host join."""
-        assert self._door is not None, "there is no other way for a remote process"
-        at = f"--connect {self._door.seen_from_afar} --certificates DIRECTORY --run {self.run}"
+        """The ticket for a process of another host."""
+        assert self._listener is not None, "there is no other way for a remote process"
+        at = f"--connect {self._listener.seen_from_afar} --certificates DIRECTORY --run {self.run}"
         return f"on its host type: heavylift node {process} {at}"
 
     def present(self, process: str) -> bool:
-        """Whether a process listens."""
+        """Whether a process is connected."""
         return any(matched(self._publishers[node]) for node in self.placement.hosted[process])
 
     def send(self, node: str, payload: bytes) -> None:
@@ -123,14 +127,14 @@ class Hub(Exchange):
             super().send(node, payload)
 
     def _meet(self, node: str) -> bool:
-        """Whether a process listens, after a wait: its token comes after its subscriber; False: it is lost."""
+        """Whether a process is connected, after waiting: its token comes after its subscriber; False if it is lost."""
         process = self.placement.process_of[node]
         patience = REMOTE_s if process in self.placement.remote else JOIN_s
         deadline = time.monotonic() + patience
         while not self.joined(process) or not matched(self._publishers[node]):
             if not self.joined(process):
                 self._hear()
-            elif self._lookout.failure is not None or self._lookout.lost(process):
+            elif self._liveness.failure is not None or self._liveness.lost(process):
                 return False
             if time.monotonic() > deadline:
                 raise ProtocolError(f"node {node} did not join within {patience:g} s, start the run again")
@@ -140,31 +144,31 @@ class Hub(Exchange):
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
         """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
-        self._lookout.deadline = deadline = None if timeout is None else time.monotonic() + timeout
+        self._liveness.deadline = deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             sample = self._inbox.try_recv()
             if sample is None:
                 self._hear()
                 if deadline is not None and ((self.eager and self._batches) or time.monotonic() >= deadline):
-                    self._lookout.deadline = None
+                    self._liveness.deadline = None
                     return None
                 sample = self._inbox.recv()
             at = str(sample.key_expr)
             if at != self._wake_key and (got := self._open(at, sample, self._out)) is not None:
-                self._lookout.deadline = None
+                self._liveness.deadline = None
                 return got
 
     def epoch(self, process: str) -> int:
         """The present incarnation of a process."""
-        return self._lookout.epochs[process]
+        return self._liveness.epochs[process]
 
     def joined(self, process: str) -> bool:
-        """Whether the present incarnation of a process has come."""
-        return process in self._lookout.joined
+        """Whether the present incarnation of a process has joined."""
+        return process in self._liveness.joined
 
     def renew(self, process: str) -> None:
-        """Let the next incarnation of a process join; what the present one still says will be dropped."""
-        self._lookout.renew(process)
+        """Admit the next incarnation of a process; messages of the present one will be dropped."""
+        self._liveness.renew(process)
         if self._gate is not None:
             self._gate.free(process)
         epoch = self.epoch(process)
@@ -178,29 +182,29 @@ class Hub(Exchange):
             )
 
     def ask(self, process: str) -> bytes | None:
-        """What a process says when it is asked whether it is alive; None if it says nothing."""
+        """Ask whether a process is alive; None without an answer."""
         at = key(self.run, "ask", process, str(self.epoch(process)))
         replies = self._session.get(at, FifoChannel(4), timeout=ANSWER_s)
         return next((reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None), None)
 
     def _hear(self) -> None:
         """Take note of processes that have joined or are lost."""
-        news = self._lookout.news
-        if self._lookout.failure is not None:
-            raise self._lookout.failure
+        news = self._liveness.news
+        if self._liveness.failure is not None:
+            raise self._liveness.failure
         while news:
             process, epoch, how = known = news.popleft()  # first: what is done about it may hear news itself
             if epoch == self.epoch(process) and how is not None:
                 try:
                     self.on_loss(process, how)
                 except Exception:
-                    news.appendleft(known)  # whoever asks again is told again
+                    news.appendleft(known)  # whoever asks again gets the same answer
                     raise
             elif epoch == self.epoch(process):
                 self.on_join(process)
 
     def on_join(self, process: str) -> None:
-        """A process is there and listens."""
+        """Called when a process has joined."""
 
     def on_loss(self, process: str, how: str) -> None:
         """A process is lost; raises ProtocolError if the run cannot continue."""
@@ -208,13 +212,13 @@ class Hub(Exchange):
 
     def gone(self, process: str, how: str) -> ProtocolError:
         """The sentence about a lost process."""
-        return ProtocolError(f"{self.told(process, 'gone')}: {how}; start the run again")
+        return ProtocolError(f"{self.message(process, 'gone')}: {how}; start the run again")
 
-    def told(self, process: str, what: str) -> str:
-        """Beginning of a sentence: which nodes are gone or replaced, and when."""
+    def message(self, process: str, what: str) -> str:
+        """Beginning of a sentence: the nodes that were lost or replaced, and when."""
         host = self._gate.hosts.get(process, "") if self._gate else ""
         at = self.when()
-        return f"{self.placement.told(process, host)} {what}{' at ' + at if at else ''}"
+        return f"{self.placement.message(process, host)} {what}{' at ' + at if at else ''}"
 
     def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
         """Hand the queries on a topic of the run to `answer`, which a thread of the bus calls."""
@@ -227,27 +231,27 @@ class Hub(Exchange):
         self._queryable = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """Let `deaths` tell which processes have ended and how; the watching thread calls it."""
-        self._lookout.supervise(deaths)
+        """`deaths` reports ended processes; called by the watching thread."""
+        self._liveness.supervise(deaths)
 
     def notice(self) -> None:
-        """Make the watching thread look at once."""
-        self._lookout.notice()
+        """Make the watching thread check at once."""
+        self._liveness.notice()
 
     def excuse(self, process: str) -> None:
-        """A process may leave now."""
-        self._lookout.excuse(process)
+        """Allow a process to leave."""
+        self._liveness.excuse(process)
 
     def dismiss(self, payload: bytes) -> None:
         """Send every node that has joined its last message; from now on nodes may leave."""
-        self._lookout.excuse(*self.placement.processes)
+        self._liveness.excuse(*self.placement.processes)
         for node in self.nodes:
             if matched(self._publishers[node]):
                 super().send(node, payload)
 
     def close(self) -> None:
         """End the session and remove the run's directory."""
-        self._lookout.excuse(*self.placement.processes)
+        self._liveness.excuse(*self.placement.processes)
         drain = Thread(target=self._drain, daemon=True)
         drain.start()
         deadline = time.monotonic() + LEAVE_s
@@ -258,19 +262,19 @@ class Hub(Exchange):
             time.sleep(
                 0.005
             )  # who has asked something closes when the answer is there; an earlier end would cut it off
-        self._lookout.close()
+        self._liveness.close()
         super().close()
         drain.join(LEAVE_s)  # a thread that comes out of foreign code while Python ends would abort the process
         self.directory.remove()
 
     def _drain(self) -> None:
-        """Take what is still said, and drop it: a full inbox would hold up the session, and its end."""
+        """Receive and drop remaining messages: a full inbox would block the session and its end."""
         with suppress(zenoh.ZError):  # the session has ended
             while True:
                 self._inbox.recv()
 
     def _leave(self, query: zenoh.Query) -> None:
-        """Answer a process that has waited with closing until all that it had sent is here."""
+        """Acknowledge the end of a process once all its messages have arrived."""
         query.reply(query.key_expr, b"")
 
     def _wake(self) -> None:

@@ -27,7 +27,7 @@ LOCAL = "local"  # in place of a process's name: the coordinator's own
 
 
 def matched(publisher: zenoh.Publisher) -> bool:
-    """Whether somebody hears what is put."""
+    """Whether a subscriber is connected."""
     status: Any = publisher.matching_status  # declared as bool in zenoh's type hints
     return bool(status.matching)
 
@@ -46,7 +46,7 @@ class _Sender:
 
     @property
     def heard(self) -> bool:
-        """Whether the coordinator listens to both topics."""
+        """Whether the coordinator is connected to both topics."""
         return matched(self._out) and matched(self._samples)
 
     def send(self, payload: bytes) -> None:
@@ -59,10 +59,10 @@ class _Sender:
 
 
 class NodeLink(AbstractContextManager["NodeLink"]):
-    """A process's connection to its coordinator; joins the run with all nodes of the ticket when it is made."""
+    """A process's connection to its coordinator; joins the run with all nodes of the ticket."""
 
     def __init__(self, ticket: Ticket, session: zenoh.Session | None = None) -> None:
-        """`session`: the one that has brought the ticket; without it the ticket tells where to connect."""
+        """`session`: the one that brought the ticket; without it, connect as the ticket states."""
         self.run, self.process = ticket.run, ticket.process
         self.nodes = ticket.nodes
         """Node -> its models."""
@@ -76,7 +76,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         self._alive = session.liveliness().declare_token(key(self.run, "alive", self.process, self._epoch))
 
     def answer(self, sign: Callable[[], bytes]) -> None:
-        """Let a thread of its own say `sign()` whenever the coordinator asks whether this process is alive."""
+        """Answer the coordinator's liveness queries by `sign()` in a separate thread."""
 
         def reply(query: zenoh.Query) -> None:
             query.reply(query.key_expr, sign())
@@ -85,7 +85,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         self._asked = self._session.declare_queryable(at, Callback(reply))
 
     def _join(self) -> None:
-        """Wait until the coordinator hears all topics: what is put earlier would be lost silently."""
+        """Wait until the coordinator has subscribed to all topics; earlier messages would be lost."""
         deadline, pause = time.monotonic() + JOIN_s, 0.001
         while not all(sender.heard for sender in self._senders.values()):
             if time.monotonic() > deadline:
@@ -106,7 +106,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         self._senders[node].sample(payload)
 
     def receive(self) -> tuple[str, bytes]:
-        """The coordinator's next message and the node that it is for; waits for it."""
+        """Wait for the coordinator's next message; returns it with its node."""
         sample = self._inbox.recv()
         sender = self._addresses.get(str(sample.key_expr))
         if sender is None:
@@ -117,7 +117,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         return sender.node, sender.open(sample.payload.to_bytes())
 
     def close(self) -> None:
-        """Leave the run, after all that was sent has arrived: a session that closes earlier cuts or loses it.
+        """Leave the run after all messages have arrived; closing earlier would lose them.
 
         The coordinator's session answers a query in the order of arrival, so its answer tells.
         """
@@ -132,7 +132,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
 
 
 class LocalLink(_Sender):
-    """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function.
+    """A node's connection to a LocalHub over the same session; `serve` passes its messages to a function.
 
     What is put is received in the middle of the put, by callbacks in which foreign code loses what a signal raises.
     """
@@ -162,18 +162,18 @@ class LocalLink(_Sender):
         self._ready.append(self.node)
 
     def serve(self, handler: Callable[[bytes], None]) -> None:
-        """Let the hub's `receive` call `handler` with each message; its exceptions reach that caller."""
+        """Let the hub's `receive` call `handler` with each message; its exceptions propagate to the caller."""
         self._handler = handler
 
     def dispatch(self) -> bool:
-        """Hand one pending message to the handler; False if there is no message or no handler."""
+        """Pass one pending message to the handler; False if there is none."""
         if self._handler is None or not self._pending:
             return False
         self._handler(self.receive())
         return True
 
     def receive(self) -> bytes:
-        """The coordinator's next message; there is no other thread that could send it later."""
+        """The coordinator's next message."""
         if not self._pending:
             raise ProtocolError(
                 f"node {self.node} waits for a message that nobody in this process has sent, send it before receiving"

@@ -30,7 +30,7 @@ class News(NamedTuple):
     lost: str | None
 
 
-class Lookout:
+class LivenessMonitor:
     """`wake` interrupts the receiving thread; `connected` tells whether a process still listens."""
 
     def __init__(self, processes: Iterable[str], wake: Callable[[], None], connected: Callable[[str], bool]) -> None:
@@ -53,7 +53,7 @@ class Lookout:
         self._thread = threading.Thread(target=self._watch, name="hub lookout", daemon=True)
 
     def start(self) -> None:
-        """Begin to look."""
+        """Start monitoring."""
         self._thread.start()
 
     def close(self) -> None:
@@ -63,7 +63,7 @@ class Lookout:
         self._thread.join(timeout=1.0)
 
     def token(self, sample: zenoh.Sample) -> None:
-        """An incarnation has come or gone; called by Zenoh."""
+        """A liveness token has appeared or gone; called by Zenoh."""
         process, epoch = str(sample.key_expr).split("/")[-2:]
         present = self.epochs.get(process)
         if present is None or epoch != str(present):
@@ -76,29 +76,29 @@ class Lookout:
             self.notice()
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """Let `deaths` tell which processes have ended and how."""
+        """`deaths` reports ended processes."""
         self._deaths = deaths
 
     def notice(self) -> None:
-        """Look at once."""
+        """Check at once."""
         self._bell.put(None)
 
     def hurry(self) -> None:
-        """Wake the receiving thread now, if it wants to be woken at all."""
+        """Wake the receiving thread now, if it may be woken."""
         if self.deadline is not None:
             self.deadline = time.monotonic()
             self.notice()
 
     def excuse(self, *processes: str) -> None:
-        """They may leave now."""
+        """Allow processes to leave."""
         self._excused.update(processes)
 
     def lost(self, process: str) -> bool:
-        """Whether the present incarnation of a process is lost, or may have left."""
+        """Whether the present incarnation of a process is lost or may have left."""
         return process in self._excused or (process, self.epochs[process]) in self._reported
 
     def renew(self, process: str) -> None:
-        """From now on the next incarnation of a process is the present one."""
+        """The next incarnation of a process becomes the present one."""
         if self.epochs[process] == LAST_EPOCH:
             raise ProtocolError(
                 f"process {process} was replaced {LAST_EPOCH} times, the machine is not fit for this run"
@@ -115,7 +115,7 @@ class Lookout:
 
     def _look(self) -> None:
         woken: float | None = None
-        told = 0
+        message = 0
         while not self._closed.is_set():
             try:
                 gone = self._bell.get(timeout=0.005 if self._lost else TICK_s)
@@ -123,14 +123,14 @@ class Lookout:
                     self._lost.setdefault(gone, time.monotonic())
             except queue.Empty:
                 pass
-            self._look_for_losses()
+            self._check_losses()
             deadline = self.deadline
             due = deadline is not None and deadline != woken and time.monotonic() >= deadline
-            if due or told != self._reports:
-                woken, told = deadline if due else woken, self._reports
+            if due or message != self._reports:
+                woken, message = deadline if due else woken, self._reports
                 self._wake()
 
-    def _look_for_losses(self) -> None:
+    def _check_losses(self) -> None:
         now, epochs = time.monotonic(), dict(self.epochs)
         deaths = {(process, epochs[process]): how for process, how in self._deaths().items()}
         for process, epoch in deaths:

@@ -23,7 +23,7 @@ MANY = 128  # processes; of more, `check` suggests fewer
 
 @dataclass(frozen=True)
 class Placement:
-    """Process -> the models that it hosts, in the order in which processes are started."""
+    """Process -> the models that it runs, in the order of starting."""
 
     processes: Mapping[str, tuple[str, ...]]
     remote: frozenset[str] = frozenset()
@@ -38,8 +38,7 @@ class Placement:
 
     @classmethod
     def spread(cls, models: Sequence[str], count: int) -> "Placement":
-        """The models in their order, neighbours together, over `count` processes; the kernel has one to itself if there
-        are two or more."""
+        """Distribute the models in order over `count` processes; the kernel has its own if there are at least two."""
         count = min(count, len(models))
         if count == len(models):
             return cls.apart(models)
@@ -51,7 +50,7 @@ class Placement:
 
     @classmethod
     def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> "Placement":
-        """`hosts`: model -> process; a model that is not named there has a process of its own name."""
+        """`hosts`: model -> process; other models have a process of their own name."""
         found: dict[str, tuple[str, ...]] = {}
         for model in models:
             process = hosts.get(model, model)
@@ -72,7 +71,7 @@ class Placement:
 
     @property
     def awaited(self) -> frozenset[str]:
-        """Processes that the coordinator does not start."""
+        """Processes that are not started by the coordinator."""
         return self.remote | self.external
 
     @cached_property
@@ -90,7 +89,7 @@ class Placement:
         """Node -> its process."""
         return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
-    def told(self, process: str, host: str = "") -> str:
+    def message(self, process: str, host: str = "") -> str:
         """Subject of a sentence about all nodes of a process: "node west is", or "nodes a, b (process yard) are"."""
         nodes, at = self.processes[process], f" on host {host}" if host else ""
         if nodes == (process,):
@@ -114,7 +113,7 @@ def place(
     remote: Iterable[str] = (),
     external: Iterable[str] = (),
 ) -> Placement:
-    """The placement of a run: a number of processes, or the scene's hosts with those of `--place` laid over them.
+    """The placement of a run: a number of processes, or the scene's placement overridden by `--place`.
 
     `remote`: processes, or nodes that are alone in theirs, that somebody starts on another host; `external`: those in
     whose place somebody starts a program of another kind.
@@ -140,7 +139,7 @@ def _place(nodes: Sequence[str], scene: Mapping[str, str], given: Sequence[str],
         raise SceneError(f"--processes {count}: a run needs at least one process")
     if count:
         return Placement.spread(nodes, count)
-    told: dict[str, str] = {}
+    message: dict[str, str] = {}
     for text in given:
         names, equals, process = (part.strip() for part in text.partition("="))
         hosted = [name.strip() for name in names.split(",")]
@@ -149,7 +148,7 @@ def _place(nodes: Sequence[str], scene: Mapping[str, str], given: Sequence[str],
         for node in hosted:
             if node not in nodes:
                 raise SceneError(f"--place '{text}': there is no node '{node}'; the nodes are {', '.join(nodes)}")
-            if node in told:
+            if node in message:
                 raise SceneError(f"--place '{text}': node '{node}' is placed twice, name it once")
-            told[node] = process
-    return Placement.of(nodes, {**scene, **told})
+            message[node] = process
+    return Placement.of(nodes, {**scene, **message})

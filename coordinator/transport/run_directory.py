@@ -19,7 +19,7 @@ SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (10
 
 
 class RunDirectory:
-    """A directory of mode 0700 for one run: its socket, the passwords of guests, the nodes' output.
+    """A directory of mode 0700 for one run: socket, guests' passwords, output of nodes.
 
     It is locked while its coordinator lives; what a killed one could not remove goes when the next run begins.
     """
@@ -32,7 +32,7 @@ class RunDirectory:
 
     @classmethod
     def chosen(cls) -> Self:
-        """A name that nobody else has; the directory is not there before `make`."""
+        """A new unique path; `make` creates the directory."""
         for place in places():
             path = Path(place) / f"{PREFIX}{secrets.token_hex(4)}"
             if len(os.fsencode(path / "hub.sock")) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):
@@ -58,18 +58,18 @@ class RunDirectory:
         return self
 
     def write(self, name: str, text: str) -> Path:
-        """A file that this user only can read."""
+        """Write a file that only this user can read."""
         path = self.path / name
         with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
             file.write(text)
         return path
 
     def log(self, node: str) -> Path:
-        """The file that takes what the node writes to its standard output and error."""
+        """Path of the file for a node's standard output and error."""
         return self.path / f"{node}.log"
 
     def remove(self) -> None:
-        """Delete the directory and all in it."""
+        """Delete the directory with its contents."""
         self._removal()
         lock, self._lock = self._lock, -1  # before it is closed: what a signal interrupts may come here again
         if lock >= 0:
@@ -82,7 +82,7 @@ def _remove(path: Path, maker: int) -> None:
 
 
 def _sweep(place: Path) -> None:
-    """Remove what runs of this user have left here that were killed with all who could have done so."""
+    """Remove directories of killed runs of this user."""
     for left in place.glob(f"{PREFIX}{'[0-9a-f]' * 8}"):
         try:
             lock = os.open(left, os.O_RDONLY | os.O_NOFOLLOW | os.O_DIRECTORY | os.O_CLOEXEC)
@@ -98,5 +98,5 @@ def _sweep(place: Path) -> None:
 
 
 def places() -> list[str]:
-    """Where runs of this user have their directories, the preferred place first."""
+    """Folders for run directories, preferred one first."""
     return list(dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", "/tmp"), "/tmp")))

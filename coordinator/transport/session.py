@@ -30,7 +30,8 @@ from .run_directory import RunDirectory
 
 
 def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:
-    """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied.
+    """Access rules: each process writes and receives the keys of its nodes; observers receive events; all else is
+    denied.
 
     A process of this host is known by its password, one of another host by the name in its certificate; whoever
     has a certificate of the yard may ask whether it may join, and join under the name in it.
@@ -98,7 +99,7 @@ RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover
 
 
 class ListenAddress(Protocol):
-    """Where processes of other hosts connect (`hosts.door.Door`): an address, and Zenoh's settings of both sides."""
+    """Listener address for other hosts (`hosts.door.Door`): an address, and Zenoh's settings of both sides."""
 
     @property
     def endpoint(self) -> str: ...
@@ -107,8 +108,7 @@ class ListenAddress(Protocol):
 
 
 class Ticket(msgspec.Struct, frozen=True):
-    """What a process needs to join a run; reaches it as its standard input, a file without a name, or as one that
-    somebody hands to a program of another kind."""
+    """What a process needs to join a run; passed on standard input, or as a file to an external program."""
 
     run: str
     process: str
@@ -124,7 +124,7 @@ class Ticket(msgspec.Struct, frozen=True):
 
     @classmethod
     def take(cls) -> "Ticket":
-        """The ticket of this process, once; nothing is left on standard input for its models."""
+        """Read the ticket of this process, once, and empty standard input."""
         try:
             with open(0, "rb", closefd=False) as given:
                 ticket = msgspec.json.decode(b"" if given.isatty() else given.read(), type=cls)
@@ -137,7 +137,7 @@ class Ticket(msgspec.Struct, frozen=True):
 
 
 def new_run_id() -> str:
-    """A name for a run that no other run has."""
+    """A unique name of a run."""
     return secrets.token_hex(8)
 
 
@@ -150,14 +150,14 @@ def hub_session(
     run: str,
     directory: RunDirectory,
     passwords: Mapping[str, str],
-    door: ListenAddress | None = None,
+    listener: ListenAddress | None = None,
     remote: Iterable[str] = (),
 ) -> zenoh.Session:
-    """The coordinator's session: listens on the run's socket for the users of `passwords` and nobody else.
+    """The coordinator's session: listens on the run's socket for the users of `passwords` only.
 
     At the `door`, if there is one, it lets in the `remote` processes, told by the names in their certificates.
     """
-    known = {**passwords, AFAR: AFAR} if door else passwords
+    known = {**passwords, AFAR: AFAR} if listener else passwords
     users = directory.write("users", "".join(f"{user}:{password}\n" for user, password in known.items()))
     for guest in passwords.keys() & {OBSERVER, OPERATOR}:
         directory.write(guest, passwords[guest])
@@ -173,12 +173,12 @@ def hub_session(
     }
     config["access_control"] = access(run, processes, tuple(remote))
     where = directory.socket
-    if door is not None:
-        where += f" and {door.endpoint}"
+    if listener is not None:
+        where += f" and {listener.endpoint}"
         most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
-        config["listen"]["endpoints"].append(door.endpoint)
-        config["transport"]["link"] |= {"protocols": ["unixsock-stream", "tls"], "tls": door.listening()}
+        config["listen"]["endpoints"].append(listener.endpoint)
+        config["transport"]["link"] |= {"protocols": ["unixsock-stream", "tls"], "tls": listener.listening()}
     try:
         return _open(config, f"the coordinator cannot listen on {where}")
     finally:
@@ -192,16 +192,16 @@ def node_session(ticket: Ticket) -> zenoh.Session:
     return _open(config, f"process {ticket.process} cannot join run {ticket.run} at {ticket.socket}")
 
 
-def remote_session(door: ListenAddress) -> zenoh.Session:
-    """The session of a process on another host; who it is says its certificate."""
-    config = _config("client", connect=[door.endpoint])
-    config["transport"]["link"] |= {"protocols": ["tls"], "tls": door.connecting()}
+def remote_session(listener: ListenAddress) -> zenoh.Session:
+    """The session of a remote process, identified by its certificate."""
+    config = _config("client", connect=[listener.endpoint])
+    config["transport"]["link"] |= {"protocols": ["tls"], "tls": listener.connecting()}
     config["transport"]["auth"] = {"usrpwd": {"user": AFAR, "password": AFAR}}
-    return _open(config, f"nobody lets this process in at {door.endpoint}")
+    return _open(config, f"nobody lets this process in at {listener.endpoint}")
 
 
 def observer_config(directory: Path, run: str) -> dict[str, object]:
-    """Zenoh's settings for any program that would watch the run in this directory, with the keys that it may hear."""
+    """Zenoh settings for observers of the run in this directory, with the readable keys."""
     keys = [key(run, topic, "**") for topic in ("event", "sample")]
     return {
         "metadata": {"heavylift": {"run": run, "wire": WIRE, "keys": keys}},
@@ -215,8 +215,8 @@ def observer_config(directory: Path, run: str) -> dict[str, object]:
 
 
 def guest_session(directory: Path, user: str) -> zenoh.Session:
-    """A session of the run in this directory that may watch its committed events (`OBSERVER`), or query its control
-    (`OPERATOR`), and nothing else."""
+    """A session of an observer (`OBSERVER`: committed events) or operator (`OPERATOR`: queries) of the run in this
+    directory."""
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
     config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text(encoding="utf-8")}}
     return _open(config, f"an {user} cannot join the run in {directory}")

@@ -4,7 +4,7 @@ history     what was shown: poses, tensions, rope lines over time
 conduct     what was said: stages, limits, an operator's words, the end
 clearances  how near things came to one another, by
             distance: of two shapes at one pose; nearest: over time; moving, speeds, rotating: how far they stray
-            between samples; coarse, stretches, together: which pairs and times need a closer look
+            between samples; coarse, intervals, shape_batch: which pairs and times need a closer look
 ground      and how near to the ground
 limits      worst values of all limits, for the report
 judging     all judges in one table, and the line
@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.on_demand import face, on_demand
 
 if TYPE_CHECKING:
-    from .judging import judge, verdict_of
+    from .judging import verdict_of, verdict_of_run
 
-__all__ = ["judge", "prepare", "verdict_of"]
-__getattr__ = on_demand(__name__, dict.fromkeys(("judge", "verdict_of"), ".judging"))
+__all__ = ["prepare", "verdict_of", "verdict_of_run"]
+__getattr__ = on_demand(__name__, dict.fromkeys(("verdict_of_run", "verdict_of"), ".judging"))
 
 
 def prepare() -> None:
-    """Import what a verdict needs, while there is nothing else to do."""
+    """Import the modules of a verdict in advance."""
     from . import judging  # noqa: F401
 
 

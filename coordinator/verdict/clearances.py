@@ -29,7 +29,7 @@ from .nearest import NearestSoFar, search
 from .rotating import matrices, turned
 
 Floats = NDArray[np.float64]
-SMALLEST = 10  # clearances that are told
+SMALLEST = 10  # clearances that are reported
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
 ORDER: tuple[Kind, ...] = ("rope", "sling", "hanging", "block", "mechanism", "machine", "stools")
 MISSED = ": the corners that their contact takes missed it, write 'meets: boxes'"
@@ -45,7 +45,7 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """All that are below their limit and, if those are fewer, the smallest ones, so many; smallest first.
+    """All clearances below their limit and, if they are fewer, the smallest ones; smallest first.
 
     `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known;
     `meant`: what may touch when.
@@ -66,7 +66,7 @@ def clearances(
         for inside, now in _split(part.t, between, meant):
             coarse = Coarse(shapes, common, inside)
             pairs, groups = things.pairs(shapes, now)
-            # what need not keep apart is told if it goes through
+            # what need not keep apart is reported if it goes through
             limits = np.array(things.limits)
             most = np.where(limits > 0.0, np.inf, limits - TOUCH)
             known.groups(most)
@@ -74,16 +74,16 @@ def clearances(
                 search(shapes, whole(coarse, pairs, groups), known)
             for i, m in enumerate(known.take()):
                 if m is not None and (m.seen if things.fastened[i] else m.least) < most[i]:
-                    nearest[i] = _told(things, i, m)
-            for x, sunk in ground.look(shapes, coarse, part, known.told):
+                    nearest[i] = _described(things, i, m)
+            for x, sunk in ground.look(shapes, coarse, part, known.message):
                 lowest[x.shape.shape.thing, sunk] = _lowest(x)
-    told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
-    told = sorted([*told, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
-    return [c for i, c in enumerate(told) if i < smallest or _red(c)]
+    message = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
+    message = sorted([*message, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
+    return [c for i, c in enumerate(message) if i < smallest or _red(c)]
 
 
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Finding]:
-    """What is too near, as findings; of a plan, with what to write where contacts of corners missed it."""
+    """Clearances below their limit as findings, with the remedy for intended contact."""
     shapes = Shapes(plan) if plan is not None else None
     missed = [shapes is not None and c.distance < -TOUCH and shapes.by_corners(c.a, c.b) for c in found]
     return [_finding(c, MISSED if m else "") for c, m in zip(found, missed, strict=True) if _red(c)]
@@ -94,7 +94,7 @@ def _red(c: Clearance) -> bool:
 
 
 def _the(thing: str) -> str:
-    """A thing with its article, unless it has a name of its own."""
+    """A thing with its article, unless it has a name."""
     common = thing in ("block", GROUND, "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
     return f"the {thing}" if common else thing
 
@@ -102,16 +102,16 @@ def _the(thing: str) -> str:
 def _finding(c: Clearance, more: str) -> Finding:
     a, b = _the(c.a), _the(c.b)
     if c.distance < -TOUCH:
-        told = f"{a} went {-c.distance:.2f} m into {b}"
+        message = f"{a} went {-c.distance:.2f} m into {b}"
     elif c.distance < TOUCH:
-        told = f"{a} touched {b}, which nothing orders; where that is meant, write 'may touch: [[{c.a}, {c.b}]]'"
+        message = f"{a} touched {b}, which nothing orders; where that is meant, write 'may touch: [[{c.a}, {c.b}]]'"
     else:
-        told = f"{a} came within {c.distance:.2f} m of {b}, {c.limit:g} m are to be kept"
+        message = f"{a} came within {c.distance:.2f} m of {b}, {c.limit:g} m are to be kept"
     return Finding(
         severity="red",
         kind="clearance",
         subject=f"{c.a} and {c.b}",
-        sentence=f"{told} ({c.place}){more}",
+        sentence=f"{message} ({c.place}){more}",
         t=c.t,
         value=c.distance,
         limit=c.limit,
@@ -120,8 +120,8 @@ def _finding(c: Clearance, more: str) -> Finding:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Parts without samples of the same instant, as events leave them, each with the first and the last of its samples
-    between which to look; two more on either side tell what is about those, and what accelerations are."""
+    """Parts of a run without samples at the same instant, each with the range of samples to search; two more at either
+    end give accelerations."""
     kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
     n = len(kept)
     for first in range(0, max(min(n, 1), n - 1), BLOCK):
@@ -132,7 +132,7 @@ def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
 
 
 def _split(t: Floats, between: tuple[int, int], meant: Meant) -> Iterator[tuple[tuple[int, int], frozenset[int]]]:
-    """From which sample to which the same things may touch, with their numbers; at both ends a sample more."""
+    """Ranges of samples with a constant set of allowed contacts, one sample longer at both ends."""
     first, last = between
     spans = [
         (int(np.searchsorted(t, a, "right")) - 1, int(np.searchsorted(t, b, "left")) if b < np.inf else last)
@@ -150,8 +150,8 @@ def _common(shapes: Shapes, history: History) -> Floats:
 
 
 class _Things:
-    """Two things each by a number, and the limit of those [m]; `fastened`: a sling and what it hangs on, which stray
-    together between samples; `rigid`: what a contact keeps out of each other between them."""
+    """Two things by number with their limit [m]; `fastened`: a sling and its attachment, which deviate together between
+    samples; `rigid`: kept apart by a contact."""
 
     def __init__(self, shapes: Shapes, limit: float, meant: Meant) -> None:
         self._shapes, self._limit, self._meant = shapes, limit, meant
@@ -164,7 +164,7 @@ class _Things:
         self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Which shapes can meet, and the number of the things that they are of; `now`: what may touch."""
+        """Pairs of shapes that can meet, and the number of their things; `now`: allowed contacts."""
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
         alike = [self._kinds.setdefault(_alike(s), len(self._kinds)) for s in shapes]
@@ -183,7 +183,7 @@ class _Things:
         return pairs, groups
 
     def _number(self, a: Moving, b: Moving, now: frozenset[int]) -> int | None:
-        """The number of two things; None of shapes that mean nothing to each other."""
+        """Number of a pair of things; None for shapes that are not checked against each other."""
         if a.shape.thing == b.shape.thing or not (_moves(a) or _moves(b)):
             return None
         means = self._shapes.relation(a.shape, b.shape)
@@ -204,7 +204,7 @@ class _Things:
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
-        """Both things, first the one that is told to have come to the other: what moves more."""
+        """Both things, the more mobile one first."""
         one, two = sorted((a, b), key=self._order)
         return one.shape.thing, two.shape.thing
 
@@ -215,7 +215,7 @@ class _Things:
 
 
 def _alike(s: Moving) -> object:
-    """What shapes share that mean the same to others: all of a strand, of a solid all but its size and place."""
+    """What equivalent shapes share: all of a strand, of a solid all but size and place."""
     return s.shape if isinstance(s.shape, Strand) else (s.shape.thing, s.shape.kind, s.shape.body)
 
 
@@ -223,7 +223,7 @@ def _moves(s: Moving) -> bool:
     return isinstance(s.shape, Strand) or s.shape.body != "world"
 
 
-def _told(things: _Things, number: int, m: Minimum) -> Clearance:
+def _described(things: _Things, number: int, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, *m.near
     if (a.shape.thing, b.shape.thing) != things.names(a, b):
         a, b, p, q = b, a, q, p
@@ -255,7 +255,7 @@ def _clearance(
 
 
 def _part(s: Moving, p: Floats, t: float) -> str:
-    """Which point of a shape is meant, in words."""
+    """The nearest point of a shape in words."""
     if isinstance(s.shape, Solid) and s.shape.kind == "block":
         k = int(np.argmin(np.abs(s.t - t)))
         turn = s.turn[min(k, len(s.turn) - 1)]

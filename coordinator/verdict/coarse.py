@@ -22,9 +22,9 @@ LONGEST = 64  # samples in a stretch
 
 
 class Coarse:
-    """Shapes in stretches from `starts` to `ends`, both included: of each at the middle its `centre` and half edges
-    `reach` of its box (shapes, m, 3), how far points `moved` from there against a horizontal motion that all share
-    (shapes, m), and whether it is `there` at any sample."""
+    """Shapes over intervals from `starts` to `ends` (inclusive): at the middle `centre` and half edges `reach` of the
+    box (shapes, m, 3), motion of points against the common horizontal motion `moved` (shapes, m), and whether it is
+    `there`."""
 
     def __init__(self, shapes: Sequence[Moving], common: Floats, between: tuple[int, int]) -> None:
         """`common` (n, 2) [m]; `between`: the first and the last sample."""
@@ -41,7 +41,7 @@ class Coarse:
 
     def _moved(self, shapes: Sequence[Moving], common: Floats) -> Floats:
         frames = {frame: None for s in shapes for frame, _ in s.on}
-        ways = np.array([self._ways(frame, common) for frame in frames])
+        distances = np.array([self._ways(frame, common) for frame in frames])
         number = {frame: i for i, frame in enumerate(frames)}
         rows = [
             (number[frame], size(p), 0.0 if isinstance(s.shape, Strand) else s.reach)
@@ -50,32 +50,33 @@ class Coarse:
         ]
         begin = np.cumsum([0, *(len(s.on) for s in shapes)])[:-1]
         of, away, reach = (np.array(x)[:, None] for x in zip(*rows, strict=True))
-        way, spun, bend, turning, quaternion, shake, shaking = ways[of[:, 0]].transpose(1, 0, 2)
-        way = np.maximum.reduceat(way + (away + reach) * spun, begin)
+        distance, spun, bend, turning, quaternion, shake, shaking = distances[of[:, 0]].transpose(1, 0, 2)
+        distance = np.maximum.reduceat(distance + (away + reach) * spun, begin)
         bend = np.add.reduceat(bend + away * turning + 2.0 * reach * quaternion, begin)
         shake = np.maximum.reduceat(shake + (away + reach) * shaking, begin)
-        found: Floats = way + np.maximum(bend, shake)
+        found: Floats = distance + np.maximum(bend, shake)
         return found
 
     def _ways(self, frame: BodyTrack, common: Floats) -> Floats:
-        """(7, m) the most in each stretch [m]: the origin's way from its place at the middle, and more of a point for
-        each metre that it is away from that; by accelerations the same of strays, and those of the quaternion; and by
-        speeds."""
+        """Bounds (7, m) in each interval [m]: motion of the origin and per metre from it, the same by accelerations, of
+        the quaternion, and by speeds."""
         inside = slice(self.starts[0], self.ends[-1] + 1)
         counts = np.diff(self.starts, append=self.ends[-1] + 1)
         path = frame.p.copy(order="K")
         path[:, :2] -= common
-        way = lengths(path[inside] - _repeated(path[self.middles], counts))
-        way = np.maximum(self._most(way), lengths(path[self.ends] - path[self.middles]))  # the first of the next
-        spun, q = np.zeros(len(way)), frame.turn
+        distance = lengths(path[inside] - _repeated(path[self.middles], counts))
+        distance = np.maximum(
+            self._most(distance), lengths(path[self.ends] - path[self.middles])
+        )  # the first of the next
+        spun, q = np.zeros(len(distance)), frame.turn
         if len(q) > 1:
             spun = self._most(chords(q[inside], _repeated(q[self.middles], counts)))
             spun = np.maximum(spun, chords(q[self.ends], q[self.middles]))
         strays = frame.strays, *reversed(frame.turn_strays), *frame.shakes
-        return np.array([way, spun, *(self._most(np.append(x, 0.0)[inside]) for x in strays)])
+        return np.array([distance, spun, *(self._most(np.append(x, 0.0)[inside]) for x in strays)])
 
     def _most(self, x: Floats) -> Floats:
-        """(m,) in each stretch but for its last sample."""
+        """Maximum (m,) in each interval without its last sample."""
         found: Floats = np.maximum.reduceat(x, self.starts - self.starts[0])
         return found
 
@@ -87,6 +88,6 @@ class Coarse:
 
 
 def _repeated(x: Floats, counts: Indices) -> Floats:
-    """Rows of x (m, k), each as often as said; each column in one piece of memory."""
+    """Rows of x (m, k) repeated `counts` times, column-contiguous."""
     found: Floats = np.repeat(np.ascontiguousarray(x.T), counts, axis=1).T
     return found

@@ -27,8 +27,8 @@ FINISHED = "finished"
 
 @dataclass
 class Conduct:
-    """What was said in a run: stages (when [s], number of the action, name), orders that were not begun, end positions,
-    overloads of load cells, an operator's words; how it ended."""
+    """Record of a run: stages (time [s], action, name), orders not begun, end positions, overloads, operator's words,
+    end."""
 
     stages: list[tuple[float, int, str]] = field(default_factory=list)
     skipped: list[tuple[float, int, str]] = field(default_factory=list)
@@ -45,7 +45,7 @@ class Conduct:
     reason: str = ""
 
     def hear(self, t_ns: int, kind: str, value: dict[str, Any]) -> None:
-        """An event, its message as plain data."""
+        """Add an event with its message as plain data."""
         t = t_ns * 1e-9
         match kind:
             case Stage.__name__:
@@ -65,20 +65,20 @@ class Conduct:
 
     def event(self, e: Event) -> None:
         """An event during the run."""
-        if e.type in HEARD:
+        if e.type in RECORDED:
             value = e.value
-            self.hear(e.t, e.type, {name: getattr(value, name) for name in HEARD[e.type]})
+            self.hear(e.t, e.type, {name: getattr(value, name) for name in RECORDED[e.type]})
 
 
 KINDS = (Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
-HEARD = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
+RECORDED = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
 
 
 def conduct_of(rec: Recording) -> Conduct:
-    """The same of a recording, as far as it goes."""
+    """The same from a recording."""
     found = Conduct(notes=rec.notes(), status=rec.result.get("status", "cut off"), reason=rec.result.get("reason", ""))
     for e in rec.events():
-        if e.type in HEARD and isinstance(e.value, dict):
+        if e.type in RECORDED and isinstance(e.value, dict):
             found.hear(e.t_ns, e.type, e.value)
         found.end = max(found.end, e.t_ns * 1e-9)
     found.end = rec.fact("sim_s", found.end)
@@ -87,52 +87,52 @@ def conduct_of(rec: Recording) -> Conduct:
     return found
 
 
-def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
-    """All of it, in no order."""
+def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Finding]:
+    """All findings about the conduct of a run, unordered."""
     lift = any(machine.cargo for machine in plan.machines)
-    yield from _stops(plan, said)
-    yield from _interlocks(plan, said)
-    yield from _at_once(plan, said)
-    for t, words, ends in said.words:
-        rest = f", which was {said.unfinished}" if said.unfinished else ""
-        told = f"an operator stopped the run{rest}" if ends else f"an operator ordered '{words}'"
-        yield Finding(severity="red" if ends else "note", kind="operator", subject="operator", sentence=told, t=t)
-    if said.status != FINISHED:
-        told = "the run did not reach its end" if said.reason else "the recording is cut off"
-        yield Finding(severity="red", kind="cut", subject="run", sentence=told, t=said.end)
-    elif said.unfinished and not any(ends for _, _, ends in said.words):
+    yield from _stops(plan, text)
+    yield from _interlocks(plan, text)
+    yield from _at_once(plan, text)
+    for t, words, ends in text.words:
+        rest = f", which was {text.unfinished}" if text.unfinished else ""
+        message = f"an operator stopped the run{rest}" if ends else f"an operator ordered '{words}'"
+        yield Finding(severity="red" if ends else "note", kind="operator", subject="operator", sentence=message, t=t)
+    if text.status != FINISHED:
+        message = "the run did not reach its end" if text.reason else "the recording is cut off"
+        yield Finding(severity="red", kind="cut", subject="run", sentence=message, t=text.end)
+    elif text.unfinished and not any(ends for _, _, ends in text.words):
         bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"
-        told = f"{bound} cut the {'lift' if lift else 'run'}: {said.unfinished}"
-        yield Finding(severity="red" if lift else "note", kind="cut", subject="run", sentence=told, t=said.end)
-    for t, note in said.notes:
+        message = f"{bound} cut the {'lift' if lift else 'run'}: {text.unfinished}"
+        yield Finding(severity="red" if lift else "note", kind="cut", subject="run", sentence=message, t=text.end)
+    for t, note in text.notes:
         yield Finding(severity="warning", kind="computation", subject="kernel", sentence=note, t=t)
 
 
-def touching(plan: Plan, said: Conduct) -> list[tuple[frozenset[str], float, float]]:
-    """What a scene orders to touch, or says may touch."""
+def touching(plan: Plan, text: Conduct) -> list[tuple[frozenset[str], float, float]]:
+    """Contacts that a scene orders or allows, with their times."""
     found = [(frozenset(x.names), -inf, inf) for x in plan.may_touch]
-    for begin, end, actions in _stages(plan, said):
+    for begin, end, actions in _stages(plan, text):
         touches = (touch for action in actions for touch in action.may_touch)
         found += [(frozenset(x.names), begin, inf if x.stays else end) for x in touches]
     return found
 
 
-def landing(plan: Plan, said: Conduct) -> list[tuple[float, float]]:
-    """From when to when [s] orders to land are carried out."""
+def landing(plan: Plan, text: Conduct) -> list[tuple[float, float]]:
+    """Intervals [s] of orders to land."""
     return [
         (begin, end)
-        for begin, end, actions in _stages(plan, said)
+        for begin, end, actions in _stages(plan, text)
         if any(isinstance(x, Move) and _lands(x.until) for action in actions for x in action.orders)
     ]
 
 
-def _stages(plan: Plan, said: Conduct) -> Iterator[tuple[float, float, Sequence[Action]]]:
-    """From when to when [s] each stage lasts, with its actions: those behind it that have no name belong to it."""
+def _stages(plan: Plan, text: Conduct) -> Iterator[tuple[float, float, Sequence[Action]]]:
+    """Interval [s] of each stage with its actions, including unnamed ones that follow."""
     firsts = [own.first for own in plan.lists] or [0]
     for first, after in (x for x in pairwise([*firsts, len(plan.actions)]) if x[0] < x[1]):
-        begun = [(0.0, first), *((t, number) for t, number, _ in said.stages if first <= number < after)]
+        begun = [(0.0, first), *((t, number) for t, number, _ in text.stages if first <= number < after)]
         named = [first, *(i for i in range(first + 1, after) if plan.actions[i].stage), after]
-        for (t, number), (end, _) in pairwise([*begun, (max(said.end, begun[-1][0]), after)]):
+        for (t, number), (end, _) in pairwise([*begun, (max(text.end, begun[-1][0]), after)]):
             i = bisect_right(named, number) - 1
             yield t, end, plan.actions[named[i] : named[i + 1]]
 
@@ -141,52 +141,52 @@ def _lands(until: Condition | None) -> bool:
     return any(isinstance(x, LandedCondition) for x in terms(until))
 
 
-def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
-    """Hooks that were two-blocked, and drives that came to the end of their way; each once."""
+def _stops(plan: Plan, text: Conduct) -> Iterator[Finding]:
+    """Two-blocked hooks and drives at their end stops; each once."""
     hooks = [(machine.name, hook.rope) for machine in plan.machines for hook in machine.hooks]
     names = {rope: f"the hook {rope.removeprefix(f'{name}.')} of {name}" for name, rope in hooks}
     seen = set()
-    for t, actor, limit in said.stopped:
+    for t, actor, limit in text.stopped:
         if (actor, limit) in seen or limit.startswith("interlock "):
             continue
         seen.add((actor, limit))
         if limit == UPPER:
-            told = f"{names.get(actor) or driven(actor)} was two-blocked: its upper limit switch stopped it"
-            yield Finding(severity="red", kind="two-blocked", subject=actor, sentence=told, t=t)
+            message = f"{names.get(actor) or driven(actor)} was two-blocked: its upper limit switch stopped it"
+            yield Finding(severity="red", kind="two-blocked", subject=actor, sentence=message, t=t)
         else:
-            told = f"{names.get(actor) or driven(actor)} was stopped by its limit '{limit}'"
-            yield Finding(severity="warning", kind="limit", subject=actor, sentence=told, t=t)
+            message = f"{names.get(actor) or driven(actor)} was stopped by its limit '{limit}'"
+            yield Finding(severity="warning", kind="limit", subject=actor, sentence=message, t=t)
 
 
-def _interlocks(plan: Plan, said: Conduct) -> Iterator[Finding]:
-    """Interlocks that tripped or were bypassed, each once."""
+def _interlocks(plan: Plan, text: Conduct) -> Iterator[Finding]:
+    """Interlocks that tripped or were bypassed; each once."""
     known, seen = {x.name: x for x in plan.interlocks}, set()
-    for t, name in said.bypassed:
+    for t, name in text.bypassed:
         if name in known:
-            told = f"the interlock {name} was bypassed"
-            yield Finding(severity="warning", kind="bypass", subject=name, sentence=told, t=t)
-    for t, name, bypassed in said.tripped:
+            message = f"the interlock {name} was bypassed"
+            yield Finding(severity="warning", kind="bypass", subject=name, sentence=message, t=t)
+    for t, name, bypassed in text.tripped:
         if name in known and (name, bypassed) not in seen:
-            severity, told = known[name].told(bypassed)
+            severity, message = known[name].message(bypassed)
             where = known[name].where
-            yield Finding(severity=severity, kind="interlock", subject=name, sentence=told, where=where, t=t)
+            yield Finding(severity=severity, kind="interlock", subject=name, sentence=message, where=where, t=t)
         seen.add((name, bypassed))
 
 
-def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:
-    """Stages that ended in the instant in which they began although they had something to move."""
+def _at_once(plan: Plan, text: Conduct) -> Iterator[Finding]:
+    """Stages that ended as they began although they had moves."""
     found: dict[int, tuple[float, str]] = {}
-    for t, number, _ in said.skipped:
+    for t, number, _ in text.skipped:
         if number < len(plan.actions):
             until = next((_until(x) for x in plan.actions[number].orders if _until(x)), "")
             found.setdefault(
                 number, (t, f"'{until}' held already, so it moved nothing" if until else "it moved nothing")
             )
-    for (t, number, _), (after, following, _) in pairwise(said.stages):
+    for (t, number, _), (after, following, _) in pairwise(text.stages):
         action = plan.actions[number] if number < len(plan.actions) else None
         if action and after == t and following == number + 1 and _moves(action) and not plan.actions[following].when:
             found.setdefault(number, (t, "it took 0 s, for everything stood already where it was ordered"))
-    names = {number: name for _, number, name in said.stages}
+    names = {number: name for _, number, name in text.stages}
     for number, (t, why) in sorted(found.items()):
         name = f"the stage '{names[number]}'" if number in names else f"action {number + 1}"
         yield Finding(
@@ -201,12 +201,12 @@ def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:
 
 
 def _moves(action: Action) -> bool:
-    """Whether something must move."""
+    """Whether the action has moves."""
     return any(isinstance(order, Turn) or (isinstance(order, Move) and not order.trims) for order in action.orders)
 
 
 def _until(order: object) -> str:
-    """The words of the condition that an order goes on until."""
+    """The condition in an order's `until`."""
     if not isinstance(order, Move) or order.until is None:
         return ""
     return order.until.text or type(order.until).__name__.lower()

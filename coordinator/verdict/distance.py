@@ -46,13 +46,13 @@ class Near(NamedTuple):
 
 
 def bounds(a: Placed, b: Placed) -> Floats:
-    """(m,) what the distances are at least."""
+    """Lower bounds (m,) of the distances."""
     found: Floats = _gaps(_directions(a, b), a, b).max(axis=0)
     return found
 
 
 def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
-    """(m,) what the gaps are at least at the first poses and at the second, along directions that turn with the shapes.
+    """Lower bounds (m,) of the gaps at the first and at the second poses, along directions that turn with the shapes.
 
     Seen from a shape that does not turn the gap along a fixed direction is concave in time while the other goes
     straight, so it is least at an end; what turning adds is the caller's.
@@ -65,7 +65,7 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
-    """(m,) the same along one direction from a to b alone: as it is in the world, in the first or the second shape."""
+    """Lower bounds (m,) along one direction from a to b, fixed in the world, in the first or in the second shape."""
     first, second = (
         np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
@@ -80,7 +80,7 @@ def _at_both(first: Floats, second: Floats, a: tuple[Placed, Placed], b: tuple[P
 
 
 def _columns(R: Floats) -> Floats:
-    """(3, 3, m) a component of an axis in all poses, so that it can lie in one piece of memory."""
+    """Rotation components (3, 3, m) in contiguous memory."""
     return R.transpose(1, 2, 0)
 
 
@@ -98,8 +98,7 @@ def _middles(a: Placed, b: Placed) -> Floats:
 
 
 def _directions(a: Placed, b: Placed) -> Floats:
-    """(3, directions, m) unit vectors that are tried: square to faces, between the middles, also square to each third
-    axis, and square to both of them; 0 where there is none."""
+    """Candidate unit vectors (3, directions, m): face normals, centre line, and cross products; 0 if degenerate."""
     A, B, d = _columns(a.R), _columns(b.R), _middles(a, b)
     u, v = A[:, 2], B[:, 2]
     rows = [d, d - _along(d, u) * u, d - _along(d, v) * v, cross(u.T, v.T).T]
@@ -118,7 +117,7 @@ def _towards(d: Floats, n: Floats) -> Floats:
 
 
 def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
-    """(directions, m) gaps along unit vectors n (3, directions, m); along 0 there is none to speak of."""
+    """Gaps (directions, m) along unit vectors n (3, directions, m); along 0 none."""
     edges = np.concatenate([_columns(x.R) * x.half.T for x in (a, b)], axis=1)
     reach = _along(n[:, :, None], edges[:, None])
     np.abs(reach, out=reach)
@@ -139,7 +138,7 @@ def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """The distances of shapes at m poses; the deepest points are those that still touch once the shapes are apart."""
+    """Distances of shapes at m poses; the deepest points are those that touch last when the shapes separate."""
     p, q = _nearest(a, b)
     gap = lengths(q - p)
     n = (q - p) / np.maximum(gap, TINY)[:, None]
@@ -155,8 +154,8 @@ def exactly(a: Placed, b: Placed) -> Near:
 
 
 def _nearest(a: Placed, b: Placed) -> tuple[Floats, Floats]:
-    """(m, 3) nearest points of a and of b without their radii, seen from the middle of a: of edges of either from the
-    other; of several pairs that are as near, their middle."""
+    """Nearest points (m, 3) of a and b without radii, relative to the centre of a, over edges of both; the mean of
+    equally near ones."""
     m, d = len(a.centre), b.centre - a.centre
     R, S = np.concatenate([a.R, b.R]), np.concatenate([b.R, a.R])  # of boxes, and of those whose edges are tried
     h, k = np.concatenate([a.half, b.half])[:, None], np.concatenate([b.half, a.half])

@@ -28,15 +28,15 @@ Flags = NDArray[np.bool_]
 Spans = Sequence[tuple[float, float]]
 ABOVE: tuple[Kind, ...] = ("block", "hanging", "sling")
 TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
-CONTACT = 1e-3  # between a pad and its stool that is none [m]
+CONTACT = 1e-3  # between a pad and its support that is none [m]
 SHAKES = 0.05  # more than its places alone tell of how near a block comes that has just left its supports [m]
 ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it is lifted off or set down [m]
 
 
 @dataclass(frozen=True)
 class GroundClearance:
-    """The lowest point of a thing: its distance from the ground [m], when [s], its place (3,); the limit to keep [m],
-    0 where it must only not go into the ground."""
+    """The lowest point of a thing: distance from the ground [m], time [s], place (3,); limit [m], 0 if only penetration
+    counts."""
 
     shape: Moving
     distance: float
@@ -46,7 +46,7 @@ class GroundClearance:
 
 
 class GroundSurvey:
-    """The nearest of each thing: first all parts of a run are surveyed, then each is looked at."""
+    """Ground clearances of a run: first all parts are surveyed, then each is evaluated."""
 
     def __init__(self, shapes: Shapes, limit: float) -> None:
         self._shapes, self._limit = shapes, limit
@@ -58,7 +58,7 @@ class GroundSurvey:
         self._high: dict[object, bool] = {}  # shapes of machines: whether they begin above the ground
 
     def survey(self, part: History, between: tuple[int, int]) -> None:
-        """When the blocks of a part are near the ground, or stand, and where."""
+        """Record when and where the blocks of a part are near the ground or on supports."""
         first, last = between
         inside = slice(first, last if last < len(part.t) - 1 else last + 1)
         for name in sorted({*self._shapes.cargo} & {*part.poses}) if self._looks else ():
@@ -75,7 +75,7 @@ class GroundSurvey:
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
-        """All parts were surveyed; `landing`: when [s] orders to land are carried out; `meant`: what may touch when."""
+        """All parts are surveyed; `landing`: intervals [s] of orders to land; `meant`: allowed contacts."""
         for name, columns in self._columns.items():
             t, *others = (np.concatenate(x) for x in zip(*columns, strict=True))
             self._meant[name] = _meant(landing, t, *others)
@@ -86,7 +86,7 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """What is nearer than before, and than a bar [m]; and whether it went into the ground."""
+        """Clearances smaller than before and than a bound [m]; and whether the ground was penetrated."""
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
             return
@@ -116,15 +116,15 @@ class GroundSurvey:
                     yield x, through
 
     def _begins_high(self, s: Moving) -> bool:
-        """Whether a part of a machine does not stand on the ground."""
+        """Whether a part of a machine begins above the ground."""
         if s.shape not in self._high:
             self._high[s.shape] = bool(_gaps(s, np.arange(1))[0][0] >= self._limit)
         return self._high[s.shape]
 
 
 def _gaps(s: Moving, k: Indices) -> tuple[Floats, Floats]:
-    """Of a shape the gap at samples (m,), and the least from each to the next of them (m - 1,), where that is the next
-    of all [m]: it goes straight, but for what it strays and, as it turns, w^2 r / 8."""
+    """Gap of a shape at samples (m,), and lower bound to the next sample (m - 1,), including deviation from the chord
+    and w^2 r / 8 for rotation."""
     centre, turn = posed(s, k)
     at = centre[:, 2] - s.radius
     if isinstance(s.shape, Strand):
@@ -156,8 +156,8 @@ def _least(
     known: float,
     sinks: Floats | None = None,
 ) -> GroundClearance | None:
-    """The least of a thing's shapes at and between samples that are free, None if it is not below what is known;
-    each shape with the least that it can have in each stretch (m,); `sinks` (n,): by how much its pads yield."""
+    """The least clearance of a thing at and between free samples, None if not below the known one; `sinks` (n,): yield
+    of its pads."""
     best: GroundClearance | None = None
     for s, gaps in some:
         bar = known if best is None else best.distance
@@ -179,7 +179,7 @@ def _least(
 
 
 def _samples(coarse: Coarse, stretches: Flags) -> Indices:
-    """All samples of some stretches."""
+    """All samples of some intervals."""
     inside = np.zeros(coarse.ends[-1] + 1, bool)
     for first, last in zip(coarse.starts[stretches].tolist(), coarse.ends[stretches].tolist(), strict=True):
         inside[first : last + 1] = True
@@ -187,7 +187,7 @@ def _samples(coarse: Coarse, stretches: Flags) -> Indices:
 
 
 def _lowest(s: Moving, k: int) -> Floats:
-    """(3,) the middle of what of a shape is lowest at a sample."""
+    """Centre (3,) of the lowest part of a shape at a sample."""
     _, R, half = s.at(k, 0.0)
     down = np.where(np.abs(R[2]) > 1e-6, -np.sign(R[2]), 0.0)
     point: Floats = s.centre[k] + turned(R, down * half)
@@ -196,7 +196,7 @@ def _lowest(s: Moving, k: int) -> Floats:
 
 
 def _stands(shapes: Shapes, block: str, history: History) -> tuple[Flags, Floats]:
-    """(n,) when a block stands on a support, and by how much its supports yield at most [m]."""
+    """When a block is on a support (n,), and the largest yield of its supports [m]."""
     pose = history.poses[block]
     row = _up(pose[:, 3:])
     deepest = np.full(len(pose), -np.inf)
@@ -207,7 +207,7 @@ def _stands(shapes: Shapes, block: str, history: History) -> tuple[Flags, Floats
 
 
 def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats, trolleys: Floats) -> Flags:
-    """(n,) when the block is near the ground on purpose: it stands, or near the ground it is about to, or just did."""
+    """When ground contact is intended (n,): on supports, or near the ground around a landing."""
     anchors = stands.copy()
     for first, last in landing:
         anchors |= near & (t >= first) & (t <= last)
@@ -226,7 +226,7 @@ def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats,
 
 
 def _trolleys(shapes: Shapes, history: History) -> Floats:
-    """(n, 2) the middle of what hooks hang from, which does not swing."""
+    """Centre (n, 2) of the suspension points of hooks, which do not swing."""
     names = sorted({hook.on for hook in shapes.hooks.values()} & set(history.poses))
     found = np.zeros((len(history.t), 2))
     for name in names:
@@ -235,7 +235,7 @@ def _trolleys(shapes: Shapes, history: History) -> Floats:
 
 
 def _runs(flags: Flags) -> Iterator[tuple[int, int]]:
-    """From where to where (exclusive) flags are set without a gap."""
+    """Intervals (begin, end exclusive) of consecutive flags."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 

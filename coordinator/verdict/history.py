@@ -32,7 +32,7 @@ KEPT = 3  # blocks of them: an hour and a half of usual samples
 
 
 class RunHistory(Protocol):
-    """All that a run has shown, or what can be asked for it part by part."""
+    """The history of a run, whole or part by part."""
 
     @property
     def t(self) -> Floats:
@@ -44,10 +44,9 @@ class RunHistory(Protocol):
 
 @dataclass(frozen=True)
 class History:
-    """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
-    loaded part, or support [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time
-    on; speeds of joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within
-    bodies [m]; what edges bear and where: rope.edge -> (n,) [N], [m]."""
+    """t (n,) [s]; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part) or support -> (n,)
+    [N]; unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s,
+    rad/s]; bent: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m]."""
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -76,13 +75,13 @@ class History:
 
 
 def blocks(past: RunHistory) -> Iterator[History]:
-    """All of it in parts, each of which begins with the last sample of the one before it; at least one."""
+    """Consecutive parts that overlap by one sample; at least one."""
     for first in range(0, max(1, len(past.t)), BLOCK):
         yield past.part(max(0, first - 1), first + BLOCK)
 
 
 class Collector:
-    """Keeps of each sample row what a verdict is made of."""
+    """Collects the data of a verdict from sample rows."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._bodies = [c.topic.removeprefix(POSE) for c in layout.channels if c.topic.startswith(POSE)]
@@ -99,7 +98,7 @@ class Collector:
         self.rigs: list[Rig] = []
 
     def samples(self, first: int, times: Sequence[int], rows: Floats) -> None:
-        """Rows (m, width) at these times [ns], numbered from `first` on; what is here already is passed over."""
+        """Rows (m, width) at these times [ns], numbered from `first`; known ones are skipped."""
         skip = len(self._times) - first
         if skip < len(times):
             self._parts.clear()
@@ -107,7 +106,7 @@ class Collector:
             self._rows.write(rows[skip:, self._columns].tobytes())
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """These lines hang from now on."""
+        """These rope lines hang from now on."""
         self.rigs.append(Rig(t_ns, list(lines)))
 
     @property
@@ -135,7 +134,7 @@ class Collector:
 
 
 def history_of(rec: Recording) -> Collector:
-    """What a recording holds of it."""
+    """The history in a recording."""
     names = [name for name in rec.signals() if name.startswith(POSE) or name in NUMBERS]
     ends = np.cumsum([0, *(len(rec.columns(name)) for name in names)]).tolist()
     columns = [(name, rec.columns(name), rec.unit(name)) for name in names]
@@ -149,8 +148,7 @@ def history_of(rec: Recording) -> Collector:
 
 
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
-    """The same of the path at rest, of several lists one after the other, each with its points; ropes hang on
-    the lugs to which they are hooked."""
+    """The history of the path at rest, for several lists one after the other; ropes end at their hooked lugs."""
     known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):
@@ -167,7 +165,7 @@ def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, 
 
 
 def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Of ropes over sheaves the most loaded part at each time."""
+    """Tension of the most loaded part of ropes over sheaves."""
     found: dict[str, Floats] = {}
     for part, tension in parts.items():
         rope = reeved(part)
@@ -176,7 +174,7 @@ def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
 
 
 def _whole(lengths: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Of ropes with mass, which are chains of pieces `rope~1`, ..., `rope`, the length of all pieces."""
+    """Total length of ropes with mass, which consist of pieces `rope~1`, ..., `rope`."""
     found: dict[str, Floats] = {}
     for piece, length in lengths.items():
         rope = piece.partition("~")[0]

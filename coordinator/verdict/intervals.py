@@ -28,9 +28,8 @@ FINEST = 2.0**-20  # part of the time between two samples that is not cut any mo
 
 @dataclass(frozen=True)
 class Stretches:
-    """Pairs of shapes (indices) over the samples from `first` to `last`, both included: by how much they move against
-    each other, seen from the sample in the middle, and what they are apart at least [m]; the number of the two things
-    that they are of."""
+    """Pairs of shapes (indices) from sample `first` to `last` (inclusive): bound of their relative motion about the
+    middle sample, lower bound of their distance [m], number of their things."""
 
     a: Indices
     b: Indices
@@ -47,13 +46,13 @@ class Stretches:
         return found
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> Stretches:
-        """Some of them."""
+        """A selection of them."""
         a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept], self.group[kept])
 
 
 def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int] | None = None) -> Stretches:
-    """All pairs in the longest stretches, bounded by their boxes."""
+    """All pairs in the longest intervals, bounded by their boxes."""
     centre, reach, moved = coarse.centre.transpose(2, 0, 1), coarse.reach.transpose(2, 0, 1), coarse.moved
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
     group = np.zeros(len(a), np.intp) if groups is None else np.array(groups, np.intp)
@@ -64,20 +63,20 @@ def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int
         np.maximum(deep, apart, out=deep)
         np.maximum(0.0, apart, out=apart)
         square += apart * apart
-    way = moved[a] + moved[b]
-    least = np.sqrt(square) + np.minimum(deep, 0.0) - way
+    distance = moved[a] + moved[b]
+    least = np.sqrt(square) + np.minimum(deep, 0.0) - distance
     i, j = np.nonzero(coarse.there[a] & coarse.there[b])
-    return Stretches(a[i], b[i], coarse.starts[j], coarse.ends[j], way[i, j], least[i, j], group[i])
+    return Stretches(a[i], b[i], coarse.starts[j], coarse.ends[j], distance[i, j], least[i, j], group[i])
 
 
 def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
-    """What a look at all stretches gives, taken at so many at once that little memory is needed."""
+    """Apply `look` to parts of the intervals, to limit memory."""
     found = [look(now.of(np.arange(i, min(i + PIECE, len(now.a))))) for i in range(0, max(1, len(now.a)), PIECE)]
     return found[0] if len(found) == 1 else joined(found)
 
 
 def joined(parts: Sequence[Some]) -> Some:
-    """Arrays end to end, each component in one piece of memory, and tuples and classes of them."""
+    """Concatenate arrays, and tuples and classes of arrays."""
     one, all_ = cast("Any", parts[0]), cast("Any", parts)
     found: Any
     if isinstance(one, np.ndarray):
@@ -110,14 +109,14 @@ def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
     first, last, a, b, of = first[kept], last[kept], a[kept], b[kept], of[kept]
     k = np.minimum(first[:, None] + np.arange(size + 1), last[:, None])
     one, two, middle = a[:, None], b[:, None], ((first + last) // 2)[:, None]
-    way = all_.moved(one, two, k, middle) + all_.stray(one, two, k)
-    return Stretches(a, b, first, last, way.max(axis=1, initial=0.0), np.full(len(a), -np.inf), now.group[of])
+    distance = all_.moved(one, two, k, middle) + all_.stray(one, two, k)
+    return Stretches(a, b, first, last, distance.max(axis=1, initial=0.0), np.full(len(a), -np.inf), now.group[of])
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """What two things come near to: at least `least` [m], `seen` on the way that is taken between samples, when [s];
-    the nearest points (3,), and the direction from a to b in the world, in a and in b."""
+    """Smallest distance of two things: lower bound `least` [m], value `seen` on the interpolated path, time [s],
+    nearest points (3,), direction from a to b in the world, in a and in b."""
 
     least: float
     seen: float
@@ -130,8 +129,8 @@ class Minimum:
 
 @dataclass(frozen=True)
 class Steps:
-    """Pairs of shapes from samples k to the next: where they are at both, how far they may leave straight ways in
-    between as they turn and as samples do not show, and what they are apart at least [m]."""
+    """Pairs of shapes between samples k and k + 1, with bounds of their deviation from straight motion by rotation and
+    by sampling, and of their distance [m]."""
 
     a: Indices
     b: Indices
@@ -150,7 +149,7 @@ class Steps:
             np.maximum(self.least, raised, out=self.least)
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> Steps:
-        """Some of them."""
+        """A selection of them."""
         ends_a, ends_b = ((_some(x, kept), _some(y, kept)) for x, y in (self.ends_a, self.ends_b))
         a, b, k, group = self.a[kept], self.b[kept], self.k[kept], self.group[kept]
         return Steps(a, b, k, ends_a, ends_b, self.turning[kept], self.stray[kept], self.least[kept], group)
@@ -162,7 +161,7 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Stretches of one step each; of shapes that come and go those at whose begin they are there."""
+    """Intervals of one step; for shapes that appear or vanish those at whose begin they exist."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
@@ -172,8 +171,8 @@ def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
 
 
 def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
-    """The minimum from sample k to the next as far as it is below a bar [m]: halved in time until the gap along the
-    direction of the nearest points, least at one end of a piece, says that nothing nearer is in it."""
+    """The minimum between samples k and k + 1 as far as it is below a bound [m], by bisection in time with a lower
+    bound along the direction of the nearest points."""
     if k + 1 >= len(a.t):
         return seen([(a, b, k)])[0]
     best: Minimum | None = None
@@ -205,6 +204,6 @@ def _time(t: Floats, k: int, s: float) -> float:
 
 
 def _posed(shapes: Sequence[tuple[Moving, int]], s: float) -> Placed:
-    """Each shape at the part s from its sample to the next."""
+    """Each shape interpolated at fraction s of its step."""
     p, R, half = (np.array(column) for column in zip(*(x.at(k, s) for x, k in shapes), strict=True))
     return Placed(p, R, half, np.array([x.radius for x, _ in shapes]))

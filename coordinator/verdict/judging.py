@@ -12,18 +12,18 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.judging import judge as limits_judged
+from heavylift.nodes.limits.judging import findings_of as limits_judged
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.messages import WORDS
 from heavylift.nodes.limits.reach import HookReach
-from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
+from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene.factor_sheet import charts_used, hooks, rigging
 from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
-from heavylift.recordings.read.verdict import Clearance, Judged, recorded_verdict
+from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
@@ -38,7 +38,7 @@ SEVERITIES = ("red", "warning", "note")
 
 @dataclass
 class CheckContext:
-    """What all judges have found so far, and what they could not look at."""
+    """Results and gaps of all checks so far."""
 
     plan: Plan
     history: RunHistory
@@ -53,149 +53,153 @@ class CheckContext:
     shapeless: tuple[str, ...] = ()
 
 
-def _geometry(bench: CheckContext) -> None:
-    """Whether the block can be what the scene says."""
-    bench.findings += geometry_findings(bench.plan)
+def _geometry(context: CheckContext) -> None:
+    """Check that the block's geometry is possible."""
+    context.findings += geometry_findings(context.plan)
 
 
-def _limits(bench: CheckContext) -> None:
+def _limits(context: CheckContext) -> None:
     """The table of limits, on tensions, poses and lengths."""
-    plan, shown, said = bench.plan, bench.history, bench.conduct
+    plan, shown, text = context.plan, context.history, context.conduct
     if not plan.limits or not len(shown.t):
         return
-    stages = [(t, name) for t, _, name in said.stages if name]
-    peaks = said.peaks | impacts(plan, shown)
+    stages = [(t, name) for t, _, name in text.stages if name]
+    peaks = text.peaks | impacts(plan, shown)
     reached = HookReach(plan)
     signals = (
         signals_of_run(
             plan, part.t, part.tensions, part.poses, part.rigs,
-            stages=stages, peaks=peaks, crossings=said.overloads, lengths=part.lengths,
+            stages=stages, peaks=peaks, crossings=text.overloads, lengths=part.lengths,
         )
         for part in blocks(shown)
     )  # fmt: skip
-    bench.uses = uses_of(plan, map(reached.see, signals))
-    bench.reach = reached.found
+    context.uses = uses_of(plan, map(reached.see, signals))
+    context.reach = reached.found
 
 
-def _clearances(bench: CheckContext) -> None:
-    """What came too near to what."""
-    limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
-    lands = landing(bench.plan, bench.conduct)
-    meant = touching(bench.plan, bench.conduct)
-    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics, meant)
-    bench.findings += too_near(bench.clearances, bench.plan)
-    bench.not_looked_at += Shapes(bench.plan).untouched
-    bench.shapeless = Shapes(bench.plan).shapeless
+def _clearances(context: CheckContext) -> None:
+    """Check clearances."""
+    limit = next((x.value for x in context.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
+    lands = landing(context.plan, context.conduct)
+    meant = touching(context.plan, context.conduct)
+    context.clearances += clearances(
+        context.plan, context.history, limit, lands, context.smallest, context.mechanics, meant
+    )
+    context.findings += too_near(context.clearances, context.plan)
+    context.not_looked_at += Shapes(context.plan).untouched
+    context.shapeless = Shapes(context.plan).shapeless
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> list[Finding]:
-    """What comes too near to what on the path at rest."""
+    """Clearances below their limits on the path at rest."""
     found: list[Finding] = []
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
-        bench = CheckContext(plan, past, Conduct(stages=stages, end=points[-1].t))
-        _clearances(bench)
-        found += [_placed(f, bench.conduct) for f in bench.findings]
+        context = CheckContext(plan, past, Conduct(stages=stages, end=points[-1].t))
+        _clearances(context)
+        found += [_placed(f, context.conduct) for f in context.findings]
     return _in_order(found)
 
 
-def _bending(bench: CheckContext) -> None:
-    """How far each flexible block is bent where that is sampled."""
+def _bending(context: CheckContext) -> None:
+    """Check deflections of flexible blocks where they are sampled."""
     most: dict[str, tuple[float, str, float]] = {}
-    for part in blocks(bench.history):
+    for part in blocks(context.history):
         for along in (name for name in part.bent if name.endswith(".x") and len(part.t)):
             place = along.removesuffix(".x")
             size = np.sqrt(sum(part.bent[f"{place}.{axis}"] ** 2 for axis in "xyz"))
             (body, _, word), i = place.partition("."), int(np.argmax(size))
             most[body] = max(most.get(body, (-1.0, "", 0.0)), (float(size[i]), word, float(part.t[i])))
     for body, (largest, place, t) in most.items():
-        told = f"{body} bends most at {place}, by {1e3 * largest:.3g} mm"
-        bench.findings.append(Finding(severity="note", kind="bending", subject=body, sentence=told, t=t))
+        message = f"{body} bends most at {place}, by {1e3 * largest:.3g} mm"
+        context.findings.append(Finding(severity="note", kind="bending", subject=body, sentence=message, t=t))
 
 
-def _conduct(bench: CheckContext) -> None:
-    """Whether it went as the action list means it."""
-    tripped = {name for _, name, _ in bench.conduct.tripped}
-    bench.uses = [x for x in bench.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
-    told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.at_worst.beyond}
-    bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
+def _conduct(context: CheckContext) -> None:
+    """Check the conduct of the run against the action list."""
+    tripped = {name for _, name, _ in context.conduct.tripped}
+    context.uses = [x for x in context.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
+    message = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in context.uses if use.at_worst.beyond}
+    context.findings += [
+        f for f in conduct_findings(context.plan, context.conduct) if (f.kind, f.subject) not in message
+    ]
 
 
-def _edges(bench: CheckContext) -> None:
-    """What edges bear at most of each rope, and where."""
+def _edges(context: CheckContext) -> None:
+    """Largest edge force of each rope, and where."""
     most: dict[str, tuple[float, float, float]] = {}
-    for part in blocks(bench.history):
+    for part in blocks(context.history):
         for name, force in part.borne.items():
             k = int(force.argmax()) if len(force) else 0
             if len(force) and force[k] > most.get(name, (0.0,))[0]:
                 most[name] = float(force[k]), float(part.places[name][k]), float(part.t[k])
     for name, (force_N, place, t) in most.items():
         rope, _, edge = name.rpartition(".")
-        told = f"the edge {edge} bears {force_N / 1e3:.1f} kN of {rope}, {place:.2f} m along it"
-        bench.findings.append(
-            Finding(severity="note", kind="edge", subject=name, sentence=told, t=t, value=force_N, unit="N")
+        message = f"the edge {edge} bears {force_N / 1e3:.1f} kN of {rope}, {place:.2f} m along it"
+        context.findings.append(
+            Finding(severity="note", kind="edge", subject=name, sentence=message, t=t, value=force_N, unit="N")
         )
 
 
-Judge = Callable[[CheckContext], None]
-JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _bending, _conduct, _edges)
+CheckFunction = Callable[[CheckContext], None]
+JUDGES: tuple[CheckFunction, ...] = (_geometry, _limits, _clearances, _bending, _conduct, _edges)
 
 
-def judge(plan: Plan, history: RunHistory, conduct: Conduct, errors: Errors = NO_ERRORS) -> Judged:
+def verdict_of_run(plan: Plan, history: RunHistory, conduct: Conduct, errors: Errors = NO_ERRORS) -> RecordedVerdict:
     """The verdict of a run; `errors` of its figures, as far as they are known."""
-    return judged_with_uses(plan, history, conduct, errors)[0]
+    return verdict_with_uses(plan, history, conduct, errors)[0]
 
 
-def judged_with_uses(
+def verdict_with_uses(
     plan: Plan,
     history: RunHistory,
     conduct: Conduct,
     errors: Errors = NO_ERRORS,
     smallest: int = SMALLEST,
     mechanics: System | None = None,
-) -> tuple[Judged, Sequence[Use]]:
-    """The verdict of a run, and the worst of each limit; `smallest`: clearances that are told though nothing is too
+) -> tuple[RecordedVerdict, Sequence[Use]]:
+    """The verdict of a run, and the worst of each limit; `smallest`: clearances that are reported though nothing is too
     near; `mechanics`: those of the plan, if they are known."""
-    bench = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics)
+    context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
-        one(bench)
-    others = _in_order(_placed(f, conduct) for f in bench.findings)
-    checks = checks_of(plan, [*bench.uses, *_smallest(bench)], others, errors, bench.shapeless)
+        one(context)
+    others = _in_order(_placed(f, conduct) for f in context.findings)
+    checks = checks_of(plan, [*context.uses, *_smallest(context)], others, errors, context.shapeless)
     red = {(c.quantity, c.subject) for c in checks if c.state == "red"}
-    certain = [use for use in bench.uses if not use.at_worst.beyond or (use.limit.quantity, use.limit.subject) in red]
+    certain = [use for use in context.uses if not use.at_worst.beyond or (use.limit.quantity, use.limit.subject) in red]
     of_limits = [_placed(f, conduct) for f in limits_judged(plan, certain, dynamic=True)]
     findings = _in_order([*others, *of_limits])
-    verdict = Judged(
+    verdict = RecordedVerdict(
         red=bool(red),
         state=state_of(checks),
         line=line_of(checks),
         head=HEAD,
         rows=tuple(rows(checks)),
-        told=(*hoisting_foreseen(plan), *shared(plan)),
-        dynamic=dynamics_foreseen(plan),
-        tables=tuple(x for x in (hooks(plan), charts_used(bench.reach), *rigging(plan, bench.uses)) if x.rows),
-        clearances=tuple(bench.clearances),
-        not_looked_at=tuple(bench.not_looked_at),
+        message=(*hoisting_factors(plan), *shared(plan)),
+        dynamic=dynamics_required(plan),
+        tables=tuple(x for x in (hooks(plan), charts_used(context.reach), *rigging(plan, context.uses)) if x.rows),
+        clearances=tuple(context.clearances),
+        not_looked_at=tuple(context.not_looked_at),
         findings=tuple(findings),
         checks=tuple(checks),
     )
-    return verdict, bench.uses
+    return verdict, context.uses
 
 
-def _smallest(bench: CheckContext) -> list[Use]:
-    """The smallest clearance of all that is kept apart, where none is too small."""
-    limit = next((x for x in bench.plan.limits if x.quantity == "clearance"), None)
-    apart = [c for c in bench.clearances if limit and c.limit == limit.value]
-    if limit is None or not apart or any(f.kind == "clearance" for f in bench.findings):
+def _smallest(context: CheckContext) -> list[Use]:
+    """The smallest clearance, if none is below its limit."""
+    limit = next((x for x in context.plan.limits if x.quantity == "clearance"), None)
+    apart = [c for c in context.clearances if limit and c.limit == limit.value]
+    if limit is None or not apart or any(f.kind == "clearance" for f in context.findings):
         return []
     least = min(apart, key=lambda c: c.distance)
     pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
     return [Use(pair, least.distance, least.t, use=limit.use(least.distance))]
 
 
-def verdict_of(rec: Recording) -> Judged | None:
-    """The verdict that a recording has, or made of what it holds; None if it is not of a scene of this version."""
+def verdict_of(rec: Recording) -> RecordedVerdict | None:
+    """The recorded verdict, or one computed from the recording; None if it is of another version."""
     found = recorded_verdict(rec)
     if found is not None or RESOLVED not in rec.attachments:
         return found
@@ -205,16 +209,16 @@ def verdict_of(rec: Recording) -> Judged | None:
         return None
     with rec.reading():
         errors = msgspec.convert(rec.fact("errors", {}), dict[str, float])
-        return judge(plan, history_of(rec), conduct_of(rec), errors)
+        return verdict_of_run(plan, history_of(rec), conduct_of(rec), errors)
 
 
 def _in_order(findings: Iterable[Finding]) -> list[Finding]:
-    """Worst first, then as they came; what came together, to a hundredth of a second, by name."""
+    """Worst first, then by time to 0.01 s, then by name."""
     return sorted(findings, key=lambda f: (SEVERITIES.index(f.severity), round(f.t or 0.0, 2), f.kind, f.subject))
 
 
 def _placed(f: Finding, conduct: Conduct) -> Finding:
-    """With the stage in which it was, if it is not said."""
+    """The finding with its stage."""
     if f.stage or f.t is None:
         return f
     stage = next((name for t, _, name in reversed(conduct.stages) if name and t <= f.t), "")

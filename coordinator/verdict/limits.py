@@ -48,7 +48,7 @@ def signals_of_run(
 
 
 def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """The largest force [N] as a block lands, on all its supports and on one of them, and when [s], by what it is of.
+    """Largest landing force [N] of a block on all and on one of its supports, with time [s], by name.
 
     A pad yields as a spring with a damper, by whose force in the instant of the touch the speed is known; all of the
     mass comes down on the pads that touch then, but for what ropes and other supports hold.
@@ -77,8 +77,8 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def landing_force(mass: float, free: float, k: float, d: float, speed: float) -> float:
-    """The largest force [N] of a spring k [N/m] with a damper d [N s/m] on which a mass [kg] lands with a speed [m/s],
-    of whose weight `free` [N] is not held: F = free - m a, and m a'' + d a' + k a = 0."""
+    """Largest force [N] of a spring k [N/m] with damper d [N s/m] on which a mass [kg] with uncarried weight `free` [N]
+    lands at `speed` [m/s]: F = free - m a, m a'' + d a' + k a = 0."""
     a = free / mass - d * speed / mass
     slope = -(k * speed + d * a) / mass
     decay, square = d / (2.0 * mass), k / mass - (d / (2.0 * mass)) ** 2

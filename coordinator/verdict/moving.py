@@ -31,7 +31,7 @@ IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class BodyTrack:
-    """How a body moved: its origin p (n, 3) [m] and its turn, quaternions (n, 4), or (1, 4) if it never turns."""
+    """Motion of a body: origin p (n, 3) [m] and quaternions (n, 4), or (1, 4) without rotation."""
 
     def __init__(self, t: Floats, pose: Floats) -> None:
         pose = np.asfortranarray(pose)  # each column in one piece of memory
@@ -49,26 +49,26 @@ class BodyTrack:
 
     @cached_property
     def strays(self) -> Floats:
-        """(n - 1,) how far its origin, and of a body that never turns each point, may leave its chords [m]."""
+        """Bound (n - 1,) of the deviation of its origin from the chords [m]."""
         return _bend(self.t, self.p)
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """(n - 1,) the same of its turn as a quaternion; and more of a point than of the origin, per metre from it."""
+        """Bound (n - 1,) for its quaternion, and per metre from the origin."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """(n - 1,) by its speeds, how far its origin may leave its chords [m], and points more per metre from it."""
+        """Bounds (n - 1,) from speeds: deviation of the origin from its chords [m], and per metre from it."""
         if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
         return strays(self.t, self._pose, self.twist)
 
     def place(self, x: Vector) -> Floats:
-        """(n, 3) where one of its points is in the world [m]."""
+        """World positions (n, 3) of one of its points [m]."""
         if x not in self._places:
             self._places[x] = _place(self.p, self.R, x)
         return self._places[x]
@@ -87,8 +87,8 @@ def _place(p: Floats, R: Floats, x: Vector) -> Floats:
 
 @dataclass(frozen=True)
 class Moving:
-    """A shape over n samples: a solid by its middle, or a strand by both its ends, on their bodies; `there` (n,):
-    whether it is there at all and can be judged."""
+    """A shape over n samples: a solid by its centre, or a strand by its ends, on their bodies; `there` (n,): whether it
+    exists and can be checked."""
 
     shape: Solid | Strand
     on: tuple[tuple[BodyTrack, Vector], ...]
@@ -102,13 +102,13 @@ class Moving:
 
     @cached_property
     def centre(self) -> Floats:
-        """(n, 3) its middle [m]."""
+        """Centre (n, 3) [m]."""
         places = [frame.place(p) for frame, p in self.on]
         return places[0] if len(places) == 1 else (places[0] + places[1]) / 2
 
     @cached_property
     def turn(self) -> Floats:
-        """(n, 4) quaternions of a solid, or (n, 3) from end to end of a strand; n = 1: it never turns."""
+        """Quaternions (n, 4) of a solid, or (n, 3) from end to end of a strand; n = 1 without rotation."""
         if isinstance(self.shape, Solid):
             return self.on[0][0].turn
         first, second = (frame.place(p) for frame, p in self.on)
@@ -130,7 +130,7 @@ class Moving:
 
     @cached_property
     def reach(self) -> float:
-        """Of its farthest point from its middle, but for the radius [m]."""
+        """Distance of its farthest point from the centre, without the radius [m]."""
         return float(lengths(self.half))
 
     def axes_of(self, turn: Floats) -> tuple[Floats, Floats]:
@@ -177,7 +177,7 @@ class Moving:
 
     @cached_property
     def stray(self) -> Floats:
-        """(n - 1,) how far a point of the shape may be between two samples from where it is taken to be [m]."""
+        """Bound (n - 1,) of the error of interpolated positions between samples [m]."""
         if self.straight:
             return np.zeros(max(0, len(self.t) - 1))
         reach, found = self.reach if isinstance(self.shape, Solid) else 0.0, self._bent
@@ -188,7 +188,7 @@ class Moving:
 
     @property
     def _bent(self) -> Floats:
-        """The same by accelerations that poses show."""
+        """The same from accelerations of the sampled poses."""
         frame, p = self.on[0]
         if isinstance(self.shape, Strand):
             return _bend(self.t, self.centre) + _bend(self.t, self.turn) / 2
@@ -198,12 +198,12 @@ class Moving:
 
 
 def size(p: Vector) -> float:
-    """How far a point is from its origin [m]."""
+    """Distance of a point from the origin [m]."""
     return hypot(*p)
 
 
 def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:
-    """(m, 3) the middle of a shape and (m or 1, 3 or 4) how it is turned at some samples."""
+    """Centre (m, 3) and orientation (m or 1, 3 or 4) of a shape at some samples."""
     places = [frame.place_at(p, k) for frame, p in s.on]
     if len(places) == 2:
         return (places[0] + places[1]) / 2, places[1] - places[0]
@@ -221,7 +221,7 @@ def box(s: Moving, turn: Floats) -> Floats:
 
 
 def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
-    """All shapes as they moved; what has no pose on record is left out.
+    """All shapes with their motions; those without recorded pose are omitted.
 
     `joints`: those whose speeds tell how bodies shake.
     """
@@ -238,7 +238,7 @@ def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> li
 
 
 def _ropes(shapes: Shapes, history: History, frames: dict[str, BodyTrack]) -> list[Moving]:
-    """Each straight line of a rope while it hangs and carries, but for those along its own crane."""
+    """Straight rope lines while they hang and carry, without those along their own crane."""
     known = shapes.strands
     found: dict[tuple[str, str, Vector, str, Vector], NDArray[np.bool_]] = {}
     taut = {name: tension > 0.0 for name, tension in history.tensions.items()}
@@ -261,22 +261,22 @@ def _ropes(shapes: Shapes, history: History, frames: dict[str, BodyTrack]) -> li
 
 
 def _turn_bend(t: Floats, turn: Floats) -> tuple[Floats, Floats]:
-    """(n - 1,) the same of quaternions q (n, 4), of which both signs mean one turn and a small angle moves them by
-    half; and of points at 1 m from the axis, which go by R = q q*, so R'' is at most 2 |q''| + 2 |q'|^2."""
+    """Bounds (n - 1,) for rotations q (n, 4): of the quaternion, and of points 1 m from the axis, where R'' is at most
+    2 |q''| + 2 |q'|^2."""
     q = turn.copy(order="K")
     q[1:] *= np.cumprod(np.where(dots(q[1:], q[:-1]) < 0.0, -1.0, 1.0))[:, None]
     h, found = np.diff(t), _bend(t, q)
     if len(t) < 3:
         return found, found
-    way = q[1:] - q[:-1]
-    square = dots(way, way) / np.maximum(h, 1e-9)
+    distance = q[1:] - q[:-1]
+    square = dots(distance, distance) / np.maximum(h, 1e-9)
     accel = np.zeros(len(t))
     accel[1:-1] = 2.0 * (square[1:] + square[:-1]) / np.maximum(h[1:] + h[:-1], 1e-9)
     return found, 2.0 * found + _between(h, accel)
 
 
 def _bend(t: Floats, x: Floats) -> Floats:
-    """(n - 1,) bound on how far x (n, d) leaves its chord between two samples: h^2 / 8 times its acceleration."""
+    """Bound (n - 1,) of the deviation of x (n, d) from its chord: h^2 / 8 times its acceleration."""
     n = len(t)
     if n < 3:
         return np.zeros(max(0, n - 1))

@@ -22,7 +22,7 @@ PROMISING = 3  # stretches of two things that are looked at exactly on each leve
 
 
 class NearestSoFar:
-    """The nearest that is known of each group, and the bar below which a stretch is still looked at.
+    """The nearest known distance of each group, and the bound below which an interval is still examined.
 
     Of groups without a bar of their own (`most` infinite) all below `limit` and the `smallest` ones are looked for;
     what is not below `told` [m] is none of them.
@@ -34,31 +34,31 @@ class NearestSoFar:
         self._least = np.zeros(0)
 
     def groups(self, most: Floats) -> None:
-        """These are the bars of all groups, of which some may be new."""
+        """Set the bounds of all groups, including new ones."""
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
-        self.told = self._tell()
+        self.message = self._tell()
 
     @property
     def seen(self) -> int:
-        """Of how many groups something is known."""
+        """Number of groups with a known distance."""
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """What was found since the last time, with the shapes that it is of; what is known stays."""
+        """Results since the last call, with their shapes; known distances stay."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 
     def add(self, group: int, found: Minimum) -> None:
-        """What was seen of a group, if it is nearer than all before."""
+        """Add a distance of a group, if it is smaller than all before."""
         if found.least < self._least[group]:
             self._least[group], self.found[group] = found.least, found
-            self.told = self._tell()
+            self.message = self._tell()
 
     def bars(self) -> Floats:
-        """(groups,) what a stretch must be able to come below [m]."""
-        found: Floats = np.minimum(np.minimum(self._most, self.told), self._least - SHARP)
+        """Bounds (groups,) that an interval must fall below [m]."""
+        found: Floats = np.minimum(np.minimum(self._most, self.message), self._least - SHARP)
         return found
 
     def _tell(self) -> float:
@@ -68,16 +68,16 @@ class NearestSoFar:
         return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
-        """Stretches that may hold something nearer."""
+        """Intervals that may contain a smaller distance."""
         return now.of(now.least < self.bars()[now.group])
 
     def bar(self, group: int) -> float:
         """The bar of one group [m]."""
-        return min(float(self._most[group]), self.told, float(self._least[group]) - SHARP)
+        return min(float(self._most[group]), self.message, float(self._least[group]) - SHARP)
 
 
 def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Look for what is nearer than what is known."""
+    """Search for smaller distances."""
     if known.smallest and len(start.a):
         _begin(shapes, start, known)
     now = known.open(start)
@@ -93,7 +93,7 @@ def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
 
 
 def _begin(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Look at the most promising samples of groups that seem nearest, until something is known of as many as asked."""
+    """Evaluate promising samples of the nearest groups until enough are known."""
     least = np.full(len(known.found), np.inf)
     np.minimum.at(least, start.group, start.least)
     order = known.free[np.argsort(least[known.free], kind="stable")]

@@ -22,10 +22,10 @@ def _rows(columns: Floats, i: Indices) -> Floats:
 
 
 class ShapeBatch:
-    """Shapes with n samples each; `which` are indices of shapes, `k` samples, of the same shape or broadcast to it."""
+    """Shapes with n samples each; `which`: indices of shapes, `k`: samples, broadcast."""
 
     def __init__(self, shapes: list[Moving], used: Indices) -> None:
-        """Of all shapes those that are used (indices)."""
+        """`used`: indices of the shapes in use."""
         some = [shapes[i] for i in used]
         self.shapes = shapes
         self._of = np.zeros(len(shapes), np.intp)  # number of a shape among those that are used
@@ -55,7 +55,7 @@ class ShapeBatch:
         self._row = np.where(comes, np.cumsum(comes), 0)
 
     def there(self, which: Indices, first: Indices, last: Indices) -> NDArray[np.bool_]:
-        """Whether shapes are there at any sample from the first to the last."""
+        """Whether shapes exist at any sample from first to last."""
         i = self._row[self._of[which]]
         found: NDArray[np.bool_] = self._count[i, last + 1] > self._count[i, first]
         return found
@@ -83,22 +83,22 @@ class ShapeBatch:
         return Placed(self.centre(which, k), R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """By how much points of shapes a move against shapes b from samples r to samples k, at most [m]."""
+        """Upper bound of the motion of points of shapes a relative to shapes b from samples r to k [m]."""
         apart = self.centre(a, k) - self.centre(b, k) - (self.centre(a, r) - self.centre(b, r))
-        way = lengths(apart)
+        distance = lengths(apart)
         for which in (a, b):
-            self._spin(which, k, r, way)
-        return way
+            self._spin(which, k, r, distance)
+        return distance
 
     def stray(self, a: Indices, b: Indices, k: Indices) -> Floats:
-        """How far both may be between samples from where they are taken to be [m]."""
+        """Upper bound of the interpolation error of both between samples [m]."""
         j = np.minimum(k, self._steps - 1)
         found: Floats = self._stray[self._of[a] * self._steps + j] + self._stray[self._of[b] * self._steps + j]
         return found
 
     def turning(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """(m,) how far points of one shape leave, seen from the other, the straight way from samples k to r [m], at
-        most: h^2 / 8 times the accelerations w^2 y and 2 w v of a frame that turns."""
+        """Upper bound (m,) of the deviation of points of one shape, relative to the other, from straight motion between
+        samples k and r [m]: h^2 / 8 times the accelerations w^2 y and 2 w v."""
         y = lengths(self.centre(b, k) - self.centre(a, k)) + self._reach[self._of[a]] + self._reach[self._of[b]]
         v, w = self.moved(a, b, k, r), self._angles(a, k, r) + self._angles(b, k, r)
         found: Floats = w * w * y / 8.0 + w * v / 4.0
@@ -119,7 +119,7 @@ class ShapeBatch:
             way[here] += lengths((one - two)[..., :3]) / 2 if strand else chords(one, two) * self._reach[i[here]]
 
     def _angles(self, which: Indices, k: Indices, r: Indices) -> Floats:
-        """(m,) angles by which solids turn [rad], at most; those of strands are small."""
+        """Upper bound (m,) of rotations of solids [rad]; strands count as 0."""
         i = self._of[which]
         w = np.minimum(1.0, np.abs(dots(self._turns(i, k), self._turns(i, r))))
         found: Floats = np.where(self._strand[i] | (self._last[i] == 0), 0.0, 2.0 * np.arccos(w))

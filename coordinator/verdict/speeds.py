@@ -23,17 +23,18 @@ FREE = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
 class BodyPoses(Protocol):
-    """How a body moved."""
+    """Poses of a body."""
 
     p: Floats  # (n, 3) its origin [m]
 
     @property
     def R(self) -> Floats:
-        """(n, 3, 3), or (1, 3, 3) if it never turns."""
+        """Rotations (n, 3, 3), or (1, 3, 3) without rotation."""
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Of each body whose joints up to the world are free, sliding, hinged or fixed; those that are locked rest."""
+    """Velocities of all bodies whose joints up to the world are free, sliding, hinged or fixed; locked joints are at
+    rest."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)
@@ -63,7 +64,7 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """(n - 1,) of a body's origin [m], and more of a point for each metre that it is away from that."""
+    """Bounds (n - 1,) of the deviation of a body's origin from its chords [m], and per metre from it."""
     v, w = twist
     h = np.maximum(np.diff(t), 1e-9)[:, None]
     return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)

@@ -15,7 +15,7 @@ SWEEPS = 40  # far more than any matrix needs
 
 
 def total(x: np.ndarray) -> np.ndarray:
-    """Sum along the first axis, of halves that are added to each other."""
+    """Sum along the first axis by pairwise summation."""
     if not len(x):
         return np.zeros(x.shape[1:])
     while len(x) > 1:
@@ -34,7 +34,7 @@ def times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def _filled(A: np.ndarray) -> list[tuple[int, int]]:
-    """By column, the rows that hold more than zeros."""
+    """Rows with nonzero entries, by column."""
     if not A.size:
         return []
     there = A != 0.0
@@ -52,7 +52,7 @@ def sizes(x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LuFactors:
-    """A matrix as the product of triangular L, of unit diagonal, and U, both kept in one array.
+    """L U factors of a matrix in one array, L with unit diagonal.
 
     `filled`: by column, the rows of it that hold more than zeros.
     """
@@ -79,7 +79,7 @@ class LuFactors:
 
 
 def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
-    """L U of a matrix whose pivots need no exchange: a positive definite one, or one of interpolation by splines.
+    """L U factors without pivoting, for positive definite matrices and spline interpolation.
 
     Raises ZeroDivisionError where a pivot is not larger than `least` of the diagonal element that it comes from.
     """

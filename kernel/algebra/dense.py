@@ -34,7 +34,7 @@ def cross(a: Row, b: Row) -> tuple[float, float, float]:
 
 
 def norm(a: Row) -> float:
-    """Length of a vector; its elements must not overflow when squared."""
+    """Length of a vector; squares must not overflow."""
     return sqrt(dot(a, a))
 
 
@@ -61,14 +61,14 @@ def solve(A: Matrix, b: Row) -> list[float]:
 
 
 def inverse(A: Matrix) -> list[list[float]]:
-    """Of a square matrix; raises ZeroDivisionError for a singular one."""
+    """Inverse of a square matrix; raises ZeroDivisionError for a singular one."""
     n = len(A)
     columns = [solve(A, [1.0 if i == j else 0.0 for i in range(n)]) for j in range(n)]
     return [list(row) for row in zip(*columns, strict=True)]
 
 
 def eigenvalues(A: Matrix) -> list[float]:
-    """Of a symmetric matrix, in ascending order."""
+    """Eigenvalues of a symmetric matrix, ascending."""
     M = [list(row) for row in A]
     n = len(M)
     for _ in range(SWEEPS):
@@ -102,12 +102,12 @@ def _rotation(a: float, b: float, off: float) -> tuple[float, float]:
 
 
 def singular_values(A: Matrix) -> list[float]:
-    """All min(m, n) of them, in descending order."""
+    """All min(m, n) singular values, descending."""
     return [size for size, _ in decomposed(A)[0]]
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
-    """By row number, the factors of combinations of the rows of A that vanish: a basis of the left null space.
+    """A basis of the left null space of A: factors by row number.
 
     By elimination with complete pivoting that keeps zeros, so that what hangs together locally stays local; what is
     left below `least` of the largest element counts as zero.
@@ -135,7 +135,7 @@ def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
 
 
 def least_norm(A: Matrix, b: Row, least: float = 0.0) -> list[float]:
-    """The shortest x among those for which |A x - b| is least; singular values up to `least` count as zero."""
+    """The minimum-norm least-squares solution x of A x = b; singular values up to `least` count as zero."""
     n = len(A[0]) if A else 0
     x = [0.0] * n
     for size, direction in decomposed(A, n)[0]:
@@ -147,7 +147,7 @@ def least_norm(A: Matrix, b: Row, least: float = 0.0) -> list[float]:
 
 
 def decomposed(A: Matrix, n: int = -1) -> tuple[list[tuple[float, list[float]]], list[list[float]]]:
-    """Singular values with their right singular vectors, descending, and a basis of what no row touches.
+    """Singular values with right singular vectors, descending, and a basis of the null space.
 
     n: number of columns, for a matrix that may have no row.
     """

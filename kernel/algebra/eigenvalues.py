@@ -42,8 +42,8 @@ def eigenmodes(M: np.ndarray, K: np.ndarray, n: int, rigid: np.ndarray) -> np.nd
 
 
 def largest(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """The n largest eigenvalues mu of B x = mu A x, descending, and their vectors (N, n), of unit x^T A x; fewer if B
-    has not as many that are positive.
+    """The n largest eigenvalues mu of B x = mu A x, descending, and vectors (N, n) with x^T A x = 1; only positive
+    ones.
 
     Raises ZeroDivisionError if A is not positive definite.
     """
@@ -60,7 +60,7 @@ def largest(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarra
 
 
 def _connected(A: np.ndarray, B: np.ndarray) -> list[list[int]]:
-    """Degrees of freedom that hang together."""
+    """Connected sets of degrees of freedom."""
     touches = (A != 0.0) | (B != 0.0)
     left, parts = np.ones(len(A), bool), list[list[int]]()
     for first in range(len(A)):
@@ -87,7 +87,7 @@ def _largest_of_one(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, n
 
 
 def _iterated(B: np.ndarray, factors: LuFactors, n: int, p: int) -> tuple[np.ndarray, np.ndarray]:
-    """By subspace iteration with p vectors, from ones that no symmetry knows."""
+    """Subspace iteration with p vectors, started without symmetry."""
     k = np.arange(len(B) * p, dtype=float) + 1.0
     phase = k * k * GOLDEN
     X = (phase - np.floor(phase) - 0.5).reshape(-1, p)
@@ -107,7 +107,7 @@ def _iterated(B: np.ndarray, factors: LuFactors, n: int, p: int) -> tuple[np.nda
 
 
 def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of X made A-orthonormal, in their order, but for those of which less than `least` is new; A times them.
+    """A-orthonormal columns of X, in order, without those whose new part is below `least`; and A times them.
 
     By modified Gram-Schmidt, twice ("twice is enough", Kahan, Parlett).
     """

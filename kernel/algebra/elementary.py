@@ -63,7 +63,7 @@ _ATANH = tuple(1.0 / (2 * k + 1) for k in range(2, 13))  # of log m = 2 atanh((m
 
 
 def _sum(a: Scalar, b: Scalar) -> Pair:
-    """a + b and its rounding error, whatever their sizes."""
+    """a + b and its rounding error."""
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
@@ -97,7 +97,7 @@ def _polynomial(c: tuple[float, ...], x: Scalar) -> Scalar:
 
 
 def nearest(x: Scalar) -> Scalar:
-    """The whole number nearest to x, up to 2^51; the even one of two."""
+    """The nearest integer up to 2^51; of two, the even one."""
     return x + _ROUND - _ROUND
 
 
@@ -128,7 +128,7 @@ def _kernels(y: Scalar, low: Scalar) -> Pair:
 
 
 def sin(x: Scalar) -> Any:
-    """Sine of x [rad]; with the cosine of the same x in traced text it costs a few operations."""
+    """Sine of x [rad]; together with the cosine of the same x it costs few additional operations."""
     if printing(x):
         return node("sin", x)
     y, low, m = _reduced(x)
@@ -178,7 +178,7 @@ def atan2(y: Scalar, x: Scalar) -> Any:
 
 
 def _log(x: Scalar) -> Pair:
-    """Natural logarithm of a positive normal number as a pair, to 2^-64 of itself."""
+    """Natural logarithm of a positive normal number as a pair, relative error 2^-64."""
     k = exponent(x)
     m = x * power_of_two(-k)
     high = m > 1.4142135623730951
@@ -222,7 +222,7 @@ def _traced_power() -> "Function":
 
 
 def power(x: Scalar, p: Scalar) -> Any:
-    """x^p for x > 0; x counts as 2^-1022 below and as 2^1022 above those."""
+    """x^p for x > 0; x is limited to 2^-1022 .. 2^1022."""
     if printing(x) or printing(p):
         return node("power", x, p)
     return _traced_power()(x=[x], p=[p]).y[0] if is_sym(x) or is_sym(p) else _power([x], [p])["y"][0]

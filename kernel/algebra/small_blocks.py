@@ -20,7 +20,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, Sym, is_sym
 
 
 def _rows(name: str, A: Array, n: int) -> list[Sym | Array]:
-    """The rows of n numbers of an input block: vectors of it, or arrays of floats."""
+    """Rows of n numbers of an input block: vector symbols, or arrays of floats."""
     out = []
     for at in range(0, len(A), n):
         inside = is_sym(A[at]) and A[at].op == "in" and A[at].args == (name, at)
@@ -40,7 +40,7 @@ class Blocks:
         return self._made[name]
 
     def factor(self, n: int) -> Function:
-        """M (n, n), of which the upper half counts -> C (n, n), pivot (n,) = D."""
+        """M (n, n), upper half used -> C (n, n), pivot (n,) = D."""
 
         def body(M: Array) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
@@ -60,7 +60,7 @@ class Blocks:
         return self._get(f"block_factor{n}", body, {"M": n * n})
 
     def _solved(self, n: int, C: Array, b: list[Any]) -> list[Any]:
-        """Of rows b: what M, factorised in C, maps to them."""
+        """Solutions for rows b of the matrix factorised in C."""
         x = list(b)
         for s in range(n):
             for r in range(s + 1, n):
@@ -76,7 +76,7 @@ class Blocks:
         return self._get(f"block_solve{n}", lambda C, b: {"x": self._solved(n, C, list(b))}, {"C": n * n, "b": n})
 
     def under(self, n: int, m: int) -> Function:
-        """C (n, n), U (n, m) -> W (n, m) = the inverse of what C factorises, times U."""
+        """C (n, n), U (n, m) -> W (n, m): the inverse of the matrix factorised in C, times U."""
         return self._get(
             f"block_under{n}_{m}", lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))}, {"C": n * n, "U": n * m}
         )
@@ -130,7 +130,7 @@ class Blocks:
 
 
 class LDLT:
-    """Factors of a symmetric matrix (n, n); pivots must not vanish."""
+    """L D L^T factors of a symmetric matrix (n, n) with nonzero pivots."""
 
     def __init__(self, A: Sequence[Sequence[Scalar]]) -> None:
         n = len(A)

@@ -13,8 +13,8 @@ from .elementary import cos, sin
 
 
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
-    """As an array of Python floats, whose products are summed in order: NumPy hands those of its own floats to BLAS,
-    which gives other last bits on other processors."""
+    """The array as Python floats, whose products are summed in order; NumPy's own products use BLAS, which differs
+    between processors."""
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
@@ -31,7 +31,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def mirror(A: Array) -> Array:
-    """The upper triangle on both sides: exactly symmetric, and each product is traced once."""
+    """The upper triangle mirrored: exactly symmetric, and each product is traced once."""
     n = len(A)
     return np.array([[A[min(i, j), max(i, j)] for j in range(n)] for i in range(n)])
 
@@ -78,6 +78,7 @@ def quaternion_rate(quaternion: Array, o: Array) -> Array:
 
 
 def spatial_inertia(mass: Scalar, c: Array, I_C: Array) -> Array:
-    """(6, 6) inertia about the common point; c: centre of mass from it [m], I_C: inertia about c, world axes."""
+    """Spatial inertia (6, 6) about the common point; c: centre of mass from it [m], I_C: inertia about c, world
+    axes."""
     h = skew(mass * c)
     return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

@@ -24,7 +24,7 @@ LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 
 
 class Corrector:
-    """Rests of a simulation near poses; `poses` evaluates it."""
+    """Finds equilibria of a simulation near given poses; `poses` evaluates it."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -41,7 +41,7 @@ class Corrector:
         self._stiffen(q)
 
     def place(self, q: np.ndarray) -> np.ndarray:
-        """A pose with its prescribed coordinates where they are commanded to be."""
+        """The pose with prescribed coordinates at their commanded values."""
         s = self._simulation
         q = q.copy()
         for d in s.program.system.drives:
@@ -50,7 +50,7 @@ class Corrector:
         return self.poses.unit(q)
 
     def guards(self, q: np.ndarray) -> np.ndarray:
-        """Of all laws at a pose."""
+        """Guards of all laws at a pose."""
         self.poses.accelerations(q)
         return self.poses.guards()
 
@@ -62,8 +62,8 @@ class Corrector:
         self.poses.factorise(K, LONG, self.poses.basis(q))
 
     def predicted(self, q0: np.ndarray, P0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
-        """The rest to which tangent and curvature lead from q0 over a step [ns], None if there is none near; and how
-        far it is from where they lead.  P0 are the parameters at q0, those of the simulation are at the other end."""
+        """Equilibrium predicted by tangent and curvature over a step [ns] from q0, None if there is none nearby, and
+        its distance from the prediction. P0: parameters at q0; the simulation has those at the end."""
         poses, P = self.poses, self._simulation.P
         q, P1 = self.place(q0), P.copy()
         P[:] = P0 + PART * (P1 - P0)
@@ -71,11 +71,11 @@ class Corrector:
         P[:] = P1
         if not np.isfinite(tangent).all():
             return None, inf
-        way = tangent
+        distance = tangent
         if self._slope is not None:
             slope, before = self._slope
-            way = tangent + (0.5 * dt / before) * (tangent - dt * slope)
-        q = poses.moved(q, way)
+            distance = tangent + (0.5 * dt / before) * (tangent - dt * slope)
+        q = poses.moved(q, distance)
         step = poses.solve(poses.accelerations(q))  # stiff ropes have their lengths again, then stiffness is looked at
         bend = float(np.abs(step).max(initial=0.0))
         if not bend <= 2.0 * BEND:
@@ -90,7 +90,7 @@ class Corrector:
         return found, bend
 
     def corrected(self, q: np.ndarray) -> np.ndarray | None:
-        """The rest near a pose, with the discrete states as they are; None if there is none."""
+        """The equilibrium near a pose for the present discrete states; None if there is none."""
         poses, last, fresh, stalled = self.poses, inf, 0, 0
         before = inf
         for _ in range(NEWTON):
@@ -102,22 +102,22 @@ class Corrector:
             if size <= STILL or last <= CLOSE or stalled >= 3:
                 return q
             step = poses.solve(a)
-            way = float(np.abs(step).max(initial=0.0))
-            if not way <= WIDEST:
+            distance = float(np.abs(step).max(initial=0.0))
+            if not distance <= WIDEST:
                 return None
-            if way > SLOW * last or (last == inf and fresh == 0 and way > BEND):
-                if fresh >= 3 and way > last:
+            if distance > SLOW * last or (last == inf and fresh == 0 and distance > BEND):
+                if fresh >= 3 and distance > last:
                     return None
                 fresh += 1
                 self._stiffen(q)
                 step = poses.solve(a)
-                way = float(np.abs(step).max(initial=0.0))
-                if not way <= WIDEST:
+                distance = float(np.abs(step).max(initial=0.0))
+                if not distance <= WIDEST:
                     return None
             q = poses.moved(q, step)
-            if last < inf and way * min(1.0, way / last) <= CLOSE:  # the next one would be no step any more
+            if last < inf and distance * min(1.0, distance / last) <= CLOSE:  # the next one would be no step any more
                 return q
-            last, before = way, size
+            last, before = distance, size
         return None
 
     def stiffness(self, q: np.ndarray) -> float:

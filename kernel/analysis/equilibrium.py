@@ -37,7 +37,7 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch every law whose guard has fallen at pose q (nq,), until the active set stays; what has happened.
+    """Switch laws with fallen guards at pose q (nq,) until the active set is consistent; returns the changes.
 
     `thresholds`: those that were armed, too.
     """
@@ -57,14 +57,14 @@ def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateC
 
 
 def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
-    """Friction that held slides from here on, in the direction in which it was pulled; what slid holds."""
+    """Friction that held slips in the direction of its force; friction that slipped holds."""
     program, row = simulation.program, simulation.row()
     law = program.of_guard[kind, name]
     shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, name]]
     at: type[SupportAt] | type[BrakeAt]
     if kind == "rub":
-        at, way, value = SupportAt, shown[1:3] - p[SupportAt.ANCHOR], float(shown[0])
-        direction = way / max(_length(way), 1e-300)
+        at, distance, value = SupportAt, shown[1:3] - p[SupportAt.ANCHOR], float(shown[0])
+        direction = distance / max(_length(distance), 1e-300)
     else:
         at, value, direction = BrakeAt, float(shown[0]), np.sign(shown[0] - p[BrakeAt.ANCHOR])
     slips = p[at.STICK] > 0.0
@@ -72,7 +72,7 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
     return StateChange(name, "slip" if slips else "stick", 0.0 if slips and kind == "brake" else value)
 
 
-def give_way(simulation: Simulation) -> float:
+def release(simulation: Simulation) -> float:
     """Draw the anchors of what slides after it, so that their springs hold what they can (radial return).
 
     Returns how far a pad has slid at most [m], whose direction is that of the end all the way.
@@ -83,8 +83,8 @@ def give_way(simulation: Simulation) -> float:
         shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, law.name]]
         if kind == "rub" and p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
             place, limit = shown[1:3], p[SupportAt.MU] * shown[0]
-            way = place - p[SupportAt.ANCHOR]
-            anchor = place - limit / p[SupportAt.KT] / max(_length(way), 1e-300) * way
+            distance = place - p[SupportAt.ANCHOR]
+            anchor = place - limit / p[SupportAt.KT] / max(_length(distance), 1e-300) * distance
             slid = max(slid, _length(anchor - p[SupportAt.ANCHOR]))
             p[SupportAt.ANCHOR] = anchor
         if kind == "brake" and p[BrakeAt.ENGAGED] > 0.0 and p[BrakeAt.STICK] <= 0.0 and p[BrakeAt.K] > 0.0:
@@ -94,7 +94,7 @@ def give_way(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Events without those that were taken back: of each law and pair of states the last, if its state has changed."""
+    """Net events: the last state of each law, if it has changed."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
@@ -129,7 +129,7 @@ class Equilibrium:
 
 
 def equilibrium(simulation: Simulation) -> Equilibrium:
-    """Bring a started simulation to the equilibrium that it falls into from where it is; its drives are stopped.
+    """Move a started simulation to the equilibrium that it settles into; its drives are stopped.
 
     Raises KernelError, naming the body that finds no rest.
     """
@@ -139,12 +139,12 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
 
 
 def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilibrium:
-    """What a simulation that rests at q (nq,) shows there."""
+    """Tensions, forces and energies of a simulation at rest at q (nq,)."""
     return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """The pose (nq,) at which what starts from q comes to rest, the steps to it, and the laws that have switched.
+    """The rest pose (nq,) reached from q, the number of steps, and the laws that have switched.
 
     Raises KernelError, naming the body that finds no rest.
     """
@@ -180,7 +180,7 @@ def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
 
 
 def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, h: float) -> tuple[np.ndarray, float]:
-    """A step that goes with the acceleration; h [s] shrinks where the pose is unstable."""
+    """A step along the acceleration; h [s] shrinks where the pose is unstable."""
     while True:
         poses.factorise(K, h, basis)
         step = poses.solve(a)

@@ -23,7 +23,7 @@ FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
 
 @dataclass(frozen=True)
 class NaturalMode:
-    """An oscillation: natural frequency w/2 pi [Hz] and damping ratio zeta (negative: it grows).
+    """An oscillation: natural frequency w/2 pi [Hz] and damping ratio zeta (negative: growing).
 
     shape: (n_v,) complex velocities, the largest 1; bodies, joints: share of the kinetic energy, largest first;
     momenta: complex (3,) of each body, over the root of twice the kinetic energy [kg^0.5].
@@ -39,8 +39,8 @@ class NaturalMode:
 
 @dataclass(frozen=True)
 class Modes:
-    """All small motions: oscillations by frequency, decay rates [1/s] of overdamped ones (negative: growing),
-    and how many degrees of freedom move without any restoring force."""
+    """All small motions: oscillations by frequency, decay rates [1/s] of overdamped ones (negative: growing), number of
+    degrees of freedom without stiffness."""
 
     oscillations: tuple[NaturalMode, ...]
     decays: tuple[float, ...]
@@ -48,20 +48,20 @@ class Modes:
 
     @property
     def growth(self) -> float:
-        """[1/s] at which the fastest of them grows from any push; 0 if the pose is stable."""
+        """Growth rate [1/s] of the fastest unstable motion; 0 if the pose is stable."""
         rates = [-x for x in self.decays] + [-2.0 * pi * m.frequency * m.damping for m in self.oscillations]
         return max([x for x in rates if x > GROWS], default=0.0)
 
 
 def modes(simulation: "Simulation") -> Modes:
-    """Modes of a simulation about the pose where it is, which should be at rest (see `equilibrium`); all drives are
-    stopped and all speeds count as zero."""
+    """Modes of a simulation about its pose, which should be at rest (see `equilibrium`); drives are stopped, speeds
+    zero."""
     poses = Poses.stopped(simulation)
     return modes_at(poses, poses.q)
 
 
 def modes_at(poses: Poses, q: np.ndarray) -> Modes:
-    """The same about a pose q (nq,)."""
+    """Modes about a pose q (nq,)."""
     simulation = poses.simulation
     allowed = poses.basis(q)
     basis = np.eye(len(poses.free)) if allowed is None else allowed

@@ -2,7 +2,7 @@
 
 Continuation in the time of the commands, without inertia and without rates (see `corrector`); steps follow the
 curvature, which the corrector measures.  Events (guards that fall) are located on the path and switch the laws there.
-Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is told.
+Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is reported.
 
     start()           the first rest; what has changed on the way there
     run(until_ns)     along the path, until something has happened that somebody hears; returns it, [] at `until_ns`
@@ -26,7 +26,7 @@ from heavylift.kernel.simulation.safeguards.deflection_check import check_bendin
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
 
 from .corrector import BEND, Corrector
-from .equilibrium import RUBS, Equilibrium, equilibrium_at, give_way, net, relaxed, switch
+from .equilibrium import RUBS, Equilibrium, equilibrium_at, net, relaxed, release, switch
 from .modes import Modes, modes_at
 
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
@@ -45,7 +45,7 @@ CHATTER = 50  # events at one instant after which the laws are settled together
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of the path: its time, coordinates (nq,), what a sample shows, and what happened there."""
+    """A point of the path: time, coordinates (nq,), sample, events."""
 
     t_ns: int
     q: np.ndarray
@@ -54,7 +54,7 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Follows the rest of a simulation that nobody else uses; `heard`: names of laws whose events stop `run`.
+    """Follows the equilibrium of a simulation, which it owns; `heard`: laws whose events stop `run`.
 
     `points` are all rests so far, `notes` what a user must know of them.
     """
@@ -82,7 +82,7 @@ class EquilibriumPath:
         return self._fall("")
 
     def settle(self) -> list[StateChange]:
-        """The rest after commands, near or far.  Raises KernelError if there is none."""
+        """Equilibrium after commands. Raises KernelError if there is none."""
         self._commanded()
         self._near.renew(self._q)
         q = self._near.corrected(self._near.place(self._q))
@@ -96,7 +96,7 @@ class EquilibriumPath:
         return []
 
     def run(self, until_ns: int) -> list[StateChange]:
-        """Go along the path to `until_ns`, or to the first event that is heard; what happened there.
+        """Follow the path to `until_ns`, or to the first subscribed event; returns the events there.
 
         Raises KernelError where the path ends.
         """
@@ -112,19 +112,19 @@ class EquilibriumPath:
         return []
 
     def rest(self) -> Equilibrium:
-        """The present rest; the simulation stands there for what else is asked of it."""
+        """The present equilibrium; the simulation is left in it."""
         self._near.poses.accelerations(self._q)
         return equilibrium_at(self.command, self._q, self._steps)
 
     # ---- steps --------------------------------------------------------------------------------------------
 
     def _break_ns(self) -> int:
-        """Where a history of loads or wind changes its slope next."""
+        """Time of the next change of slope in a history of loads or wind."""
         following = self.command.references.histories.breaks(self.epoch, 0.0)
         return self.epoch + round(min(following) * 1e9) if following else FOREVER_NS
 
     def _step(self, end_ns: int) -> list[StateChange]:
-        """One step of the path that ends by `end_ns`; what happened at its end."""
+        """A step of the path up to `end_ns`; returns the events at its end."""
         t0, q0 = self.epoch, self._q
         G0, P0 = self._near.guards(q0), self.command.P.copy()
         while True:
@@ -154,7 +154,8 @@ class EquilibriumPath:
         return []
 
     def _beyond(self, end_ns: int) -> list[StateChange]:
-        """The rest to which the scene falls where the path ends; a fold is left slowly, so commands may go on."""
+        """The equilibrium to which the scene falls at the end of the path; a fold is left slowly, so commands may
+        continue."""
         t0, later = self.epoch, SHORTEST_NS
         if t0 < self._fallen + SOON * self._later:  # falls in a row, as of stick and slip
             later = min(LONGEST_FALL_NS, SOON * self._later)
@@ -188,27 +189,27 @@ class EquilibriumPath:
     def _fall(
         self, why: str, before: list[StateChange] | None = None, since_ns: int | None = None
     ) -> list[StateChange]:
-        """To the rest into which the scene falls from where it is; told if that is far."""
+        """Fall to the equilibrium that the scene settles into; noted if it is far."""
         poses, start = self._near.poses, self._q
         try:
             q, self._steps, events = relaxed(poses, poses.moved(start, np.zeros(len(poses.free))))
         except KernelError as error:
-            told = f"{why}; " if why else ""
+            message = f"{why}; " if why else ""
             when = f"at {self.epoch * 1e-9:.3f} s, followed at rest: " if self.epoch else ""
-            raise KernelError(f"{when}{told}{error}") from error
+            raise KernelError(f"{when}{message}{error}") from error
         events += switch(poses, q, thresholds=True)
         self._q = q
         self._near.renew(self._q)
         far = float(np.abs(q - start).max(initial=0.0))
         if why and far > FAR:
-            told = f"{why}: the scene falls by {far:.2g} (m or rad) to its next rest"
-            self.notes.append(Note(self.epoch if since_ns is None else since_ns, told))
+            message = f"{why}: the scene falls by {far:.2g} (m or rad) to its next rest"
+            self.notes.append(Note(self.epoch if since_ns is None else since_ns, message))
         self._keep(net((before or []) + events))
         self._check_stability()
         return net(events)
 
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
-        """The first instant of a step at which a guard has fallen, and the rest there.
+        """The first time in a step at which a guard has fallen, and the equilibrium there.
 
         Guesses are where the chord of the bracket ends, or the line through the last two rests before the event, of a
         guard that has a kink there; a little before the end, which such a line has brought near; the middle.  Each is
@@ -225,8 +226,8 @@ class EquilibriumPath:
             if kind in (CHORD, LINE):
                 drop = (G0[fell] - G[fell]) / (t - t0)  # in each nanosecond
                 part = float((G0[fell][drop > 0.0] / drop[drop > 0.0]).min(initial=width)) / width
-            slope, aside = (q - q0) / (t - t0), LOCATED_NS // 2 if part < 0.5 else -LOCATED_NS // 2
-            t = min(t1 - 1, max(t0 + 1, t0 + round(part * width) + aside))
+            slope, lateral = (q - q0) / (t - t0), LOCATED_NS // 2 if part < 0.5 else -LOCATED_NS // 2
+            t = min(t1 - 1, max(t0 + 1, t0 + round(part * width) + lateral))
             self._lead(t)
             found = self._near.corrected(self._near.place(q0 + (t - t0) * slope))
             if found is None and kind in failed:
@@ -245,7 +246,7 @@ class EquilibriumPath:
     # ---- points -------------------------------------------------------------------------------------------
 
     def _lead(self, t_ns: int) -> None:
-        """What is driven stands where it is commanded to be at a time."""
+        """Set driven coordinates to their commanded values at a time."""
         s = self.command
         self.epoch = s.native.epoch = t_ns
         for place, a in self._driven:
@@ -256,7 +257,7 @@ class EquilibriumPath:
             s.P[self._clock] = t_ns * 1e-9
 
     def _commanded(self) -> None:
-        """Take over what has been commanded at the epoch: everything stands, what moves is led from here on."""
+        """Adopt the commands at the epoch: moves are led from here on."""
         s, at = self.command, self.command.program.parameters.at
         s.native.set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
@@ -272,7 +273,7 @@ class EquilibriumPath:
         self._near.poses.count_turns(self._q)
         self._near.poses.accelerations(self._q)
         check_bending(self.command.native)
-        slid = give_way(self.command)
+        slid = release(self.command)
         if slid > SLID:
             self._dt = max(SHORTEST_NS, int((self.epoch - self._kept_ns) * SLID / slid))
         self._kept_ns = self.epoch
@@ -289,7 +290,7 @@ class EquilibriumPath:
         return modes_at(self._near.poses, self._q)
 
     def _check_stability(self) -> None:
-        """A rest is unstable where an eigenvalue of the tangent stiffness has gone through zero (Sylvester)."""
+        """An equilibrium is unstable if an eigenvalue of the tangent stiffness has passed zero (Sylvester)."""
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch
             self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))

@@ -18,7 +18,7 @@ STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses of differences; smaller wh
 
 
 class Poses:
-    """Evaluates one simulation at poses near its own, while its drives, winches and masters stand (see `stopped`)."""
+    """Evaluates a simulation at poses near its own, with its drives, winches and masters stopped."""
 
     def __init__(self, simulation: "Simulation") -> None:
         self.simulation = simulation
@@ -53,7 +53,7 @@ class Poses:
 
     @staticmethod
     def stopped(simulation: "Simulation") -> "Poses":
-        """Of a simulation whose drives, winches and masters are stopped where they are, for good."""
+        """Stop all drives, winches and masters of a simulation permanently."""
         simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
@@ -61,17 +61,17 @@ class Poses:
 
     @property
     def q(self) -> np.ndarray:
-        """(nq,) where the simulation stands."""
+        """The pose (nq,) of the simulation."""
         return self.simulation.state[: self.simulation.program.nq].copy()
 
     def accelerations(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
-        """(n_free,) at pose q (nq,) and, unless they vanish, at velocities v (n_free,)."""
+        """Accelerations (n_free,) at pose q (nq,) and velocities v (n_free,), default zero."""
         self._refresh(q, v)
         dv: np.ndarray = self._f[self._velocities]
         return dv
 
     def guards(self) -> np.ndarray:
-        """Of the pose evaluated last."""
+        """Guards of the last evaluated pose."""
         G: np.ndarray = self.simulation.native.X[self._at["G"]].copy()
         return G
 
@@ -117,7 +117,7 @@ class Poses:
         return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def sign(self) -> float:
-        """Of the determinant of the matrix factorised last."""
+        """Sign of the determinant of the last factorised matrix."""
         f, n = self._tangent.factors, len(self.free)
         exchanges = self._M[f.exchanges : f.exchanges + n] != np.arange(n)
         negative = self._M[f.inverses[0] : f.inverses[0] + n] < 0.0
@@ -144,7 +144,7 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Angles go on from those at pose q, which is less than half a turn from the one before."""
+        """Continue angles from pose q, less than half a turn from the previous one."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)

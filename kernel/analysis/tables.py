@@ -17,7 +17,7 @@ CARRIED = 1e-6  # part of the largest force that counts as none
 
 
 def modes_text(found: Modes) -> str:
-    """A table of all oscillations, then what does not oscillate."""
+    """A table of oscillations, followed by other motions."""
     rows = [("", "frequency", "period", "damping", "moves most (share of kinetic energy)")]
     for n, m in enumerate(found.oscillations, 1):
         damping = 0.0 if abs(m.damping) < 1e-7 else m.damping
@@ -60,7 +60,7 @@ def modes_data(found: Modes) -> dict[str, object]:
 
 
 def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str:
-    """Tensions, pads and what the joints carry; `growth` of a small push [1/s].
+    """Tensions, pad forces and joint reactions; `growth` of a perturbation [1/s].
 
     "~" stands before what rigid bodies do not determine.
     """
@@ -71,8 +71,8 @@ def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str
     for title, values, empty in (("rope", tensions, "slack"), ("support", found.supports, "open")):
         if values:
             shared = [UNDETERMINED * (title == "rope" and n in reactions.tensions) for n in values]
-            told = (f"{x / 1e3:.3f} kN" if x > 0.0 else empty for x in values.values())
-            forces = [(n, mark + x) for n, mark, x in zip(values, shared, told, strict=True)]
+            message = (f"{x / 1e3:.3f} kN" if x > 0.0 else empty for x in values.values())
+            forces = [(n, mark + x) for n, mark, x in zip(values, shared, message, strict=True)]
             lines += ["", *_columns([(title, "force"), *forces], "lr")]
     rows: list[tuple[str, ...]] = [("joint", "force x", "y", "z  [kN]", "moment x", "y", "z  [kN m]")]
     largest = max((float(np.abs(f).max()) for r in reactions.values() for f in (r.force, r.moment)), default=inf)
@@ -87,7 +87,7 @@ def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str
 
 
 def _choice(reactions: Reactions) -> str:
-    """What is not determined, and what is shown instead."""
+    """Undetermined forces, and the solution shown instead."""
     contacts = f"; nor do they determine the forces of the contacts {', '.join(reactions.contacts)}"
     shown = (
         "shown is the share with the smallest sum of squared forces and of squared moments over "
@@ -102,8 +102,8 @@ def _choice(reactions: Reactions) -> str:
 
 
 def statics_data(found: Equilibrium, reactions: Reactions, growth: float) -> dict[str, object]:
-    """Coordinates, tensions and normal forces [N], reactions in the joints' axes [N, N m], growth of a push [1/s], and
-    what rigid bodies do not determine."""
+    """Coordinates, tensions and normal forces [N], joint reactions in joint axes [N, N m], growth rate [1/s],
+    undetermined forces."""
     return {
         "growth": growth,
         "coordinates": found.q.tolist(),

@@ -50,7 +50,7 @@ class EmittedParts:
 
 @dataclass(frozen=True)
 class Sequence(EmittedParts):
-    """The parts one after the other."""
+    """Parts in sequence."""
 
     name: str
     parts: tuple[Function | EmittedParts, ...]
@@ -67,12 +67,12 @@ class While(EmittedParts):
 
 
 def blocks(f: Function | EmittedParts) -> list[str]:
-    """Names of the memory blocks of a function, in the order of its pointer arguments."""
+    """Names of the memory blocks of a function in the order of its pointer arguments."""
     return f.blocks if isinstance(f, EmittedParts) else blocks_of(f)
 
 
 def module(*functions: Function | EmittedParts, fused: bool = False) -> str:
-    """IR text of functions and loops and of everything that they call; `fused`: see `StraightLineCode`."""
+    """IR text of functions and loops with all that they call; `fused`: see `StraightLineCode`."""
     texts: list[str] = []
     seen: dict[str, Function | EmittedParts] = {}
 
@@ -125,8 +125,8 @@ _ANY = ctypes.c_char * 0
 
 
 class Library:
-    """Machine code of `ir()`, which is called only if `structure` is not in the cache; `opt`: LLVM's level 0 to 3;
-    `cpu`: LLVM's name of a processor whose instructions are used instead of all that this one has."""
+    """Machine code of `ir()`, which is called only if `structure` is not cached; `opt`: LLVM level 0 to 3; `cpu`: LLVM
+    name of another processor than this one."""
 
     def __init__(
         self,
@@ -177,7 +177,7 @@ class Library:
         return ctypes.c_double.from_address(address).value
 
     def address(self, name: str) -> int:
-        """Where a native function begins."""
+        """Address of a native function."""
         found: int = self._engine.get_function_address(name)
         assert found, f"no native function '{name}'"
         return found
@@ -187,7 +187,7 @@ class Library:
         self.bound(name, *blocks)()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """The same, ready to be run again and again; the caller keeps the blocks."""
+        """A native function ready for repeated calls; the caller keeps the blocks alive."""
         for b in blocks:
             assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
         call = self._calls.get((name, len(blocks)))

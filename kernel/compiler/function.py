@@ -30,7 +30,7 @@ def symbols(block: str, n: int) -> np.ndarray:
 
 
 class Function:
-    """body(**blocks) -> {name: values, or (row, values) for a row of a table}, recorded once and called many times.
+    """body(**blocks) -> {name: values, or (row, values) for a row of a table}; recorded once.
 
     On floats a call runs the body itself; while another graph is recorded it adds one call node, so that the machine
     code exists once.  `vectors` names outputs that callers get as one vector symbol; one that is `rare`,
@@ -51,7 +51,7 @@ class Function:
         self._outputs: dict[str, list[Any]] = {}
 
     def record(self) -> None:
-        """Trace the body; keep only what the outputs need."""
+        """Trace the body and drop unused operations."""
         with ONCE:
             if self._nodes is None:
                 self._record()
@@ -85,7 +85,7 @@ class Function:
 
     @cached_property
     def operations(self) -> int:
-        """Arithmetic operations of one call, with those of what it calls."""
+        """Arithmetic operations of one call, including called functions."""
         return sum(n.args[0].operations if n.op == "call" else n.op not in IDLE for n in self.nodes)
 
     def __call__(self, **values: Any) -> SimpleNamespace:
@@ -103,12 +103,12 @@ class Function:
         return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
 
     def _numbers(self, x: Any) -> Array:
-        """Python's floats in order: NumPy hands products of its own to BLAS, whose last bits differ."""
+        """Python floats in order: NumPy passes products of its own floats to BLAS, whose last bits differ."""
         return np.array(flatten(x), dtype=object)
 
 
 class Primitive(Function):
-    """A function whose LLVM IR is given as `text` (loops of native code) with `body` as its float oracle.
+    """A function given as LLVM IR `text` (native loops) with `body` as its reference on floats.
 
     One without outputs works on its blocks in place and serves as a part of a loop.
     """
@@ -131,7 +131,7 @@ class Primitive(Function):
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Each value written to a block, with whether it already stands at its place there."""
+    """Values written to a block, each with whether it is already at its place."""
     out, at = [], 0
     for x in values:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
@@ -153,7 +153,7 @@ Parts = TypeVar("Parts", bound=SimpleNamespace)
 
 
 class Layout:
-    """`sizes`: None = a scalar, n = n numbers; names in `vectors` are unpacked as one vector symbol."""
+    """Memory layout; `sizes`: None = scalar, n = n numbers; names in `vectors` are unpacked as vector symbols."""
 
     def __init__(self, sizes: Mapping[str, int | None], vectors: frozenset[str] = frozenset()) -> None:
         places: dict[str, Any] = {}
@@ -166,7 +166,7 @@ class Layout:
         self.size = n
 
     def unpack(self, block: Any, kind: type[Parts]) -> Parts:
-        """Parts of a block by name: scalars, arrays, and the vectors as one value; `kind`: which names there are."""
+        """Parts of a block by name: scalars, arrays, vectors; `kind`: the names that exist."""
         if isinstance(block, np.ndarray) and block.dtype == np.float64:
             return kind(**{name: block[at] for name, at in self.at.items()})
 

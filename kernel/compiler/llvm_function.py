@@ -16,7 +16,7 @@ _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
 def blocks_of(f: Function) -> list[str]:
-    """Names of the memory blocks of a function, in the order of its pointer arguments."""
+    """Names of the memory blocks of a function in the order of its pointer arguments."""
     return list(dict.fromkeys([*f.inputs, *f.outputs]))
 
 
@@ -108,7 +108,7 @@ class StraightLineCode:
                     self.value(x)
 
     def value(self, x: Any, lanes: int = 0) -> str:
-        """Its name; a number of a block is loaded where it is first needed."""
+        """The IR name of a value; numbers of blocks are loaded on first use."""
         if is_sym(x) and x.op in _LOADED and x not in self.loaded and not is_long(x):
             self.loaded.add(x)
             self.fetch(x)
@@ -140,7 +140,7 @@ class StraightLineCode:
             i += _width(x) * max(1, self.lanes)
 
     def operand(self, x: Any, piece: str, lanes: int) -> str:
-        """One piece of an operand; scalars are spread over the lanes."""
+        """A piece of an operand; scalars are broadcast to all lanes."""
         if not lanes or self.lanes or (is_sym(x) and x.width):
             return self.value(x, self.lanes) + (piece if is_sym(x) and x.width else "")
         if not is_sym(x):
@@ -155,7 +155,7 @@ class StraightLineCode:
         return f"%s{self.vectors}"
 
     def pointer(self, values: tuple[Any, ...], tag: str) -> str:
-        """Address of consecutive values: where they already lie so in a block, else a copy on the stack."""
+        """Address of consecutive values: in a block if they are there, else a copy on the stack."""
         v: Any = values[0] if values else None
         if is_sym(v) and v.op == "block":
             return f"ptr %{v.args[0]}"
@@ -231,7 +231,7 @@ class StraightLineCode:
         return f"{_ARITHMETIC[n.op]}{self.flags} {d} {x[0]}, {x[1]}"
 
     def binary_exponent(self, n: Sym, x: str, lanes: int) -> str:
-        """Exponent of a double as a number, or the double that has a given one: its bits 52 to 62, less 1023."""
+        """Binary exponent of a double as a number, or the double with a given exponent (bits 52 to 62 minus 1023)."""
         b, d, i = f"%b{n.id}", vector_type(lanes), vector_type(lanes, "i64")
         bias, shift = (f"<{', '.join([f'i64 {k}'] * lanes)}>" if lanes else str(k) for k in (1023, 52))
         if n.op == "exponent":
@@ -249,7 +249,7 @@ class StraightLineCode:
     def make_call(
         self, f: Function, lanes: int, at: dict[str, str], name: str, shared: frozenset[str] = frozenset()
     ) -> None:
-        """The call, with room for its results; at: block -> pointer to its inputs."""
+        """Emit a call and its result space; at: block -> pointer to its inputs."""
         for k, v in f.outputs.items():
             size = max(1, sum(map(_width, v))) * max(1, lanes)
             self.head.append(f"%r{name}_{k} = alloca [{size} x double], align 64")
@@ -258,7 +258,7 @@ class StraightLineCode:
         self.called.append((f, lanes, shared))
 
     def batch(self, b: SimdBatch) -> None:
-        """One vector call in place of many."""
+        """One vector call for many scalar ones."""
         at: dict[str, str] = {}
         for i, k in enumerate(b.function.inputs, 1):
             tag = f"a{b.name}_{k}"

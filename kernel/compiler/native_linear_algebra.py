@@ -20,7 +20,7 @@ Number = list[str]  # registers of the real and, if there is one, the imaginary 
 
 @dataclass(frozen=True)
 class FactorLayout:
-    """Where the factors of an (n, n) matrix lie in a block from `start`: matrix planes, row exchanges, 1/pivots."""
+    """Layout of the factors of an (n, n) matrix in a block from `start`: matrix planes, row exchanges, 1/pivots."""
 
     n: int
     planes: int  # 1 real, 2 complex
@@ -105,7 +105,7 @@ class FactorLayout:
     # ---- the same on floats, for the oracle ----------------------------------------------------------------
 
     def read(self, M: np.ndarray) -> np.ndarray:
-        """(n, n) matrix or its factors."""
+        """The (n, n) matrix or its factors."""
         planes = [M[p : p + self.n * self.stride].reshape(self.n, self.stride)[:, : self.n].T for p in self.matrix]
         return planes[0] if self.planes == 1 else planes[0] + 1j * planes[1]
 
@@ -173,7 +173,7 @@ def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
 
 
 def product(name: str, n: int, stride: int, start: int) -> Primitive:
-    """x = A b for an (n, n) matrix that stands in M from `start`."""
+    """x = A b for an (n, n) matrix stored in M from `start`."""
     c = LoopEmitter(name, ["M", "b", "x"])
     total = c.reserve(f"[{stride} x double]")
     with c.loop(0, stride, WIDEST) as i:
@@ -231,7 +231,7 @@ def _less(
     stop: int | str,
     only: tuple[str, str] | None = None,
 ) -> None:
-    """target -= a v from place `start` to `stop`, where `only` (a comparison with a place) holds; nothing if a = 0."""
+    """target -= a v from `start` to `stop`, where `only` (a comparison with a place) holds; skipped for a = 0."""
     some = c.let(f"fcmp une double {a[0]}, 0.0")
     if len(a) == 2:
         some = c.let(f"or i1 {some}, {c.let(f'fcmp une double {a[1]}, 0.0')}")

@@ -69,7 +69,7 @@ class LoopEmitter:
         return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
     def lanes(self, comparison: str, i: str, k: int | str) -> str:
-        """Which of the places i, i + 1, ... compare so with k."""
+        """Mask of the places i, i + 1, ... that satisfy a comparison with k."""
         both = []
         for x in (i, k):
             one = self.let(f"insertelement {_INDICES} poison, i64 {x}, i64 0")

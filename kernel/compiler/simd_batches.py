@@ -24,7 +24,7 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one function, one a lane; `calls` may be fewer than `width`: the last one fills the other lanes.
+    """Calls of one function, one per lane; with fewer calls than `width` the last one fills the rest.
 
     `shared`: input blocks that are one and the same in all calls that could stand side by side.
     """
@@ -52,7 +52,7 @@ def width_of(n: int) -> int:
 
 
 def arranged(nodes: Sequence[Sym]) -> list[Sym | SimdBatch]:
-    """The nodes of a recording with equal independent calls batched, each after what it needs."""
+    """The nodes of a recording with independent equal calls batched, in order of dependence."""
     batches = list(_batches(nodes))
     while True:
         at = {call: batch for batch in batches for call in batch.calls}
@@ -63,21 +63,23 @@ def arranged(nodes: Sequence[Sym]) -> list[Sym | SimdBatch]:
 
 
 def _batches(nodes: Sequence[Sym]) -> Iterator[SimdBatch]:
-    """Calls of a function on the same rung of its ladder: none of them needs another."""
-    rungs: dict[Sym, dict[Function, int]] = {}
+    """Independent calls of a function at the same depth."""
+    candidates: dict[Sym, dict[Function, int]] = {}
     groups: dict[tuple[Function, int], list[Sym]] = {}
     for n in nodes:
-        rung: dict[Function, int] = {}
+        candidate: dict[Function, int] = {}
         for x in operands(n):
-            below = rungs[x]
-            if below is not rung and below:
-                rung = {f: max(rung.get(f, 0), below.get(f, 0)) for f in (*rung, *below)} if rung else below
+            below = candidates[x]
+            if below is not candidate and below:
+                candidate = (
+                    {f: max(candidate.get(f, 0), below.get(f, 0)) for f in (*candidate, *below)} if candidate else below
+                )
         if n.op == "call":
             f = n.args[0]
-            rung = {**rung, f: rung.get(f, 0) + 1}
+            candidate = {**candidate, f: candidate.get(f, 0) + 1}
             if _scalar(f):
-                groups.setdefault((f, rung[f]), []).append(n)
-        rungs[n] = rung
+                groups.setdefault((f, candidate[f]), []).append(n)
+        candidates[n] = candidate
     for (f, _), calls in groups.items():
         width = width_of(len(calls))
         if width > 1 and CROWDED * width > _inside(f):
@@ -101,14 +103,14 @@ def _shared(calls: Sequence[Sym]) -> frozenset[str]:
 
 
 def _scalar(f: Function) -> bool:
-    """Whether a function is made of scalars alone, so that lanes can stand for them."""
+    """Whether a function consists of scalars only and can be vectorised over lanes."""
     return not (f.rows or f.vectors) and all(
         n.width == 0 and n.op not in ("slice", "dot") and (n.op != "call" or _scalar(n.args[0])) for n in f.nodes
     )
 
 
 def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym | SimdBatch], SimdBatch | None]:
-    """Depth first, a batch behind all that its calls need; a batch that needs itself in the end is returned."""
+    """Depth-first order with batches after their inputs; returns a batch that depends on itself."""
     order: list[Sym | SimdBatch] = []
     state: dict[Sym | SimdBatch, bool] = {}  # False while what it needs is being arranged
     for n in nodes:
@@ -134,8 +136,8 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Straight-line code that is being written; `lane`: where calls stand that were made side by side; `value`: the
-    name of a number, which is loaded if it has not been."""
+    """Straight-line code under construction; `lane`: place of calls made in parallel; `value`: name of a number, loaded
+    on first use."""
 
     body: list[str]
     lane: dict[Sym, tuple[SimdBatch, int]]
@@ -159,7 +161,7 @@ def vector_type(lanes: int, element: str = "double") -> str:
 
 
 def spread(code: OperandCode, x: Any, lanes: int) -> str:
-    """One scalar in all lanes."""
+    """A scalar in all lanes."""
     k = code.new()
     spread_value(code.body, k, code.value(x), lanes)
     return k
@@ -175,7 +177,7 @@ def spread_value(body: list[str], name: str, x: str, lanes: int) -> None:
 
 
 def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
-    """One number of every lane as a vector."""
+    """One number per lane as a vector."""
     if all(x is values[0] for x in values):
         return spread(code, values[0], len(values))
     if not any(map(is_sym, values)):
@@ -189,7 +191,7 @@ def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
 
 
 def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Numbers that lie next to each other in a block, the last one perhaps repeated."""
+    """Load of consecutive numbers of a block, the last one possibly repeated."""
     block, first = values[0].args
     n = next((i for i, x in enumerate(values) if x.args != (block, first + i)), len(values))
     if n < 2 or any(x is not values[n - 1] for x in values[n:]):
@@ -203,7 +205,7 @@ def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
 
 
 def _results(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Results of vector calls, at most two different numbers of them."""
+    """Shuffle of results of at most two vector calls."""
     at = [(*code.lane[x.args[0]], x.args[1], x.args[2]) for x in values]
     sources = list(dict.fromkeys((batch, block, i) for batch, _, block, i in at))
     width = sources[0][0].width
@@ -221,7 +223,7 @@ def _results(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
 
 
 def _shuffled(code: OperandCode, sources: list[str], width: int, places: list[int]) -> str:
-    """The given places of one or two vectors as one."""
+    """Selected places of one or two vectors."""
     if places == list(range(width)):
         return sources[0]
     k, v = code.new(), vector_type(width)

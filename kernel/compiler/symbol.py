@@ -54,7 +54,7 @@ class ExpressionGraph:
 
 
 class Sym:
-    """One value: operation and arguments; width 0 = scalar, n = vector of n elements (whole-state arithmetic)."""
+    """A traced value: operation and arguments; width 0: scalar, n: vector of n elements."""
 
     __slots__ = ("args", "id", "op", "width")
     op: str
@@ -143,7 +143,7 @@ def is_sym(x: Any) -> bool:
 
 
 def node(op: str, *args: Any, width: int | None = None) -> Sym:
-    """The node of an operation in the graph being recorded, new or already there."""
+    """The node of an operation in the recorded graph, new or existing."""
     graph = RECORDING.graphs[-1]
     if (found := graph.table.get((op, args))) is not None:  # equal numbers of different types are one key
         return found
@@ -226,18 +226,18 @@ def exponent(x: Any) -> Any:
 
 
 def power_of_two(n: Any) -> Any:
-    """2^n for a whole number n from -1022 to 1023."""
+    """2^n for an integer n from -1022 to 1023."""
     return node("power_of_two", n) if is_sym(n) else math.ldexp(1.0, int(n))
 
 
 def printing(x: Any) -> bool:
-    """Whether x is traced for print, where a function keeps its name."""
+    """Whether x is traced for printing, where functions keep their names."""
     return is_sym(x) and RECORDING.graphs[-1].opaque
 
 
 def _elementwise(f: Callable[..., Any], whole: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a function of scalars (or of vector symbols) take arrays, too: of symbols one by one, of numbers as a
-    `whole`, which gives the same bits."""
+    """Extend a function of scalars (or vector symbols) to arrays: of symbols element by element, of numbers as a
+    `whole` with the same bits."""
 
     def apply(*args: Any) -> Any:
         if _PLAIN.issuperset(map(type, args)) or not any(map(_is_array, args)):
@@ -275,7 +275,7 @@ def any_of(conditions: Iterable[Any]) -> Any:
 
 @contextmanager
 def scope(name: str) -> Iterator[None]:
-    """Within it the names of quantities are those of the law `name`."""
+    """Names of quantities inside belong to the law `name`."""
     graph = RECORDING.graphs[-1] if RECORDING.graphs else None
     if graph is not None:
         graph.scope = name

@@ -18,7 +18,7 @@ _MOVED = ("call", "dot", "ret", "slice", "in", "block")
 
 
 def is_long(x: Any) -> bool:
-    """Whether a value is worked on in loops."""
+    """Whether a value is processed in loops."""
     return is_sym(x) and x.width > UNROLLED
 
 
@@ -54,7 +54,7 @@ class Wide:
         self._keep(written, None)
 
     def _keep(self, used: Iterable[Sym], group: int | None) -> None:
-        """What a loop of another group, or no loop, uses is kept in memory."""
+        """Values used by another loop group, or outside loops, are kept in memory."""
         for x in used:
             if x in self._group and (group is None or self._group[x] != group):
                 if x.op in _FLAGS:
@@ -63,7 +63,7 @@ class Wide:
                     self._kept.add(x)
 
     def later(self, n: Sym) -> bool:
-        """Whether n is made in a loop; then it is noted for the next one."""
+        """Whether n is computed in a loop; it is then scheduled for the next one."""
         if n in self._group:
             self._pending.append(n)
             return True
@@ -144,7 +144,7 @@ class Wide:
     def _make(
         self, x: Sym, inside: set[Sym], ready: set[Sym], lines: list[str], piece: str, lanes: int, at: str
     ) -> None:
-        """Eight numbers of x: computed if they are made here or are flags, else loaded."""
+        """Eight numbers of x: computed here, or loaded."""
         if x in ready:
             return
         ready.add(x)
@@ -171,7 +171,7 @@ class Wide:
         ]
 
     def _loop(self, width: int, block: Callable[[str, int, str], list[str]]) -> None:
-        """`block` for all eights of a value, then for what remains; one entry of the body, which is never cut."""
+        """`block` for groups of eight numbers and the rest; one loop body."""
         self._loops += 1
         k = f"w{self._loops}"
         whole = width - width % WIDEST

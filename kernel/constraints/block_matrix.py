@@ -58,7 +58,7 @@ class Blockwise(Proximal):
         return range(self.starts[r], self.starts[r + 1])
 
     def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
-        """Blocks, row by row, that lie one behind the other."""
+        """Consecutive blocks, row by row."""
         out, at = {}, 0
         for r, s in pairs:
             n = self.sizes[r] * self.sizes[s]
@@ -77,7 +77,7 @@ class Blockwise(Proximal):
         return mu
 
     def _factorise(self, A: Array, size: Array) -> Outputs:
-        """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: what is left of it, relative."""
+        """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: relative remainder."""
         M: dict[tuple[int, int], list[Scalar]] = self._cut(A, self.couples)
         m = self.sizes
         diagonal = [M[r, r][i * (m[r] + 1)] for r in range(len(m)) for i in range(m[r])]
@@ -116,8 +116,8 @@ class Blockwise(Proximal):
 
 
 class Unsymmetric(Proximal):
-    """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for one pattern of
-    zeros of a matrix with two sides: rows may push otherwise than they sense.
+    """`factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for a sparsity pattern whose
+    rows push and sense differently.
 
     `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
     """
@@ -186,7 +186,7 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """The functions of the k-th kind of tree; `inputs`: sizes of what its accelerations depend on."""
+    """Functions of the k-th kind of tree; `inputs`: sizes of the arguments of its accelerations."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs
     below = [(i, j) for i, path in enumerate(tree.free_paths) if i in free for j in path]
     cross = [(i, j) for i in fixed for j in free if i in tree.dof_paths[j] or j in tree.dof_paths[i]]

@@ -27,7 +27,7 @@ ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is ne
 
 
 def start_of(n: int, side: Array) -> SimpleNamespace:
-    """The loop's variables before the first round; side (n,) is the set to begin with."""
+    """Loop variables before the first round; side (n,): initial set."""
     return SimpleNamespace(
         side=side, x=np.zeros(n), w=np.zeros(n), fewest=n + 1.0, patience=PATIENCE, budget=ROUNDS * n, run=1.0
     )
@@ -82,7 +82,7 @@ def _last(wrong: Array) -> Array:
 
 
 def eliminate(A: Array, r: Array, free: Array) -> Array:
-    """A x = r over the free rows and columns, x = 0 in the others; pivots in the order of the rows."""
+    """Solve A x = r over the free rows and columns, x = 0 elsewhere; pivots in row order."""
     n = len(r)
     M = np.concatenate([A * free[:, None] * free + np.eye(n) * (1.0 - free), (r * free)[:, None]], axis=1)
     for k in range(n):
@@ -100,7 +100,7 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Rounds from the start s until none changes anything or the budget is spent; s holds the result."""
+    """Pivot from the start s until nothing changes or the budget is spent; s holds the result."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:
@@ -161,8 +161,8 @@ def solve(
     side: np.ndarray | None = None,
     prior: np.ndarray | None = None,
 ) -> Solution:
-    """A: (n, n), need not be symmetric and may be singular; `side` (n,): the set to begin with (default: all at rest
-    at the bound nearest to zero, or free where there is none).
+    """Solve the boxed LCP. A: (n, n), possibly unsymmetric or singular; `side` (n,): initial set (default: at the bound
+    nearest to zero, or free without bounds).
 
     Singular problems are solved by proximal passes: of all solutions, the one whose redundant rows share equally, or
     are next to `prior` (n,).
@@ -210,7 +210,7 @@ class Proximal:
     _substitute: Function  # (C, b -> x) of one factorisation
 
     def _multipliers(self, C: Array, mu: Scalars, b: Scalars, prior: "Scalars | None" = None) -> Outputs:
-        """Of redundant rows those next to `prior` (n,), to zero without."""
+        """Multipliers; for redundant rows those nearest to `prior` (n,), default zero."""
         first = b if prior is None else [e + m * y for e, m, y in zip(b, mu, prior, strict=True)]
         x = self._substitute(C=C, b=first).x
         for _ in range(PROXIMAL_PASSES - 1):

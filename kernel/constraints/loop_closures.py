@@ -42,7 +42,7 @@ class JointClosure:
 
 @dataclass(frozen=True)
 class Condition:
-    """A residual g with its force f at the joint's point on B and moment n (on B; opposite on A), and their rates."""
+    """A residual g with force f at the joint's point on B and moment n (on B; opposite on A), and their rates."""
 
     g: Scalar
     f: Array
@@ -67,7 +67,7 @@ def _turn(i: int, j: int) -> Callable[[JointClosure], Condition]:
 
 
 def _twist(p: JointClosure) -> Condition:
-    """No turn about the sum of both shafts: second and third of one side lie mirrored in those of the other."""
+    """No rotation about the sum of both shafts: second and third directions are mirrored."""
     x, y = _turn(SECOND, THIRD)(p), _turn(THIRD, SECOND)(p)
     return Condition(x.g - y.g, np.zeros(3), x.n - y.n, np.zeros(3), x.dn - y.dn)
 
@@ -105,15 +105,15 @@ def residual_unit(kind: str, i: int) -> str:
 
 
 def closure_numbers(joint: Joint) -> list[float]:
-    """(25,) what `closure_function` takes: p_PJ and the joint's directions in the parent, the same in the child."""
+    """Arguments (25,) of `closure_function`: p_PJ and directions of the joint in the parent, and the same in the
+    child."""
     basis = _basis(joint)
     sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
 
 
 def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """(n_q,) coordinates of a joint that closes a loop, where its sides are at A and B, angles near those in `q0`, or
-    near rest; for messages only."""
+    """Coordinates (n_q,) of a loop joint for sides A and B, with angles near `q0`; for messages only."""
     a, b, _, _, d, _ = vars(_pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]).values()
     along = [float(x @ d) for x in a]
     M = np.array([[float(x @ y) for y in b] for x in a])  # (3, 3) the child's directions in the parent's
@@ -142,8 +142,7 @@ def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """(n_v,) velocities of a joint that closes a loop, where its sides are at A and B with their twists; for messages
-    only."""
+    """Velocities (n_v,) of a loop joint for sides A and B with their twists; for messages only."""
     R_A, R_B = (np.reshape(exact(e[:9]), (3, 3)) for e in (A, B))
     _, (x_a, _), (V_A, V_B), v = _pair(exact(closure_numbers(joint)), exact(A), exact(B))
     twist = join(V_B[:3] - V_A[:3], v - V_A[3:] - cross(V_A[:3], x_a))
@@ -156,12 +155,12 @@ def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def near(x: float, y: float) -> float:
-    """The angle x [rad] with as many turns as bring it near y."""
+    """The angle x [rad] plus the multiple of 2 pi nearest to y."""
     return float(y + (x - y + pi) % (2.0 * pi) - pi)
 
 
 def _basis(joint: Joint) -> Array:
-    """(3, 3) rows: axis, second, third direction of a joint in its own frame."""
+    """Rows (3, 3): axis, second, third direction of a joint in its frame."""
     axis = exact(joint.axis)
     second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
     return np.array([axis, second, cross(axis, second)])

@@ -77,7 +77,7 @@ BLOCK = 6  # rows of a block at most
 
 
 class ContactRows(Protocol):
-    """The rows of contacts, as `contact.contact_points` makes them."""
+    """Rows of contacts, as created by `contact.contact_points`."""
 
     @property
     def names(self) -> list[str]: ...
@@ -90,7 +90,7 @@ class ContactRows(Protocol):
 
 
 class Constraints:
-    """The rows of a scene's loops, then those of its rigid ropes and contacts, and the functions that they share."""
+    """Rows of a scene's loops, rigid ropes and contacts, with their shared functions."""
 
     def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...], contacts: ContactRows) -> None:
         self.loops, self.ropes, self.contacts = graph.loops, ropes, contacts
@@ -111,7 +111,7 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Once the trees are known, with the functions of each: which of them rows touch, and which rows couple."""
+        """Link rows with trees and their functions: which trees a row touches, and which rows couple."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
@@ -146,7 +146,7 @@ class Constraints:
         return Blockwise(sizes, couples, equal)
 
     def _groups(self) -> list[tuple[list[int], list[int]]]:
-        """Rows and trees that hang together."""
+        """Coupled sets of rows and trees."""
         groups: list[tuple[list[int], list[int]]] = []
         for r, path in enumerate(self.paths):
             trees = list(dict.fromkeys(i for i, _ in path))
@@ -176,7 +176,7 @@ class CompiledScene(Protocol):
 
 @dataclass(frozen=True)
 class ConstraintRow:
-    """One row at an instant; `wrenches`: body number and (6,) wrench about the point of that body's tree."""
+    """A row at an instant; `wrenches`: body number and (6,) wrench about the point of its tree."""
 
     wrenches: list[tuple[int, Array]]
     gap: Scalar
@@ -191,7 +191,7 @@ class ConstraintRow:
 def held_rows(
     scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
 ) -> list[ConstraintRow]:
-    """The rows of loops, then of rigid ropes, where bodies are at `ends`; arguments as of `Rows`."""
+    """Rows of loops, then of rigid ropes, for bodies at `ends`; arguments as of `Rows`."""
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]

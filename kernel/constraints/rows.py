@@ -23,7 +23,7 @@ _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
 class ConstraintRows:
-    """The rows of an evaluation, factorised; forces, if it has any, are those applied so far."""
+    """The rows of an evaluation, factorised, for the forces applied so far."""
 
     def __init__(
         self,
@@ -33,8 +33,8 @@ class ConstraintRows:
         numbers: Numbers,
         lengths: Lengths,
     ) -> None:
-        """`arguments`: what the motion of each linked tree depends on; `ends`: bodies; `numbers`: of P; `lengths`: of
-        rigid ropes with two rates."""
+        """`arguments`: arguments of each linked tree's motion; `ends`: bodies; `numbers`: of P; `lengths`: of rigid
+        ropes with two rates."""
         self.constraints, self._instances = scene.constraints, scene.instances
         self._arguments, self._ends, self._numbers = arguments, ends, numbers
         self._graph, self._lengths = scene.graph, lengths
@@ -55,12 +55,12 @@ class ConstraintRows:
 
     @property
     def pivots(self) -> Any:
-        """(n,) what elimination leaves of each row's diagonal, relative: about 1e-6 for a redundant row."""
+        """Relative pivots (n,): about 1e-6 for a redundant row."""
         return self._factors.pivot
 
     @property
     def movable(self) -> np.ndarray:
-        """(n,) whether a row moves anything at all, not only round-off; on floats."""
+        """Whether (n,) a row moves anything beyond round-off; on floats."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -73,16 +73,16 @@ class ConstraintRows:
         return self._instances[i][0].free_dofs
 
     def held(self, values: list[Scalar]) -> list[Scalar]:
-        """Values of the rows that are there, 0 of the others."""
+        """Values of active rows, 0 for the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
-        """An entry of the matrix without the rows that are not there: 1 on their diagonal, 0 elsewhere."""
+        """Matrix entry without inactive rows: 1 on their diagonal, 0 elsewhere."""
         both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
         return select(both > 0.0, a, 1.0 if r == s else 0.0)
 
     def _block(self, d: Blockwise, rows: range, columns: range) -> list[Scalar]:
-        """G H^-1 G^T of two blocks, row by row; one tree after the other."""
+        """G H^-1 G^T of two blocks, row by row, summed over trees."""
         A: list[Scalar] = [0.0] * (len(rows) * len(columns))
         shared = [ik for ik in self._Y[rows[0]] if ik in self._Z[columns[0]]]
         for i in dict.fromkeys(i for i, _ in shared):
@@ -93,12 +93,12 @@ class ConstraintRows:
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Array:
-        """(n, n) G H^-1 G^T of all rows, there or not; on floats."""
+        """G H^-1 G^T (n, n) of all rows, active or not; on floats."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
     def entries(self) -> list[Scalar]:
-        """(n * n,) the Delassus matrix of the rows that are there, row by row."""
+        """The Delassus matrix (n * n,) of active rows, row by row."""
         d = self.constraints.delassus
         assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
@@ -106,8 +106,8 @@ class ConstraintRows:
         return [A.get((r, s), 0.0) for r in range(n) for s in range(n)]
 
     def _project(self) -> None:
-        """Y = L^-T G^T per row and degree of freedom; generalised forces on prescribed ones; how much a row moves its
-        bodies, each for itself: bodies that can only move together leave nothing of a row but round-off."""
+        """Y = L^-T G^T per row and degree of freedom, generalised forces on prescribed ones, and the mobility of a row
+        with each body taken alone."""
         self._Y: list[_Parts] = []
         self._X: list[_Parts] = []  # of what the rows push
         self._pull: list[_Parts] = []
@@ -181,13 +181,13 @@ class ConstraintRows:
 
     @property
     def tensions(self) -> dict[str, Scalar]:
-        """Of the rigid ropes, by name [N]."""
+        """Tensions of rigid ropes, by name [N]."""
         first = len(self.constraints.of)
         return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
 
     @property
     def end_tensions(self) -> dict[str, Scalar]:
-        """Of the rigid ropes at their lower ends, by name [N]."""
+        """Tensions of rigid ropes at their lower ends, by name [N]."""
         out = self.tensions
         for r in self.constraints.ropes:
             if r.mass:
@@ -195,7 +195,7 @@ class ConstraintRows:
         return out
 
     def guards(self) -> dict[str, Scalar]:
-        """Of the rigid ropes, by name: the tension while taut, the slack while slack."""
+        """Guards of rigid ropes, by name: tension while taut, slack while slack."""
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
@@ -203,7 +203,7 @@ class ConstraintRows:
         return out
 
     def wrenches(self) -> list[tuple[int, Array]]:
-        """What the rows do to the bodies, as pairs of body number and (6,) wrench."""
+        """Wrenches of the rows on bodies: body number and (6,) wrench."""
         pairs = zip(self.multipliers, self.rows, strict=True)
         return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
 
@@ -230,8 +230,8 @@ class ConstraintRows:
                         values[k] = values[k] + multiplier * y
 
     def change(self, x: Scalars) -> Mapping[int, Array]:
-        """Per linked tree the (n_v,) change of velocity by impulses x (or of place, in velocity components): of all
-        changes that do the same to the rows, that of least kinetic energy; prescribed degrees of freedom stay."""
+        """Velocity change (n_v,) of each linked tree by impulses x, of least kinetic energy; prescribed degrees of
+        freedom stay."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]
@@ -245,8 +245,8 @@ class ConstraintRows:
         return out
 
     def loads(self) -> list[Scalar]:
-        """Force and moment of each loop joint on its child at the joint, world axes (6 numbers each) [N, N m]; of the
-        rigid ropes all tensions [N], all slacks and all lengths [m]."""
+        """Force and moment of each loop joint on its child, world axes [N, N m]; tensions [N], slacks and lengths [m]
+        of rigid ropes."""
         out: list[Scalar] = []
         at = 0
         for j in self.constraints.loops:

@@ -10,7 +10,7 @@ from .points import IDENTITY, Matrix, Vector
 
 
 class Ball(Struct, frozen=True, tag=True):
-    """A ball of a body; of radius 0 it is a point."""
+    """A ball on a body; radius 0: a point."""
 
     body: str
     p: Vector = (0.0, 0.0, 0.0)
@@ -27,7 +27,7 @@ class Box(Struct, frozen=True, tag=True):
 
 
 class Plane(Struct, frozen=True, tag=True):
-    """Everything below a plane of a body; `normal` points out of it."""
+    """The half space below a plane of a body; `normal` points out of it."""
 
     body: str = "world"
     p: Vector = (0.0, 0.0, 0.0)

@@ -25,7 +25,7 @@ SHOWN = 60  # characters of a wrong value in a sentence
 
 
 def plain(system: System, known: Callable[[object], object | None]) -> System:
-    """The same description in tuples and floats; raises KernelError for the first field that cannot be read so.
+    """The description in tuples and floats; raises KernelError for the first invalid field.
 
     `known` gives items that are known to be plain."""
     if not isinstance(system, System):
@@ -55,20 +55,20 @@ def item_word(x: object) -> str:
 
 
 def choice(choices: tuple[str | int, ...]) -> str:
-    """One of several, in words."""
+    """Alternatives in words."""
     return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
 
 
 @cache
 def field_names(kind: type[Any]) -> tuple[str, ...]:
-    """Of a class of descriptions, in order; none of anything else."""
+    """Field names of a description class, in order; none for other objects."""
     if issubclass(kind, msgspec.Struct):
         return kind.__struct_fields__
     return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()
 
 
 def _built(x: Any, where: str) -> Any:
-    """x with every field read; the same object if nothing had to change."""
+    """x with all fields converted; the same object if nothing changed."""
     hints = _hints(x.__class__)
     new = {}
     for name in field_names(x.__class__):
@@ -82,7 +82,7 @@ def _built(x: Any, where: str) -> Any:
 
 
 def _read(value: Any, hint: Any, where: str) -> Any:
-    """A value as its annotation wants it."""
+    """A value converted to its annotated type."""
     if type(value) is hint and hint in (float, str, bool):  # as nearly all are
         return value
     if isinstance(value, np.ndarray | np.generic):
@@ -129,7 +129,7 @@ def _taken_apart(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _fits(values: Any, hint: Any) -> bool:
-    """Whether rows of numbers are rows of numbers, so that a sentence tells of the whole matrix."""
+    """Whether a matrix consists of numbers, so that messages refer to the whole matrix."""
     inner = get_args(hint)
     if get_origin(hint) is tuple:
         rows = all(isinstance(x, tuple | list | np.ndarray) for x in values)
@@ -178,7 +178,7 @@ OF = {"joint": "joint", "speed": "joint", "wind": "wind or other force"}  # what
 
 
 def check_names(system: System) -> None:
-    """Raises KernelError for the first item that names something that is not there, and says what was perhaps meant."""
+    """Raise KernelError for the first reference to a missing name, with the nearest known name."""
     known = {
         "body": [*(b.name for b in system.bodies), WORLD],
         "joint": [j.name for j in system.joints],
@@ -194,7 +194,7 @@ def check_names(system: System) -> None:
 
 
 def _named(x: Any) -> Iterator[tuple[str, str]]:
-    """Kind and name of what an item means; what it lacks is told elsewhere."""
+    """Kind and name of the references of an item."""
     match x:
         case Joint():
             yield from (("body", x.parent), ("body", x.child))

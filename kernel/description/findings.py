@@ -12,7 +12,7 @@ State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a
 
 
 class Note(NamedTuple):
-    """A sentence and the simulation time that it tells of [ns]."""
+    """A sentence and its simulation time [ns]."""
 
     t_ns: int
     sentence: str
@@ -22,7 +22,7 @@ UNITS = (1, 10, 100, 1000)  # in a second, by the digits behind it
 
 
 class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What was found of a subject: a sentence for planners, and the numbers behind it."""
+    """A finding about a subject: a sentence for planners, and the numbers behind it."""
 
     severity: Severity
     kind: str  # "overload", "off-lead", "clearance", "two-blocked", "geometry", "stage", "cut", ...
@@ -36,16 +36,16 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     unit: str = ""
 
     @property
-    def told(self) -> str:
-        """The sentence, when, in which stage, and what a planner would change."""
+    def message(self) -> str:
+        """Sentence, time, stage, and the place to change."""
         at = f", at {clock(self.t)}" if self.t is not None else ""
         stage = f" ({self.stage})" if self.stage else ""
         return f"{self.sentence}{at}{stage}" + (f" [{self.where}]" if self.where else "")
 
 
 class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """One row of the list that a planner signs: a quantity of a subject, its worst value and limit [unit], the error of
-    the value [unit] (None: unknown), and a state; which `amber` it is stands in `why`.
+    """A row of the list of checks: quantity, subject, worst value and limit [unit], error of the value [unit] (None:
+    unknown), state; `why`: the kind of amber.
 
     `shown`, `allowed`: value and limit as people write them; `basis`: where the limit comes from; `sentence`: what was
     found, or what must be written or known for the row to turn green.
@@ -70,7 +70,7 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def word(self) -> str:
-        """Its state as it is told everywhere: of amber, which one it is."""
+        """Its state in words, with the kind of amber."""
         return self.why or self.state
 
 
@@ -79,5 +79,5 @@ def clock(seconds: float, digits: int = 0) -> str:
     unit = UNITS[digits]
     minutes, rest = divmod(round(seconds * unit), 60 * unit)
     hours, minutes = divmod(minutes, 60)
-    told = f"{rest / unit:0{3 + digits if digits else 2}.{digits}f}"
-    return f"{hours}:{minutes:02}:{told}" if hours else f"{minutes}:{told}"
+    message = f"{rest / unit:0{3 + digits if digits else 2}.{digits}f}"
+    return f"{hours}:{minutes:02}:{message}" if hours else f"{minutes}:{message}"

@@ -33,7 +33,7 @@ class Beam:
 
 @dataclass(frozen=True)
 class Nodal:
-    """Matrices of a finite-element model whose nodes have 3 (ux uy uz) or 6 (and rx ry rz) degrees of freedom.
+    """Matrices of a finite-element model with 3 (ux uy uz) or 6 (and rx ry rz) degrees of freedom per node.
 
     `held`: degrees of freedom that the floating frame holds.  `modes`: shapes (columns) to be taken instead of the
     eigenmodes.  A frame attached to a node of 3 keeps the direction of the floating frame.
@@ -48,7 +48,7 @@ class Nodal:
 
 @dataclass(frozen=True)
 class Modal:
-    """Modes of a free body as measured or computed elsewhere: displacements at places, frequencies, modal masses.
+    """Modes of a free body from measurement or another program: displacements at places, frequencies, modal masses.
 
     All mass sits in the body's frame, from which the modes take none: they are those of a body that nothing holds.  A
     point of the body that is none of the places moves with the frame.
@@ -63,7 +63,7 @@ class Modal:
 
 @dataclass(frozen=True)
 class Gauge:
-    """A place of a flexible body, in its frame [m], whose displacement within it is sampled."""
+    """A point of a flexible body in its frame [m] whose displacement is sampled."""
 
     name: str
     p: Vector
@@ -71,7 +71,7 @@ class Gauge:
 
 @dataclass(frozen=True)
 class Flexible:
-    """The elastic part of a body: one model, the frame that its deformation is measured from, and its modes.
+    """Elastic part of a body: model, reference frame of the deformation, modes.
 
     frame (of a beam): "clamped" moves with the cross-section at x = 0, "simply supported" passes through both ends,
     "free" is the mean frame.  `loads`: stations x [m] of a beam whose static deflections under forces along y and z

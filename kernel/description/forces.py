@@ -10,7 +10,7 @@ from typing import Literal
 from msgspec import Struct
 
 from . import units as u
-from .points import IDENTITY, Matrix, Point, RopeSpan
+from .points import IDENTITY, Line, Matrix, Point
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "Reeving", "Sheave", "Spring", "Torsion",
@@ -22,9 +22,8 @@ Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
 class Wave(Struct, frozen=True):
-    """A harmonic r amplitude cos(frequency t + phase) of the run's time t, which begins smoothly: with u = t / ramp, at
-    most 1, r = u^3 (10 - 15 u + 6 u^2).  Rests are those without it.
-    """
+    """A harmonic r amplitude cos(frequency t + phase) of the run's time t with a smooth start: u = t / ramp <= 1, r =
+    u^3 (10 - 15 u + 6 u^2); zero for equilibria."""
 
     amplitude: float
     frequency: float  # [rad/s]
@@ -47,23 +46,23 @@ class InputSignal(Struct, frozen=True):
 
 
 class Element(Struct, frozen=True):
-    """What every force tells of itself."""
+    """Common interface of all forces."""
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The points that it acts on."""
+        """Points of application."""
         values = (getattr(self, field) for field in self.__struct_fields__)
         return tuple(p for x in values for p in (x if isinstance(x, tuple) else (x,)) if isinstance(p, Point))
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint that it acts along, with the coordinate ("" if the joint has only one)."""
+        """The joint that it acts along, with the coordinate ("" if it has only one)."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 
 
 class Load(Element, frozen=True, tag=True):
-    """A force and a moment at a point of a body, fixed in world or body axes, times a factor or its history."""
+    """Force and moment at a point of a body, fixed in world or body axes, times a factor or its history."""
 
     name: str
     at: Point
@@ -141,7 +140,7 @@ class Bushing(Element, frozen=True, tag=True):
 
 
 class Characteristic(Element, frozen=True, tag=True):
-    """An actuator law as data: effort [N or N m] along a joint = signal * f(coordinate or speed).
+    """An actuator characteristic: effort [N or N m] along a joint = signal * f(coordinate or speed).
 
     f is piecewise linear through (x, effort), x rising; the end values hold outside.
     """
@@ -174,7 +173,7 @@ class UserLaw(Element, frozen=True, tag=True):
 
 
 class Sheave(Struct, frozen=True):
-    """A sheave of a rope, fixed on a body: the rope turns positively about its axis (in the body's frame).
+    """A sheave of a rope, fixed on a body; the rope turns positively about its axis (body frame).
 
     Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point,
     which the rope never leaves; a sheave with a radius it leaves and finds again.  An `edge` is one along
@@ -212,7 +211,7 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def edges(self) -> tuple[Sheave, ...]:
-        """The edges that it may lie on: none, or all of its sheaves."""
+        """Edges that the rope may touch: none, or all of its sheaves."""
         return tuple(s for s in self.sheaves if s.edge)
 
     @property
@@ -221,9 +220,9 @@ class Reeving(Element, frozen=True, tag=True):
         return len({s.at.body for s in self.edges}) > 1
 
     @property
-    def lines(self) -> tuple[RopeSpan, ...]:
-        """Its parts from centre to centre, for pictures."""
-        return tuple(RopeSpan(a, b) for a, b in pairwise(self.points))
+    def lines(self) -> tuple[Line, ...]:
+        """Its parts from centre to centre, for drawing."""
+        return tuple(Line(a, b) for a, b in pairwise(self.points))
 
     @property
     def winch(self) -> bool:

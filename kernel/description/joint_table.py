@@ -35,7 +35,7 @@ def _slide(axis: int, coordinate: int, factor: float | None = 1.0) -> JointMotio
 
 @dataclass(frozen=True)
 class JointType:
-    """One row of the table.
+    """A row of the joint table.
 
     `coordinates` maps the coordinates' names to their values in the undisplaced joint, `velocities` names the
     velocities; in a chain of `motions` they are the coordinates' rates.  `quaternion` is where a unit one starts
@@ -61,12 +61,12 @@ class JointType:
 
     @property
     def actable(self) -> tuple[str, ...]:
-        """Coordinates on which a spring, stop, brake or drive can act: those whose rate is a velocity."""
+        """Coordinates that springs, stops, brakes or drives can act on: those whose rate is a velocity."""
         return tuple(self.coordinates) if self.quaternion is None else ()
 
     @property
     def axes(self) -> int:
-        """How many axes it has: none, `axis` alone, or with `second` (and their cross product) three."""
+        """Number of axes: none, `axis` only, or three with `second` (and their cross product)."""
         used = {m.axis for m in self.motions}
         return 3 if used - {AXIS} else len(used)
 
@@ -75,7 +75,7 @@ class JointType:
         return any(m.factor is PITCH for m in self.motions)
 
     def turns(self, coordinate: int) -> bool:
-        """Whether a coordinate is an angle [rad] or a length [m]."""
+        """Whether a coordinate is an angle [rad], otherwise a length [m]."""
         return any(m.turns for m in self.motions if m.coordinate == coordinate)
 
 

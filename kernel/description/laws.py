@@ -8,13 +8,13 @@ from typing import Literal
 
 from . import units as u
 from .forces import Force, Wave
-from .points import Point, RopeSpan
+from .points import Line, Point
 
 __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
 
 
 class AlongJoint:
-    """A law of one coordinate of a joint ("" where it has only one)."""
+    """A law on one coordinate of a joint ("" if it has only one)."""
 
     joint: str
     coordinate: str
@@ -40,7 +40,7 @@ class JointSpring(AlongJoint):
 
 @dataclass(frozen=True)
 class Stop(AlongJoint):
-    """Unilateral end stops of a coordinate of a joint; k and d act beyond the limits only."""
+    """Unilateral end stops of a joint coordinate; k and d act beyond the limits only."""
 
     name: str
     joint: str
@@ -82,7 +82,7 @@ class Lock:
 
 @dataclass(frozen=True)
 class Drive(AlongJoint):
-    """An actuator of a coordinate of a joint; what it follows is sent at run time, see `references`.
+    """An actuator of a joint coordinate; its reference is commanded at run time, see `references`.
 
     prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
     speed: force = kv (ref' - v).
@@ -101,12 +101,12 @@ class Drive(AlongJoint):
 class Straight:
     """A rope over straight lines."""
 
-    lines: tuple[RopeSpan, ...]
+    lines: tuple[Line, ...]
     along = None
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The ends of its lines."""
+        """Ends of its lines."""
         return tuple(p for line in self.lines for p in (line.a, line.b))
 
 
@@ -121,7 +121,7 @@ class Rope(Straight):
     """
 
     name: str
-    lines: tuple[RopeSpan, ...]
+    lines: tuple[Line, ...]
     EA: u.AxialStiffness
     L0: u.Extent  # unstretched length
     damping: u.Damping = 0.0
@@ -139,7 +139,7 @@ class RigidRope(Straight):
     """
 
     name: str
-    lines: tuple[RopeSpan, ...]
+    lines: tuple[Line, ...]
     L0: u.Extent
     winch: bool = False
     hooked: bool = True
@@ -148,7 +148,7 @@ class RigidRope(Straight):
 
 @dataclass(frozen=True)
 class Support:
-    """A point of a body that a pad at `height` can push up and rub, never pull; it lies in the world or on a body.
+    """A body point that a pad at `height` can push up and hold by friction, in the world or on a body.
 
     N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
     `on`: the body in whose frame the height counts and whose z the pad pushes along; "": the world.

@@ -26,9 +26,9 @@ from .laws import Support as Support
 from .name_order import natural
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
+from .points import Line as Line
 from .points import Matrix as Matrix
 from .points import Point as Point
-from .points import RopeSpan as RopeSpan
 from .points import Vector as Vector
 from .signals import Quantity as Quantity
 from .signals import Threshold as Threshold
@@ -43,7 +43,7 @@ JointKind = Literal[
 
 @dataclass(frozen=True)
 class Body:
-    """A body; its frame is the frame of the joint that carries it, unless that joint says otherwise.
+    """A body; its frame is that of the joint that carries it, unless the joint states otherwise.
 
     `flexible` adds a deformable part, whose floating frame that is; mass, com and inertia are then those of what sits
     rigidly in that frame (0: nothing).
@@ -62,7 +62,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint places `child` on `parent`; its frame on the parent is (p_PJ, R_PJ), on the child (p_CJ, R_CJ).
+    """A joint between `child` and `parent`; its frame is (p_PJ, R_PJ) on the parent and (p_CJ, R_CJ) on the child.
 
     A body needs one joint of which it is the child; every further one closes a loop, as does one whose child is the
     world.  Which of them are cut is found by the kernel (`spanning_tree`); of those q0 and v0 are not used.
@@ -90,7 +90,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Master:
-    """A commanded scalar (such as the block angle of a turn) that several actuators follow."""
+    """A commanded scalar followed by several actuators, such as the angle of a turn."""
 
     name: str
     value: float = 0.0  # at the start
@@ -141,12 +141,12 @@ class System:
 
     @property
     def reevings(self) -> tuple[Reeving, ...]:
-        """The ropes among its forces."""
+        """Ropes over sheaves among its forces."""
         return tuple(f for f in self.forces if isinstance(f, Reeving))
 
     @property
     def outside(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Bodies and joints that its parts name and that others declare, in the order in which they are named."""
+        """Bodies and joints that its parts refer to and others declare, in order of appearance."""
         points = [p.body for law in (*self.laws, *self.rigid_ropes) for p in law.points]
         shapes = [shape.body for contact in self.contacts for shape in (contact.a, contact.b)]
         bodies = [body for j in self.joints for body in (j.parent, j.child)] + points + shapes
@@ -158,7 +158,7 @@ class System:
 
     @property
     def functions(self) -> tuple[str, ...]:
-        """The Python functions that its laws name."""
+        """Python functions of its laws."""
         laws = (f for f in self.forces if isinstance(f, UserLaw))
         return tuple(function for law in laws for function in (law.function, law.guards) if function)
 
@@ -177,7 +177,7 @@ GROUPS = tuple(f.name for f in fields(System) if f.name != "gravity")
 
 
 def merge(parts: Iterable[System], gravity: float) -> System:
-    """One system from several, in the order given."""
+    """One system from several, in order."""
     whole: dict[str, list[Any]] = {group: [] for group in GROUPS}
     for part in parts:
         for group, items in whole.items():
@@ -186,7 +186,7 @@ def merge(parts: Iterable[System], gravity: float) -> System:
 
 
 def assembled(declared: list[System], gravity: float) -> System:
-    """The system of a run from the declarations of its nodes, its elements in the order of their names."""
+    """The system of a run from its nodes' declarations, with elements sorted by name."""
     whole = merge(declared, gravity)
     named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in GROUPS}
     return System(**named, gravity=gravity)

@@ -23,8 +23,8 @@ class Point:
 
 
 @dataclass(frozen=True)
-class RopeSpan:
-    """One straight part of a rope; `share` is its weight in the rope's length."""
+class Line:
+    """A straight part of a rope; `share`: its weight in the rope's length."""
 
     a: Point
     b: Point

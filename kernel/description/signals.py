@@ -53,14 +53,14 @@ class ScalarSignal:
 
 @dataclass(frozen=True)
 class Named:
-    """What has a name, before all else."""
+    """Base of named items."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Threshold(ScalarSignal, Named):
-    """A guard on a signal; it reports when the signal crosses a value that is set at run time."""
+    """A guard on a signal that reports when it crosses a value set at run time."""
 
 
 def guard_of(name: str, x: ScalarSignal) -> Threshold:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 
 
 class Unit(NamedTuple):
-    """A kind of quantity, and whether it must be zero or more, or positive."""
+    """A dimension, and whether the quantity must be positive, or zero or more."""
 
     dimension: str
     least: Literal["", "zero", "positive"] = ""
@@ -41,7 +41,7 @@ Direction = Annotated[tuple[float, float, float], Unit("direction")]  # of lengt
 
 
 def wrong_sign(x: Any) -> tuple[str, str]:
-    """The first field of a description that has the wrong sign, and what is wrong; empty if there is none."""
+    """The first field with a wrong sign, and what is wrong; empty if there is none."""
     for field, least in _signs(x.__class__):
         value = getattr(x, field)
         low = min(value) if isinstance(value, tuple) else value
@@ -54,7 +54,7 @@ def wrong_sign(x: Any) -> tuple[str, str]:
 
 @cache
 def _signs(kind: type) -> tuple[tuple[str, str], ...]:
-    """The fields that cannot have any sign, with the least that they can be."""
+    """Fields with restricted sign, with their minimum."""
     found = []
     for field, hint in get_type_hints(kind, include_extras=True).items():
         inner = get_args(hint)

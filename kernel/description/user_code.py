@@ -43,8 +43,8 @@ class Taken(Exception):
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """The module of a name, or of a file.py under `name`, as it stands in its files now; raises what importing raises,
-    FileNotFoundError where there is no such file."""
+    """Import a module by name, or a file.py as `name`, in its present state; raises what importing raises,
+    FileNotFoundError for a missing file."""
     with _lock:
         importlib.invalidate_caches()
         _asked.append(where)
@@ -82,7 +82,7 @@ def _of_file(where: str, name: str) -> ModuleType:
 
 
 class _Loader(SourceFileLoader):
-    """Knows the text that its module is made of, and takes bytecode only if that is surely younger."""
+    """Loads a user's module with its source text; uses bytecode only if it is newer."""
 
     digest = b""
 
@@ -107,7 +107,7 @@ class _Loader(SourceFileLoader):
 
 
 class _Finder:
-    """Finds what others find, and gives modules of the user's that loader."""
+    """Finds modules as usual, and gives users' modules that loader."""
 
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
@@ -140,7 +140,7 @@ def _forget_changed(root: str) -> None:
 
 
 def _file(name: str) -> str:
-    """The file of a loaded module of the user's; "" of any other."""
+    """File of a loaded user module; "" for others."""
     file = getattr(sys.modules.get(name), "__file__", None) if name != "__main__" else None
     return file if file is not None and file.endswith(".py") and _own(file) else ""
 
@@ -156,14 +156,14 @@ def _changed(name: str) -> bool:
 
 
 def _uses(name: str, also: set[str] = frozenset()) -> set[str]:  # type: ignore[assignment]
-    """The loaded modules of the user's, or those `also`, that a module imports itself, its packages included."""
+    """Loaded user modules (or those in `also`) that a module imports itself, including its packages."""
     try:
         text = Path(_file(name)).read_bytes()
     except OSError:
         return set()
     package = getattr(sys.modules.get(name), "__package__", None) or ""
     named = _named(text, package)
-    found = {*_heads(package), *(head for said in named for head in _heads(said))}
+    found = {*_heads(package), *(head for answer in named for head in _heads(answer))}
     found |= {*sys.modules, *also} if ANY in named else set()
     return {x for x in found if x != name and (x in also or _file(x))}
 
@@ -175,8 +175,7 @@ def _heads(name: str) -> Iterator[str]:
 
 @lru_cache(1024)
 def _named(text: bytes, package: str) -> frozenset[str]:
-    """What a text may import: by its statements, or by the functions that do the same for a name; ANY if that is not
-    written there."""
+    """Modules that a text may import, by statements or import functions; ANY if the name is computed."""
     found = set[str]()
     try:
         nodes = [*ast.walk(ast.parse(text))]
@@ -196,7 +195,7 @@ def _named(text: bytes, package: str) -> frozenset[str]:
 
 
 def raised(error: BaseException) -> str:
-    """Class and text of an error and where it was raised, in a file of the user's or else of another package."""
+    """Class and text of an error and its place in a user's file or another package."""
     frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
     at = next((x for of in (_own, written_by_others) for x in reversed(frames) if of(x[0])), None)
     where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""

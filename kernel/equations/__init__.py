@@ -21,7 +21,7 @@ __all__ = ["equations"]
 def equations(
     system: System, formulation: str = "recursive", latex: bool = False, title: str = "Equations of motion"
 ) -> str:
-    """Everything that is known of the motion of a system; raises KernelError for an impossible one."""
+    """All equations of motion of a system; raises KernelError for an impossible one."""
     graph = build_graph(system)
     sections = [
         _graph(graph),

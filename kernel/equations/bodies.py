@@ -45,7 +45,7 @@ def _moment(graph: Graph, i: int) -> Equation:
 
 
 def balances(system: System, graph: Graph) -> DocumentSection:
-    """Force and moment balance of every body, with what its applied force and moment consist of."""
+    """Force and moment balance of every body, with the terms of its applied force and moment."""
     acting = Acting(system)
     groups = []
     for i, link in enumerate(graph.links):
@@ -69,10 +69,10 @@ def balances(system: System, graph: Graph) -> DocumentSection:
     )
 
 
-def _water(graph: Graph, told: str) -> tuple[str, ...]:
-    """A line about bodies with an added mass, if there are any."""
+def _water(graph: Graph, message: str) -> tuple[str, ...]:
+    """A line about bodies with added mass, if there are any."""
     names = [link.body.name for link in graph.links if link.body.added is not None]
-    return (f"{told} {', '.join(names)}",) if names else ()
+    return (f"{message} {', '.join(names)}",) if names else ()
 
 
 def _elastic(n: int) -> Formula:
@@ -178,7 +178,7 @@ def _side_by_side(columns: list[Formula]) -> Formula:
 
 
 def _effort(acting: Acting, joint: str, n: int, coordinates: dict[str, float]) -> Equation:
-    """tau: the sum of the laws along each coordinate, or what a prescribed drive must bring."""
+    """tau: sum of the laws along each coordinate, or the force of a prescribed drive."""
     given = [x for x, _ in acting.along(joint) if getattr(x, "kind", "") == "prescribed"]
     if given:
         remark = f"prescribed by {', '.join(x.name for x in given)}"

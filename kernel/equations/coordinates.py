@@ -39,14 +39,14 @@ _LATEX = {"add": " + ", "sub": " - ", "mul": r"\,", "gt": " > ", "ge": r" \ge "}
 
 
 class _Named(Program):
-    """A program whose trees share nothing, so that each is printed under its own names."""
+    """A program whose trees share nothing, so that each is printed with its own names."""
 
     def sharing(self, tree: Tree) -> str:
         return f"{tree.kind} {' '.join(b.name for b in tree.bodies)}"
 
 
 def coordinates(system: System, formulation: str) -> DocumentSection:
-    """Every named quantity in the order in which it is computed."""
+    """All named quantities in order of computation."""
     program = _Named(system, formulation)
     with Trace(opaque=True) as trace:
         y, P = symbols("y", program.ny), symbols("P", len(program.parameters.initial))
@@ -71,7 +71,7 @@ def coordinates(system: System, formulation: str) -> DocumentSection:
 
 
 def _input_names(program: Program) -> dict[tuple[str, int], str]:
-    """What stands for y[i] and P[i] in print."""
+    """Printed names of y[i] and P[i]."""
     q, v = coordinate_names(program.graph)
     names = {("y", i): f"q({n})" for i, n in enumerate(q)}
     names |= {("y", program.nq + i): f"v({n})" for i, n in enumerate(v)}
@@ -102,7 +102,7 @@ def _law_names(kind: str, name: str, n: int) -> list[str]:
 
 
 def _tree_names(tree: Tree) -> list[str]:
-    """Names of a tree's numbers; its parameters are "#i" wherever they stand."""
+    """Printed names of a tree's numbers; its parameters are "#i"."""
     found: dict[int, str] = {}
 
     def walk(x: Any, label: str, body: str) -> None:
@@ -152,7 +152,7 @@ def _terms(x: Scalar, sign: str = "+") -> list[tuple[str, Scalar]]:
 
 
 def _lines(parts: list[Formula], width: int = 75) -> list[Formula]:
-    """Parts gathered to lines of a printed page, by the length of their text; one line: nothing to break."""
+    """Parts joined to lines of a page by text length; one line if nothing needs breaking."""
     lines: list[Formula] = []
     for p in parts:
         if lines and len(lines[-1].text) + len(p.text) < width:

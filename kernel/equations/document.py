@@ -15,7 +15,7 @@ _SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textas
 
 
 class Formula(NamedTuple):
-    """The same formula in both notations."""
+    """A formula in text and LaTeX."""
 
     text: str
     latex: str
@@ -26,7 +26,7 @@ class Formula(NamedTuple):
 
 
 def plain(s: str) -> Formula:
-    """Signs and numbers that look alike in both."""
+    """Text that is equal in both notations."""
     return Formula(s, s)
 
 
@@ -40,7 +40,7 @@ def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool
 
 
 def law(base: str, name: str, bold: bool = False, dots: int = 0) -> Formula:
-    """A quantity of a law or of a point of it: T(H1)."""
+    """A quantity of a law or point: T(H1)."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold else letter)
     return Formula(f"{base}({name}){_DOTS[dots][0]}", rf"{core}_{{\text{{{escaped(name)}}}}}")
@@ -89,7 +89,7 @@ PER_BLOCK = 40  # equations in one align environment, which TeX reads as a whole
 
 @dataclass(frozen=True)
 class Equation:
-    """left = right, and a remark behind it; `parts`: the right side where it is a sum that may be broken."""
+    """left = right with a remark; `parts`: the terms of a sum that may be broken."""
 
     left: Formula
     right: Formula
@@ -99,7 +99,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class DocumentSection:
-    """A title, sentences, rows of a table (its head first), a matrix, and equations under headings."""
+    """A title, sentences, table rows (head first), a matrix, and equations under headings."""
 
     title: str
     sentences: tuple[str, ...] = ()
@@ -129,7 +129,7 @@ def _text(s: DocumentSection) -> list[str]:
 
 
 def as_latex(sections: list[DocumentSection], title: str) -> str:
-    """A document that compiles with amsmath alone."""
+    """A document that compiles with amsmath only."""
     body = [PREAMBLE + rf"\section*{{{escaped(title)}}}"]
     for s in sections:
         body.append(rf"\subsection*{{{escaped(s.title)}}}")

@@ -84,7 +84,7 @@ _LOOPS: tuple[_Row, ...] = (
 def formulation_section(graph: Graph, formulation: str) -> DocumentSection:
     """What is solved for the accelerations."""
     n, n_v = len(graph.links), graph.nv
-    told = {
+    message = {
         "recursive": f"{n_v} accelerations from {n} composite inertias, which are sums along the paths of T",
         "articulated": "one pass inwards and one outwards; no matrix is larger than six by six",
         "embedding": f"constraint forces vanish by projection: {6 * n} velocities of bodies become {n_v} of joints",
@@ -92,4 +92,4 @@ def formulation_section(graph: Graph, formulation: str) -> DocumentSection:
     }[formulation]
     rows = _ROWS[formulation] + (_LOOPS if graph.loops else ())
     equations = [Equation(Formula(a, b), Formula(c, d), e) for a, b, c, d, e in rows]
-    return DocumentSection(f"formulation: {formulation}", (told,), equations=[("", equations)])
+    return DocumentSection(f"formulation: {formulation}", (message,), equations=[("", equations)])

@@ -1,6 +1,6 @@
 """Every law of a scene in print: what acts on which body and joint, the formula of each kind, the numbers of each law.
 
-A kind without a formula here is told in the words of its own description, so that no law is ever left out.
+A kind without a formula here is reported in the words of its own description, so that no law is ever left out.
 """
 
 from dataclasses import fields
@@ -48,7 +48,7 @@ class Acting:
                 self.couples.append((point.body, name))
 
     def on(self, body: str, n: int, gravity: float) -> tuple[Formula, Formula]:
-        """F and M of body number n: the sums of what acts on it."""
+        """F and M of body n: sums of the forces and moments on it."""
         weight = [("+", Formula(f"m{n} g", rf"m_{{{n}}}\,\mathbf{{g}}"))] if gravity else []
         here = [(name, sign) for point, name, sign in self.points if point.body == body]
         forces = weight + [(sign, law("f", name, bold=True)) for name, sign in here]
@@ -60,7 +60,7 @@ class Acting:
         return joined(forces), joined(moments)
 
     def along(self, joint: str) -> list[tuple[Any, str]]:
-        """The laws that act along a joint, with the coordinate ("" where there is only one)."""
+        """Laws along a joint, with the coordinate ("" if there is only one)."""
         s = self.system
         groups: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
         own = [(x, x.coordinate) for x in groups if x.joint == joint]
@@ -72,13 +72,13 @@ def _place(name: str, sign: str) -> Formula:
 
 
 def loops_at(graph: Graph, body: str) -> list[tuple[str, str]]:
-    """Joints that close loops at a body: their names with the sign of their force there."""
+    """Loop joints at a body: names with the sign of their force."""
     ends = [(j.name, sign, on) for j in graph.loops for on, sign in ((j.child, "+"), (j.parent, "-"))]
     return [(name, sign) for name, sign, on in ends if on == body]
 
 
 def laws(system: System) -> list[DocumentSection]:
-    """One section per kind of law: its formulas and a table of its numbers."""
+    """A section per kind of law: formulas and a table of numbers."""
     groups: dict[type, list[Any]] = {}
     for f in fields(system):
         if f.name not in ("bodies", "joints", "thresholds", "gravity"):
@@ -88,10 +88,10 @@ def laws(system: System) -> list[DocumentSection]:
 
 
 def _section(kind: type, items: list[Any]) -> DocumentSection:
-    told = " ".join((getdoc(kind) or "").split())
+    message = " ".join((getdoc(kind) or "").split())
     head = ("name", *(f for f in field_names(kind) if f != "name"))
     rows = [(x.name, *(_shown(getattr(x, f)) for f in head[1:])) for x in items]
-    return DocumentSection(f"law: {kind.__name__.lower()}", (told,), (head, *rows), equations=_formulas(kind))
+    return DocumentSection(f"law: {kind.__name__.lower()}", (message,), (head, *rows), equations=_formulas(kind))
 
 
 def _shown(x: Any) -> str:

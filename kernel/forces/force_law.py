@@ -29,7 +29,7 @@ Poses = Callable[[str], tuple[Array, Array]]  # body -> R_WB (3, 3), p_WB (3,) a
 
 
 class SampledQuantity(NamedTuple):
-    """A quantity of a sample: topic ("" if it is not recorded), name, unit, and the group of its column in a row."""
+    """A sampled quantity: topic ("" if not recorded), name, unit, column group."""
 
     topic: str
     name: str
@@ -39,7 +39,7 @@ class SampledQuantity(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """What a law may ask of the scene that it becomes part of.
+    """What a law may ask of its scene.
 
     `clamped`: the part of a step that lies behind an event, and is thrown away, sees the one-sided law; `at_rest`: only
     rests are looked for; `calm`: ropes without events.
@@ -55,7 +55,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class LawOutput:
-    """What a force does at one instant; the balance kinetic + potential + stored - work + heat stays constant."""
+    """Output of a force at an instant; kinetic + potential + stored - work + heat stays constant."""
 
     wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
     effort: Scalar = 0.0  # along its joint [N or N m]
@@ -69,8 +69,8 @@ class LawOutput:
 
 
 class ForceLaw(ABC, Generic[F]):
-    """One row of the force table; `kind`: of its numbers in P; `works`: it brings work in from outside; `timed`: it
-    looks at the clock; `initial`: its guards find the states of the initial pose, without events."""
+    """A row of the force table; `kind`: of its numbers in P; `works`: it does external work; `timed`: it depends on
+    time; `initial`: its guards set the states of the initial pose without events."""
 
     kind = "force"
     works = False
@@ -91,7 +91,7 @@ class ForceLaw(ABC, Generic[F]):
         return signal
 
     def shape(self, f: F) -> Hashable:
-        """Everything that its text branches on."""
+        """All properties that its code branches on."""
         return None
 
     @abstractmethod
@@ -100,15 +100,15 @@ class ForceLaw(ABC, Generic[F]):
 
     @abstractmethod
     def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
-        """The law, of its numbers p, its ends' bodies (21,) (see `attachment`), signal (value, rate), joint
-        (q, v), time t [s] of the run if it is timed; from f it may take what `shape` tells."""
+        """The law as a function of its numbers p, bodies (21,) at its ends (see `attachment`), signal (value, rate),
+        joint (q, v), and time t [s] if timed; of f only what `shape` includes."""
 
     def angles(self, f: F) -> int:
-        """How many angles it counts over their turns; `answer` is then given their integrals as `counted`, too."""
+        """Number of angles counted over turns; `answer` then receives their integrals as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
-        """Which body turns against which in its angles, and about which axis in the world, if before the start, too."""
+        """The bodies of its angles and their world axis, if counted before the start as well."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
 
     def guards(self, f: F) -> tuple[str, ...]:
@@ -116,12 +116,12 @@ class ForceLaw(ABC, Generic[F]):
         return ()
 
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        """Change its discrete states in p after a guard has fallen; what happened, with a value.  Coordinates and
-        velocities stay; elastic energy that it lets go becomes its heat."""
+        """Change discrete states in p after a guard has fallen; returns the event with a value. Coordinates and
+        velocities stay; released elastic energy becomes its heat."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
 
     def shows(self, f: F) -> list[SampledQuantity]:
-        """What samples hold of it, in the order of `LawOutput.shown`."""
+        """Its sampled quantities, in the order of `LawOutput.shown`."""
         return []
 
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
@@ -131,7 +131,7 @@ class ForceLaw(ABC, Generic[F]):
 
 
 class LawBreakdown(KernelError):
-    """A law that has come to where it means nothing: who, and why; the time is added by the simulation."""
+    """A law outside its domain: name and reason; the simulation adds the time."""
 
     def __init__(self, who: str, why: str) -> None:
         super().__init__(f"{who}: {why}")
@@ -153,6 +153,6 @@ def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array
 
 
 def wrench(x: Array, force: Array, moment: Array | None = None) -> Array:
-    """(6,) wrench about the tree's point of a force at x from it."""
+    """Wrench (6,) about the tree's point of a force at x from it."""
     turning = cross(x, force)
     return join(turning if moment is None else turning + moment, force)

@@ -33,7 +33,7 @@ class FrictionForce(NamedTuple):
 
 
 def one_sided(force: Scalar, clamped: bool) -> Scalar:
-    """max(0, force), or the force as it is: a step that ends behind an event sees a smooth law and is then cut.
+    """max(0, force), or the unclamped force: a step that ends behind an event sees a smooth law and is cut.
 
     Where it is clamped, the dense output before the event suffers from the kink.
     """
@@ -55,7 +55,7 @@ def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, cl
 def friction(
     s: Array, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
 ) -> FrictionForce:
-    """(n,) dry friction: a spring-damper from its anchor (s from it) that slips at `limit`.
+    """Dry friction (n,): a spring-damper from its anchor (at distance s) that slips at `limit`.
 
     Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is that of the start of
     the slip, and the slip ends when the velocity along it falls through zero.  Where only rests are looked for, the
@@ -76,12 +76,12 @@ def friction(
 
 
 def deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
-    """How far a friction spring is from its anchor to hold a force; without a spring nothing is held."""
+    """Deflection of a friction spring that holds a force; zero without spring."""
     return (force - d * velocity) / k if k > 0.0 else 0.0 * force
 
 
 class SupportAt:
-    """Places of a support's numbers, behind its point (3)."""
+    """Places of a support's numbers, after its point (3)."""
 
     HEIGHT, K, D, MU, KT, DT, CLOSED, STICK = range(3, 11)
     ANCHOR, DIRECTION = slice(11, 13), slice(13, 15)
@@ -89,7 +89,7 @@ class SupportAt:
 
 @dataclass(frozen=True)
 class SupportLaw(ForceLaw[Support]):
-    """Arguments as of `Setting`; guards: whether it is closed, and whether friction holds."""
+    """Arguments as of `Setting`; guards: closed, and friction holds."""
 
     clamped: bool = True
     at_rest: bool = False
@@ -150,5 +150,5 @@ class SupportLaw(ForceLaw[Support]):
 
     def shows(self, f: Support) -> list[SampledQuantity]:
         groups = (("place", "m"), ("velocity", "m/s"))
-        beside = [SampledQuantity("", f.name, unit, column) for column, unit in groups for _ in "xy"]
-        return [SampledQuantity("support/force", f.name, "N", "normal"), *beside]
+        other = [SampledQuantity("", f.name, unit, column) for column, unit in groups for _ in "xy"]
+        return [SampledQuantity("support/force", f.name, "N", "normal"), *other]

@@ -11,7 +11,7 @@ from .friction import JUST_BELOW, deflection, friction, pushes
 
 
 class JointSpringLaw(ForceLaw[JointSpring]):
-    """Linear, with a damper beside it."""
+    """Linear spring and damper."""
 
     kind = "spring"
 
@@ -76,7 +76,7 @@ class BrakeAt:
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Dry friction; `start`: its coordinate at the start; `at_rest` as of `Setting`."""
+    """Dry friction; `start`: its initial coordinate; `at_rest` as of `Setting`."""
 
     start: float = 0.0
     at_rest: bool = False

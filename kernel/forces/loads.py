@@ -21,7 +21,7 @@ UNIT = 1e-6  # how far a direction may be off by rounding
 
 
 class LoadLaw(ForceLaw[Load]):
-    """Force and moment times the signal; what they do to the body is work."""
+    """Force and moment times the signal; their power counts as work."""
 
     works = True
 
@@ -47,7 +47,7 @@ class LoadLaw(ForceLaw[Load]):
 
 
 class WindLaw(ForceLaw[Wind]):
-    """Drag at a point that may move itself."""
+    """Drag at a point that may move."""
 
     works = True
 

@@ -30,7 +30,7 @@ MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 
 
 def with_rope_masses(system: System) -> System:
-    """The system with the masses that its ropes move on their bodies."""
+    """The system with masses moved by ropes added to their bodies."""
     borne: dict[str, list[tuple[float, Point]]] = {}
     for rope in system.straight_ropes:
         for mass, end in _ends(rope):
@@ -41,7 +41,7 @@ def with_rope_masses(system: System) -> System:
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """What the bodies at each end of a rope do not weigh of its own weight [N]."""
+    """Part of a rope's weight that acts on no end body [N]."""
     return (WEIGHS - MOVES) * weight
 
 
@@ -52,12 +52,12 @@ def pulls_down(weight: Scalar, x: Array) -> Array:
 
 
 def at_the_hook(tension: Scalar, weight: Scalar) -> Any:
-    """Tension at the lower end of a rope, from that in its middle [N]."""
+    """Tension at the lower end of a rope from that in its middle [N]."""
     return maximum(tension - WEIGHS * weight, 0.0)
 
 
 def _ends(rope: Rope | RigidRope) -> Iterator[tuple[float, Point]]:
-    """What moves with each end that is not the ground's."""
+    """Masses that move with the ends of a rope."""
     for line in rope.lines if rope.mass else ():
         for end in (line.a, line.b):
             if end.body != WORLD:
@@ -65,7 +65,7 @@ def _ends(rope: Rope | RigidRope) -> Iterator[tuple[float, Point]]:
 
 
 def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
-    """A body with masses at points of it."""
+    """A body with additional point masses."""
     if not borne:
         return body
     parts = [(body.mass, np.array(body.com)), *((m, np.array(p.p)) for m, p in borne)]
@@ -79,7 +79,7 @@ ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3)
 
 
 class RopeAt:
-    """Places of a rope's numbers; a and b are the end points of its first line; its weight, if any, comes last."""
+    """Places of a rope's numbers; a and b: end points of its first line; the weight comes last."""
 
     EA, DAMPING, HOOKED, TAUT = range(4)
     A, B = slice(4, 7), slice(7, 10)

@@ -52,7 +52,7 @@ def _rotation_vector(R: Array) -> tuple[Any, Any]:
 
 
 class SpringLaw(ForceLaw[Spring]):
-    """Translational: pulls and pushes along the line between its points."""
+    """A spring along the line between its points, pulling and pushing."""
 
     def check(self, f: Spring) -> None:
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")

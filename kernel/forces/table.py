@@ -50,8 +50,8 @@ def law_of(f: Law) -> ForceLaw[Any]:
 
 @dataclass(frozen=True)
 class SharedForce:
-    """A force with its function; `ends`: link numbers of the bodies it acts on, -1 the ground; `along`: places in q and
-    v of the coordinate that it acts along; `guards`: their names; `shows`: what samples hold of it."""
+    """A force with its function; `ends`: link numbers of its bodies, -1 the ground; `along`: places in q and v of its
+    coordinate; `guards`: names; `shows`: sampled quantities."""
 
     force: Any
     law: ForceLaw[Any]
@@ -77,7 +77,7 @@ class SharedForce:
 
 
 def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
-    """The laws of a scene, each with its function."""
+    """Laws of a scene with shared functions."""
     graph, poses = setting.graph, setting.poses
     functions: dict[str, Function] = {}
     out = []

@@ -31,8 +31,8 @@ CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 @dataclass(frozen=True)
 class LawInput:
-    """What a law sees: time [s], coordinate and velocity of its joint, per end place p, velocity v, rotation R and
-    angular velocity w in world axes; its parameters, signal, and modes (+1 or -1, see `UserLaw`)."""
+    """Arguments of a user's law: time [s], coordinate and velocity of its joint, per end place p, velocity v, rotation
+    R, angular velocity w in world axes; parameters, signal, modes (+1 or -1, see `UserLaw`)."""
 
     t: Scalar
     parameters: Array  # (n,)
@@ -151,7 +151,7 @@ def _numbers(values: object) -> list[Scalar] | None:
 
 
 def _called(f: UserLaw, function: str, given: LawInput) -> object:
-    """The answer of the user's function; whatever it raises becomes a sentence with its line."""
+    """Call the user's function; exceptions become sentences with their line."""
     law = _found(f, function)
     try:
         return law(given)
@@ -171,7 +171,7 @@ def _called(f: UserLaw, function: str, given: LawInput) -> object:
 
 
 def _found(f: UserLaw, function: str) -> Callable[[LawInput], object]:
-    """The user's function; one that data named only from a folder that is trusted."""
+    """The user's function; if data named it, only from a trusted folder."""
     module, colon, name = function.rpartition(":")
     if not (colon and module and name):
         raise KernelError(f"law '{f.name}': '{function}' is no function; write 'package.module:function'")
@@ -190,13 +190,13 @@ def _found(f: UserLaw, function: str) -> Callable[[LawInput], object]:
 
 
 def _module(name: str) -> ModuleType:
-    """A module by its name or by its file, which as law may have the name of any other module."""
-    path = Path(name).resolve()  # as it was judged
+    """A module by name or file, which may have the name of another module."""
+    path = Path(name).resolve()  # as it was checked
     return imported(name, f"heavylift_law_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}")
 
 
 def _wrong(law: Function) -> str:
-    """What stands in a recorded law that cannot be computed."""
+    """Why a recorded law cannot be computed."""
     written = [x for values in law.outputs.values() for x in values]
     if any(isnan(x) for x in (*written, *(a for n in law.nodes for a in n.args)) if isinstance(x, float)):
         return "computes with nan; give it finite numbers"
@@ -211,7 +211,7 @@ def _wrong(law: Function) -> str:
 
 
 def _digest(law: Function) -> str:
-    """What a recorded function computes, as 16 hexadecimal digits."""
+    """Fingerprint of a recorded function, 16 hexadecimal digits."""
     names = {n: f"#{i}" for i, n in enumerate(law.nodes)}
 
     def written(x: Any) -> str:

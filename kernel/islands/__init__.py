@@ -3,7 +3,7 @@
 components       which bodies are tied together, with all that acts on them
 choice           whether a scene is solved as one or as islands
 islands          simulations that are solved apart
-running_ahead    islands run ahead of each other, and go back to what one of them is told; in threads
+running_ahead    islands run ahead of each other, and go back to what one of them is reported; in threads
 island           one of them, how it goes back, and how it goes on where others stood
 dense_output     values between samples, from a second run
 sample_merge     samples, log and notes of the scene from those of its islands

@@ -19,7 +19,7 @@ GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "grav
 
 
 def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
-    """One system for each island, in the order of their first bodies; `loose`: names of ropes that tie nothing.
+    """A system for each island, in the order of their first bodies; `loose`: ropes that connect nothing.
 
     What cannot move belongs to the first island that can, as does what holds no body.
     """
@@ -62,7 +62,7 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
 
 
 def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
-    """Ropes that nobody has hooked at the start, nor will."""
+    """Ropes that are never hooked."""
     return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 
@@ -92,8 +92,7 @@ def _ends(rope: Rope | RigidRope | Reeving) -> list[str]:
 
 
 def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str]]) -> list[str]:
-    """Bodies that an item of a system holds together, without the ground; child: bodies by their joints; ropes: bodies
-    that each of them ties."""
+    """Bodies coupled by an item of a system, without the ground; child: bodies by joint; ropes: bodies by rope."""
     match group:
         case "bodies":
             found = [x.name]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .islands import Islands
 
 
-class Looks:
+class DenseRows:
     """`rows`: (columns,) of a simulation at these instants [ns, rising], after all that happens at each of them."""
 
     def __init__(self, simulation: Simulation | Islands, instants: Sequence[int]) -> None:
@@ -28,7 +28,7 @@ class Looks:
             simulation.run, simulation.fire = self.run, self.fire  # type: ignore[method-assign]
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """As the simulation's, by way of the instants before `until_ns`."""
+        """As the simulation's, stopping at the times before `until_ns`."""
         s = self._simulation
         while self._waiting and self._waiting[0] < until_ns:
             self._run(self._waiting[0], pause)
@@ -38,13 +38,13 @@ class Looks:
         self._run(until_ns, pause)
 
     def fire(self) -> list[StateChange]:
-        """The same of an event that was located before somebody asked for the time up to it."""
+        """As the simulation's, for an event located before its time was requested."""
         if self._waiting and self._waiting[0] < self._simulation.next_ns:
             self.run(self._simulation.next_ns)
         return self._fire()
 
     def finish(self) -> NDArray[np.float64]:
-        """(n, columns) of all instants, once the run is over."""
+        """Rows (n, columns) at all times, after the run."""
         while self._waiting:
             self._look()
         return np.array(self.rows)
@@ -75,6 +75,6 @@ def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
 
 
 def check_same(now: str, before: str) -> None:
-    """Raises KernelError unless the second run was the first one again."""
+    """Raise KernelError unless the second run equals the first."""
     if now != before:
         raise KernelError("at: the run is another one by now, since code that it names was edited; simulate again")

@@ -23,7 +23,7 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 
 
 class RecompileBudget:
-    """Ski-rental rule: cut a part off once the wasted work equals the cost of compiling.
+    """Ski-rental rule: split an island once the wasted work equals the cost of compiling.
 
     Whatever comes, this never costs more than twice what foresight would have (Karlin et al., Algorithmica 3, 1988).
     Steps are counted, not seconds, so that all runs of a scene decide alike.
@@ -36,14 +36,14 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Whether these ropes should tie nothing from now on; share: of the work that this saves."""
+        """Whether these ropes should no longer connect; share: of the work that this saves."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
         return share * self.spent.get(loose, 0.0) >= self._price
 
     def kept(self) -> dict[str, Any]:
-        """All that later choices depend on, in lists."""
+        """State of the rule as lists."""
         return {
             "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
             "since": self.since,
@@ -51,13 +51,13 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Choose on from what another one has kept."""
+        """Restore the state of another rule."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
-    """One of them: events leave no row of their own."""
+    """An island: events leave no row of their own."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -65,11 +65,11 @@ class Island(Simulation):
         super().__init__(system, **options)
         self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
         self.cuts = RecompileBudget(0.0 if cut_at_once else PRICE)
-        self.told = 0, 0  # entries of log and notes that are in the common ones
+        self.message = 0, 0  # entries of log and notes that are in the common ones
         self.stand()
 
     def settle(self) -> None:
-        """As a simulation; the row of the event is kept aside, and its peaks count for the next sample as well."""
+        """As a simulation's; the row of the event is stored, and its peaks count for the next sample."""
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]
@@ -79,20 +79,20 @@ class Island(Simulation):
         native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def stand(self) -> None:
-        """Whatever comes, nothing of what was before can be asked for again."""
+        """Make the present state final: nothing before it can be requested again."""
         self.marks: list[tuple[int, Snapshot]] = []  # to which it can go back, with their times [ns]
         self.span = 1  # periods of samples that it runs ahead of what is known of the others
         self.refused = False  # it cannot run ahead
         self._look()
 
     def _look(self) -> None:
-        """When something happens next [ns], as far as is known, whether that is an event, where its last step began."""
+        """Time of the next event or step end [ns], whether it is an event, and where its last step began."""
         self.due, self.firing = self.next_ns, self.event
         self._resting: np.ndarray | None = None
         self.began = self.present_ns
 
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
-        """Steps up to a time [ns] and, as long as nobody minds, some beyond it, by `most_ns` at most."""
+        """Steps up to a time [ns], and up to `most_ns` beyond it unless disturbed."""
         marked = self.began, mark(self)
         end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
         try:
@@ -108,14 +108,14 @@ class Island(Simulation):
         self._look()
 
     def forget(self, before_ns: int) -> None:
-        """Nothing before a time [ns] will be asked for again."""
+        """Drop history before a time [ns]."""
         if self.began <= before_ns:
             self.marks.clear()
         while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
             self.marks.pop(0)
 
     def rewind(self, t_ns: int) -> None:
-        """Go back to an instant, if it has gone beyond."""
+        """Go back to a time that was passed."""
         if self.marks and self.began > t_ns:
             while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
                 self.marks.pop()
@@ -126,12 +126,12 @@ class Island(Simulation):
 
     @property
     def earliest(self) -> int:
-        """First time [ns] at which commands can still be given."""
+        """Earliest time [ns] at which commands are possible."""
         return self.marks[0][0] if self.marks else self.began
 
     @property
     def history(self) -> int:
-        """Last time [ns] of which nothing changes any more, if it is not told anything before what is known of all."""
+        """Latest time [ns] that cannot change, unless an earlier command arrives."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
@@ -141,7 +141,7 @@ class Island(Simulation):
 
     @property
     def resting(self) -> np.ndarray | None:
-        """The row in which it rests, if it does, always the same one."""
+        """The row at rest, or None."""
         if self.still and self._resting is None:
             self._resting = self.shown(self.epoch)
         return self._resting
@@ -158,14 +158,14 @@ class Island(Simulation):
         self._look()
 
     def _show_rest(self, pause: Callable[[], None]) -> None:
-        """Islands show it, together with others, as far as they have not yet."""
+        """Publish rest rows not yet shown, together with other islands."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
-        """Whether somebody subscribed to what happens next."""
+        """Whether the next event has a subscriber."""
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Ropes that nobody has hooked, if without them a part of the island that rests is on its own and that pays."""
+        """Unhooked ropes without which a resting part would be an island, if that pays."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()
@@ -177,7 +177,7 @@ class Island(Simulation):
         return frozenset(out | {r.name for r in s.rigid_ropes if not self.P[at["rigid", r.name]][RigidAt.HOOKED]})
 
     def _resting_share(self, loose: frozenset[str]) -> float:
-        """Of the degrees of freedom, in islands of their own if these ropes do not tie; 0 if nothing or all rests."""
+        """Share of degrees of freedom at rest, as islands of their own without these ropes; 0 if all or none rest."""
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
         limit = float(still_below(self["scale"], self["faint"]))
@@ -191,7 +191,7 @@ class Island(Simulation):
 
 
 def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
-    """Bring a new simulation, not yet started, to the instant of the old ones; to be settled then.
+    """Bring a new simulation to the time and state of the old ones, before `settle`.
 
     Coordinates, velocities and accounts, discrete states, moves, locks and thresholds go over by name; step control
     begins with the shortest of their steps.

@@ -35,7 +35,7 @@ KEPT = {"": ("rows", "notes", "epoch", "reached", "_due"), "order": ("phase",), 
 
 
 class Islands(RunningAhead):
-    """The face of a `Simulation` for a system of several islands; arguments as there and of `choice.simulate`."""
+    """The interface of a `Simulation` for several islands; arguments as there and of `choice.simulate`."""
 
     def __init__(
         self,
@@ -68,13 +68,13 @@ class Islands(RunningAhead):
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
-        """That of the island which is all of a system, or one for its rows alone."""
+        """The island of the whole system, or a method for its rows only."""
         bodies = {b.name for b in system.bodies}
         same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
 
     def _cut(self, loose: frozenset[str]) -> None:
-        """Islands that only these ropes do not tie; those that are new go on where the old ones stand."""
+        """Split islands by ropes that do not connect; new ones continue the old state."""
         self.loose, old = loose, self.parts
         self.parts, stopped = [], self._stopped
         self._stopped = []
@@ -108,7 +108,7 @@ class Islands(RunningAhead):
 
     @property
     def present_ns(self) -> int:
-        """First time at which commands can still be given."""
+        """Earliest time at which commands are possible."""
         for p in self.parts:
             p.rewind(self.reached)
         self._soonest = None
@@ -123,7 +123,7 @@ class Islands(RunningAhead):
         return self.reached * 1e-9
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Commit steps that end by `until_ns` or by the first event that somebody hears."""
+        """Commit steps up to `until_ns` or the first subscribed event."""
         check_time(until_ns)
         if self.order.phase == call_protocol.PAUSED:
             self.settle()
@@ -155,12 +155,12 @@ class Islands(RunningAhead):
         return row
 
     def preview(self) -> list[StateChange]:
-        """What `fire` will return; changes nothing."""
+        """The result of the next `fire`; does not change the state."""
         self.order.check_settled("preview", self.epoch)
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the islands of the located event to it and switch what has fallen there."""
+        """Integrate the islands of the located event to it and switch fallen guards."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
@@ -172,7 +172,7 @@ class Islands(RunningAhead):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Go to t_ns, so that commands can be given there; islands without one go on (see `Simulation.interrupt`).
+        """Advance to t_ns for commands; islands without commands continue (see `Simulation.interrupt`).
 
         `pause` is called in `settle` and commands, too.
         """
@@ -188,7 +188,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
+        """Settle after events and commands; without commands all islands stop: the end of a run."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -207,7 +207,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.SETTLED
 
     def _stop(self, p: Island) -> Island:
-        """An island that stands at the epoch from here on."""
+        """Stop an island at the epoch."""
         if p not in self._stopped:
             p.rewind(self.epoch)
             p.interrupt(self.epoch)
@@ -221,7 +221,7 @@ class Islands(RunningAhead):
         self._reach(self.epoch, whole=True)
 
     def _cut_again(self) -> None:
-        """Cut islands whose ropes have been taken off, where a part of them rests and that pays."""
+        """Split islands with unhooked ropes whose part rests, if that pays."""
         for p in self._stopped:
             if loose := p.may_be_cut():
                 self._stop_all()
@@ -229,7 +229,7 @@ class Islands(RunningAhead):
                 return
 
     def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
-        """Of the island that has a law of this name; raises KernelError if none has."""
+        """The island with a law of this name; raises KernelError if there is none."""
         self.order.command(what, self.epoch)
         kinds = ROPES if kind == "rope" else (kind,)
         for p in self.parts:
@@ -247,7 +247,7 @@ class Islands(RunningAhead):
             self._stop(p).set_profile(name, start_ns, speed, accel, distance)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """The event is in the common log, too."""
+        """As a simulation's; the event enters the common log."""
         self.order.command("set_lock", self.epoch)
         lock_of(self.system, lock)
         owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
@@ -256,7 +256,7 @@ class Islands(RunningAhead):
         return event
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """A rope between two islands makes them one."""
+        """A rope between two islands joins them."""
         self.order.command("hook", self.epoch)
         if rope in self.loose:
             self._stop_all()
@@ -264,9 +264,9 @@ class Islands(RunningAhead):
         super().hook(rope, a, b, L0)
 
     def snapshot(self) -> Snapshot:
-        """All that the future depends on."""
+        """All state that the future depends on."""
         self.order.check_begun()
-        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept(), "noted": p.told[1]} for p in self.parts]
+        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept(), "noted": p.message[1]} for p in self.parts]
         return {
             "parts": parts,
             "loose": sorted(self.loose),
@@ -286,7 +286,7 @@ class Islands(RunningAhead):
         for p, part in zip(self.parts, snapshot["parts"], strict=True):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
-            p.told = len(p.log), part["noted"]
+            p.message = len(p.log), part["noted"]
         write(self, copied(snapshot["common"]))
         for lift, rows in zip(self.lifts, snapshot["lifts"], strict=True):
             lift.rows[:] = rows

@@ -1,7 +1,7 @@
 """Islands run ahead of each other for a span of time, each for itself; one that is told something before goes back.
 
 What is known of all is the time up to which none of them has an event that was not taken (Jefferson, Virtual time, ACM
-TOPLAS 7, 1985); samples, log and notes become those of all once nothing that may still be told can change them.
+TOPLAS 7, 1985); samples, log and notes become those of all once nothing that may still be reported can change them.
 
 Islands advance in threads: their machine code runs without the interpreter's lock.
 
@@ -28,11 +28,11 @@ Task = Callable[[Callable[[], None]], None]  # is given its own `pause`
 
 
 class GivenUp(BaseException):
-    """Raised in threads whose results nobody waits for any more."""
+    """Raised in threads whose results are no longer needed."""
 
 
 class SideBySide:
-    """Threads, one a processor, that are started when there is work for two."""
+    """Worker threads, one per processor, started for parallel work."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads or len(os.sched_getaffinity(0))
@@ -67,8 +67,8 @@ SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 
 class RunningAhead(CommandTarget):
-    """`parts`: the islands; `reached` [ns] by all of them, `epoch`: of the last event or command; `stopped`: those that
-    stand there; `samples`, `rows`, `log`, `notes`: of all."""
+    """`parts`: islands; `reached` [ns] by all; `epoch`: last event or command; `stopped`: islands stopped there;
+    `samples`, `rows`, `log`, `notes`: of all."""
 
     samples: Joining
 
@@ -96,12 +96,12 @@ class RunningAhead(CommandTarget):
 
     @property
     def next_ns(self) -> int:
-        """Time of the first located event or end of a tentative step; FOREVER_NS if nothing moves any more."""
+        """Time of the first located event or step end; FOREVER_NS if nothing moves."""
         return self._next[0]
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is an event that somebody subscribed to."""
+        """Whether `next_ns` is a subscribed event."""
         return any(p.tells(self.subscribed) for p in self._firing)
 
     @property
@@ -109,7 +109,7 @@ class RunningAhead(CommandTarget):
         return self._next[1]
 
     def _run_to(self, until_ns: int, pause: Callable[[], None]) -> int:
-        """All islands up to a time, or to the first event by then; when that is [ns]."""
+        """Advance all islands to a time or the first event; returns its time [ns]."""
         while True:
             end = min([until_ns, *(p.due for p in self.parts if p.firing)])
             if end == self.epoch and self._firing:  # at once: who stands there, too, waits for it
@@ -125,7 +125,7 @@ class RunningAhead(CommandTarget):
             self._soonest = None
 
     def _reach(self, t_ns: int, whole: bool = False) -> None:
-        """Nothing unknown happens before this time; `whole`: show all that can be shown by now."""
+        """Advance the global time up to which all islands agree; `whole`: publish all rows up to now."""
         if self._next[0] <= t_ns and not self._firing:
             self._soonest = None
         self.reached = t_ns
@@ -151,7 +151,7 @@ class RunningAhead(CommandTarget):
         self.rows += self.samples.ready()
 
     def _stand(self, parts: Collection[Island]) -> None:
-        """These have come to stand somewhere else."""
+        """Update islands that were rolled back or stopped."""
         for p in parts:
             p.stand()
         self._soonest = None

@@ -29,8 +29,8 @@ Rows = list[tuple[int, np.ndarray]]
 
 @dataclass(frozen=True)
 class _Loose:
-    """A rope that nobody has hooked: columns of its length and of what its ends are apart from that, the sign of the
-    latter, numbers of its lines, links at their ends."""
+    """An unhooked rope: columns of its length and of the distance between its ends, sign, line numbers, links at its
+    ends."""
 
     length: int
     apart: int
@@ -39,7 +39,7 @@ class _Loose:
     ends: list[tuple[int, int]]
 
     def span(self, frames: np.ndarray) -> float:
-        """Length of the way along its lines [m]; frames (n, 12): origin and rotation of each link."""
+        """Length along its lines [m]; frames (n, 12): origin and rotation of each link."""
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
@@ -51,7 +51,7 @@ class _Loose:
 
 
 class Merge:
-    """Rows of a program made of those of its islands."""
+    """Rows of a program from those of its islands."""
 
     def __init__(self, program: Program) -> None:
         self._place = {label: i for i, label in enumerate(labels(program))}
@@ -59,7 +59,7 @@ class Merge:
         self._places: list[np.ndarray] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """These are the islands from here on, and the ropes that tie nothing."""
+        """Set the islands, and the ropes that connect nothing."""
         self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
         at, s, number = self._at, self._program.system, self._program.graph.number
         self._loose: list[_Loose] = []
@@ -77,7 +77,7 @@ class Merge:
                 self._loose.append(_Loose(at[length].start + i, at[apart].start + i, sign, lines, ends))
 
     def whole(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """One row of all: energies and steps add up, all else is of one island but what loose ropes span."""
+        """A row of all islands: energies and steps add up, other columns belong to one island, except loose ropes."""
         row = np.zeros(len(self._place))
         for at, part in zip(self._places, parts, strict=True):
             row[at] += part
@@ -88,7 +88,7 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """What events and commands change in one of several lifts: `rows` of its own columns, which `method` shows."""
+    """Rows of a single lift after events and commands: its columns in `rows`, shown by `method`."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)
@@ -108,7 +108,7 @@ class LiftRows(Merge):
 
 
 def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, System]:
-    """What nothing ties, nor ever will, of some lifts (name -> bodies); those that something ties are one, `a+b`."""
+    """Independent systems of lifts (name -> bodies); coupled ones are one, `a+b`."""
     of = {body: name for name, bodies in lifts.items() for body in bodies}
     found = dict[str, System]()
     pieces = islands_of(system) if lifts else []
@@ -124,7 +124,7 @@ def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, Sy
 
 
 class Joining(Merge):
-    """Rows of the whole scene; `period`: of samples [ns]."""
+    """Rows of the whole scene; `period` of samples [ns]."""
 
     def __init__(self, program: Program, period: int) -> None:
         super().__init__(program)
@@ -139,7 +139,7 @@ class Joining(Merge):
         return self.number * self._period
 
     def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None], end_ns: int) -> Rows:
-        """Complete rows before a time; from `samples` of each island, and from the row in which it rests, if so."""
+        """Complete rows before a time, from `samples` of each island and rest rows."""
         out: Rows = []
         for rows in samples:
             while rows and rows[0][0] < self.next_ns:  # of steps that were taken again
@@ -159,7 +159,7 @@ class Joining(Merge):
         return out
 
     def ready(self) -> Rows:
-        """Rows of events that wait for no sample."""
+        """Rows of events that need no sample."""
         return self._struck(self.next_ns)
 
     def _struck(self, before: int) -> Rows:
@@ -171,21 +171,21 @@ class Joining(Merge):
 
 
 def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
-    """What islands have logged since it was asked last."""
+    """New log entries of the islands."""
     for p in parts:
-        entries, noted = p.told
+        entries, noted = p.message
         if len(p.log) > entries:
             yield from p.log[entries:]
-            p.told = len(p.log), noted
+            p.message = len(p.log), noted
 
 
 def noted(parts: Sequence[Island], until_ns: int) -> list[Note]:
-    """What islands have noted up to a time since it was asked last, in the order of time."""
+    """New notes of the islands up to a time, in time order."""
     out: list[Note] = []
     for p in parts:
-        entries, before = p.told
+        entries, before = p.message
         if len(p.notes) > before:
             fresh = [note for note in p.notes[before:] if note.t_ns <= until_ns]
-            p.told = entries, before + len(fresh)
+            p.message = entries, before + len(fresh)
             out += fresh
     return sorted(out, key=lambda note: note.t_ns)

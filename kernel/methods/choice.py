@@ -25,7 +25,7 @@ SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
 def choose(name: str, program: Program) -> Method:
-    """The method of this name; raises KernelError if no method has it."""
+    """The method of this name; raises KernelError for an unknown one."""
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS | REMOVED:
@@ -36,7 +36,7 @@ def choose(name: str, program: Program) -> Method:
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:
-    """Fixed steps of `step` seconds if given; raises KernelError if the method needs them or they cannot be."""
+    """Fixed steps of `step` seconds if given; raises KernelError if they are required or impossible."""
     if step is None:
         if method.exponents is None:
             raise KernelError(f"method '{method.name}': it has no error estimate; give it a step, such as 0.001 s")

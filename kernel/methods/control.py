@@ -33,26 +33,26 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 
 
 def scale_of(before: Value, v: Value) -> Value:
-    """Scale of the tolerance with velocities v (nv,), when it was `before` until now."""
+    """Scale of the tolerance for velocities v (nv,), given the previous scale."""
     for u in v:
         before = maximum(before, abs(u) * (1.0 / SWIFT))
     return minimum(before, 1.0)
 
 
 def allowed(s: StepState, size: Value) -> Value:
-    """(ny,) error that a step may make in a state of this size (Hairer, Norsett, Wanner I, II.4)."""
+    """Allowed error (ny,) of a step in a state of this size (Hairer, Norsett, Wanner I, II.4)."""
     return s.tol * maximum(s.scale, s.grain) * (1.0 + size)
 
 
 def still_below(scale: Value, faint: Value) -> Value:
-    """|v|^2 and |dv/dt|^2 [SI] of a scene at rest: what has only crept must be slower than what has moved."""
+    """Thresholds of |v|^2 and |dv/dt|^2 [SI] for rest; lower if the scene has only crept."""
     part = maximum(scale, faint)
     return STILL * STILL * (part * part)
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """What rounding does at coordinates q (nq,): `grain`, the scale of a tolerance that does not follow it, at most 1,
-    and `faint`, the part of STILL that a scene at rest stays below in spite of it, FAINT to 1.
+    """Effect of rounding at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the part of
+    STILL that remains at rest.
 
     `acceleration`: (nv,) of coordinates.  A law that makes a displacement d an acceleration a swings at sqrt(a / d), so
     that a displacement by rounding becomes a speed of sqrt(a d).
@@ -60,7 +60,7 @@ def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol
     here, d = acceleration(q), ULPS * (1.0 + np.abs(q))
     alternating = d.copy()
     alternating[1::2] *= -1.0
-    with np.errstate(invalid="ignore"):  # what is not finite is told where it acts
+    with np.errstate(invalid="ignore"):  # what is not finite is reported where it acts
         moved = [acceleration(q + x) - here for x in (d, alternating)]
     most = max(math.sqrt(float((x * x).sum())) for x in moved)
     if not math.isfinite(most):
@@ -76,7 +76,7 @@ FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not
 
 @dataclass
 class StepDecision:
-    """Whether the step is taken, the next one, the error to remember, and whether nothing more can be done."""
+    """Whether a step is accepted, the next length, the error to remember, and failure."""
 
     ok: Value
     h: Value
@@ -85,7 +85,7 @@ class StepDecision:
 
 
 class ErrorControl:
-    """Steps as long as the tolerance allows; `forced` accepts whatever comes."""
+    """Steps as long as the tolerance allows; `forced` accepts all."""
 
     def __init__(self, exponents: Exponents, n: int) -> None:
         self._exponents, self._n = exponents, float(n)
@@ -107,7 +107,7 @@ class ErrorControl:
         return StepDecision(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
 
     def _weighed(self, error: Value, weight: Value) -> Value:
-        """Size of the error relative to the tolerance; of two estimates as in Hairer, Norsett, Wanner I, (II.10.17)."""
+        """Error relative to the tolerance; of two estimates as in Hairer, Norsett, Wanner I, (II.10.17)."""
         if not isinstance(error, tuple):
             e = error * weight
             return sqrt(e @ e * (1.0 / self._n))
@@ -117,7 +117,7 @@ class ErrorControl:
 
 
 class FixedStep:
-    """Every step is s.h, cut only by boundaries, events and commands."""
+    """Steps of length s.h, cut only by boundaries, events and commands."""
 
     def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> StepDecision:
         finite = a.y @ a.y < FINITE

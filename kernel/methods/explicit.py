@@ -16,7 +16,7 @@ from .method import Attempt, Exponents, Method, combine, fallen_in
 
 
 class RungeKutta(Method):
-    """Stages of an explicit tableau; a tableau whose last stage is the solution needs no further evaluation."""
+    """An explicit Runge-Kutta method; if its last stage is the solution it needs no further evaluation."""
 
     tableau: Tableau
 
@@ -50,7 +50,7 @@ class RungeKutta(Method):
 
 
 class Kutta4(RungeKutta):
-    """Fourth order, four evaluations, no error estimate; between the ends the cubic through both slopes."""
+    """Fourth order, four evaluations, no error estimate; cubic Hermite interpolation."""
 
     name = "rk4"
     order = evaluations = 4
@@ -93,7 +93,7 @@ class DormandPrince5(RungeKutta):
 
 
 class DormandPrince8(RungeKutta):
-    """Dormand-Prince 8(5,3) with dense output of order 7, whose three stages wait until a sample or an event asks."""
+    """Dormand-Prince 8(5,3) with dense output of order 7, whose three stages are computed on demand."""
 
     name = "dop853"
     order = 8
@@ -146,7 +146,7 @@ class SemiImplicitEuler(Method):
         links = program.graph.links
 
         def drift(y: Value, f: Value) -> dict[str, Value]:
-            """N(q) dv/dt: what dq/dt gains per second while the velocities change."""
+            """N(q) dv/dt: gain of dq/dt per second by velocity changes."""
             dv = f[nq : nq + nv]
             turned = [join(rates(k.joint.kind, y[k.q], dv[k.v]), dv[k.v_modes]) for k in links]
             return {"x": join(*turned, np.zeros(ny - nq))}

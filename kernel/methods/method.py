@@ -36,7 +36,7 @@ SCALARS = (
 
 
 class StepState(SimpleNamespace):
-    """The block X, unpacked: `SCALARS`, and what peaks and a method (see `Method`) have of their own; M and P."""
+    """The block X by name: `SCALARS`, peaks and data of a method (see `Method`); M and P."""
 
     y: Value  # (ny,) state and derivative now, then at the start of the step
     f: Value
@@ -66,7 +66,7 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The equations: t, a time inside the step, which says which piece of a profile is meant where two meet, and y."""
+    """The equations: time t inside the step, which selects the piece of a profile, and y."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -77,8 +77,8 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 
 @dataclass(frozen=True)
 class Exponents:
-    """Step control: h grows by error^up last_error^memory after success, shrinks by error^down (Gustafsson's PI); a
-    growth below `held` is not worth new factors."""
+    """Exponents of step control: growth error^up last_error^memory, shrinkage error^down (Gustafsson's PI); growth
+    below `held` does not pay for new factors."""
 
     down: float
     up: float
@@ -88,7 +88,7 @@ class Exponents:
 
 @dataclass
 class Attempt:
-    """One attempted step: solution and derivative at its end, the evaluation there, what the interpolant needs.
+    """An attempted step: solution and derivative at its end, evaluation there, data of the interpolant.
 
     `error`: estimate of the local error, as `control.ErrorControl` weighs it: one (ny,) vector, or two of a pair of
     estimates; None without one.
@@ -115,7 +115,7 @@ Build = Callable[..., Function]  # (name, part) -> native function of X and P; w
 
 
 class Method(ABC):
-    """`order` of the solution; `vectors`: names of the (ny,) blocks that keep what `interpolate` needs.
+    """A method; `order` of the solution; `vectors`: names of the (ny,) blocks for `interpolate`.
 
     Implicit methods solve their equations before `attempt` in parts of their own (`prologue`), keep numbers in
     `scalars` and matrices in a block M of `matrices` doubles.  `evaluations` of the equations in every attempt;
@@ -137,37 +137,36 @@ class Method(ABC):
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | EmittedParts, ...]:
-        """Native parts that run before `attempt` in every step; `at`: places in X; `sizes` of what `rate` gives."""
+        """Native parts before `attempt` in every step; `at`: places in X; `sizes` of the results of `rate`."""
         return ()
 
     @property
     def implicit(self) -> bool:
-        """Whether fast motions may be damped away."""
+        """Whether fast motions may be damped numerically."""
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """The native functions, with steps that are taken elsewhere if they are not native; `at`: places in X,
-        `sizes` of what `rate` gives."""
+        """Native functions and steps taken outside of them; `at`: places in X, `sizes` of the results of `rate`."""
         return code
 
     def constants(self) -> dict[str, Value]:
-        """What stands in X from the start, by name."""
+        """Constants in X, by name."""
         return {}
 
     def forgotten(self) -> dict[str, float]:
-        """What X says of the past after the derivative has jumped."""
+        """State of X to reset after a jump of the derivative."""
         return {}
 
     @abstractmethod
     def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
-        """From (s.t, s.y) with derivative s.f to s.t + h."""
+        """Attempt a step from (s.t, s.y) with derivative s.f to s.t + h."""
 
     @abstractmethod
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
-        """What only the dense output needs, computed once when it is first asked for."""
+        """Compute the remaining stages of the dense output, once on first use."""
         raise AssertionError(f"{self.name}: its dense output needs nothing more")
 
     @abstractmethod
@@ -176,11 +175,11 @@ class Method(ABC):
 
     @abstractmethod
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        """(n, n) matrix that one step of h applies to y' = J y, whose first nq components are coordinates."""
+        """Amplification matrix (n, n) of a step h for y' = J y, whose first nq components are coordinates."""
 
 
 def combine(c: list[float], k: list[Value]) -> Value:
-    """Sum of c_i k_i; zeros cost nothing."""
+    """Sum of c_i k_i without zero terms."""
     return sum(a * x for a, x in zip(c, k, strict=False) if a)
 
 
@@ -190,7 +189,7 @@ def fallen_in(r: Evaluated) -> Value:
 
 
 def inside(s: StepState) -> Value:
-    """A time in the piece of the profiles that begins at t: no step crosses t_stop, where the next one begins."""
+    """A time inside the piece of the profiles that begins at t; no step crosses t_stop, where the next one begins."""
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
@@ -201,7 +200,7 @@ def length(s: StepState) -> tuple[Value, Value]:
 
 
 class Stepless(Method):
-    """A method whose steps native code does not take, if it takes any; the kernel knows its interpolant only."""
+    """A method whose steps are taken outside native code; the kernel uses its interpolant only."""
 
     native = False
     order = evaluations = 0
@@ -218,7 +217,7 @@ class Stepless(Method):
 
 
 class AtRest(Stepless):
-    """A method of which nothing but evaluations is asked; one-sided laws are smooth beyond their guards."""
+    """Null method for statics: evaluations only; one-sided laws are smooth beyond their guards."""
 
     name = "at-rest"
     vectors = ()

@@ -97,12 +97,12 @@ class Radau5(VelocitySpace):
     # ---- what the coordinates do --------------------------------------------------------------------------
 
     def _speeds_text(self, y: Value, b: Value) -> dict[str, Value]:
-        """The velocities that move the coordinates as b does."""
+        """Velocities that move the coordinates as b does."""
         parts = [(speeds(k.joint.kind, y[k.q], b[k.q]), b[k.q_modes]) for k in self.program.graph.links]
         return {"x": join(*(x for pair in parts for x in pair))}
 
     def _carried_text(self, y: Value, b: Value, v: Value) -> dict[str, Value]:
-        """b with what velocities v do to the coordinates and nothing in their own place, where they stand in v_."""
+        """b plus the coordinate rates of velocities v, with zero at the places v_."""
         p, q = self.program, []
         for k in p.graph.links:
             q += [b[k.q] + rates(k.joint.kind, y[k.q], v[k.v]), b[k.q_modes] + v[k.v_modes]]
@@ -116,7 +116,7 @@ class Radau5(VelocitySpace):
         return s.e * x.x + x.v_
 
     def _solved_complex(self, s: StepState, b: tuple[Value, Value]) -> tuple[Value, Value]:
-        """The same of the complex one."""
+        """The same for the complex system."""
         pushed = [self._times_J_q(M=s.M, b=self._speeds(y=s.y, b=x).x).x for x in b]
         inner = _by(s, pushed)
         g = _by(s, [x + self._velocities(y=y).x for x, y in zip(inner, b, strict=True)])

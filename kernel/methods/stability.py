@@ -35,8 +35,9 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
     return J
 
 
-def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, told: Callable[[], str]) -> None:
-    """Raises KernelError if a fixed step [s] makes the scene, linearised at time t [s], unstable by the mode `told`."""
+def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, message: Callable[[], str]) -> None:
+    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `told`: the mode in
+    words."""
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)
@@ -55,14 +56,14 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, to
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stable(middle) else (low, middle)
     raise KernelError(
-        f"step {step:g} s at {t:.3f} s: too long for method '{method.name}', since {told()}; "
+        f"step {step:g} s at {t:.3f} s: too long for method '{method.name}', since {message()}; "
         f"choose at most {0.9 * low:.2g} s, or method radau5"
     )
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Frequency [Hz] of the slowest oscillation that a stable fixed step bends out of shape, 0 if it follows all; and
-    after how many swings the worst one is a tenth of a swing out of step, or has lost half of itself."""
+    """Frequency [Hz] of the slowest oscillation that a stable fixed step distorts, 0 if none; and the number of periods
+    until the worst is a tenth of a period out of phase or half damped."""
     if not np.isfinite(J).all():
         return 0.0, np.inf
     bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
@@ -70,7 +71,7 @@ def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float
 
 
 def bent(method: Method, s: complex, step: float) -> bool:
-    """Whether a fixed step bends the oscillation of an eigenvalue out of shape."""
+    """Whether a fixed step distorts the oscillation of an eigenvalue."""
     return s.imag > LEAST and missed(method, s, step) > FOLLOWED
 
 
@@ -83,7 +84,7 @@ def missed(method: Method, s: complex, step: float) -> float:
 
 
 class Balance:
-    """Kinetic + potential + stored - work + heat stays what it was at the start of the run.
+    """Kinetic + potential + stored - work + heat must stay constant.
 
     The laws' works and heats are integrated with the state, so that what any step has made or lost stays in the sum and
     shows whenever it is read.  Switches and commands book what they change; what a user's law does not book, they do
@@ -99,11 +100,11 @@ class Balance:
 
     @property
     def strict(self) -> bool:
-        """Whether steps must neither make energy nor lose it, whatever is too fast for them."""
+        """Whether steps must neither create nor lose energy."""
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """After an event or a command, from where the kinetic energy and the others (parts,) are now."""
+        """Restart after an event or command, from the present kinetic and other energies (parts,)."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
@@ -114,8 +115,8 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """At an event or a command: part of the energy turned over that a loose tolerance has let come or go so far, if
-        it is the first time that this is much; held: most that a rope has held so far [J]."""
+        """Share of the energy turned over that was lost or gained at a loose tolerance, when it first becomes large;
+        held: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0
@@ -131,11 +132,11 @@ class Balance:
         return made, np.fmax.accumulate(np.fmax(turned, self._turned))
 
     def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """Energies (n,) and (n, parts) on the way: what is turned over and back between two readings counts, too."""
+        """Add readings of energies (n,) and (n, parts): energy turned over between readings counts."""
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Whether `check` has nothing new to say of n readings; they count as read then."""
+        """Whether `check` has nothing new for n readings; they then count as read."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():
@@ -156,7 +157,7 @@ class Balance:
         return STRAYED if self.strict else MADE
 
     def check(self, where: str, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> None:
-        """Raises KernelError for energy that has come out of nothing or is gone without heat, at one reading.
+        """Raise KernelError for energy created or lost without heat, at a reading.
 
         kinetic (1,); parts (1, parts): potential, stored, heats, and works with the opposite sign [J]; slip (1,): what
         an error of the size of one in every step makes up [J]; held (1,): the most that a rope has held since the last
@@ -171,10 +172,10 @@ class Balance:
         if made < 0.0 and not self.strict:
             self.lost = max(self.lost, -float(made))
             return
-        told = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"
+        message = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"
         raise KernelError(
-            f"{where}: the energy balance is broken, {told}, more than {100 * self._share:.0f} % of the most that was "
-            f"turned over; {self._cure}"
+            f"{where}: the energy balance is broken, {message}, more than {100 * self._share:.0f} % of the most that "
+            f"was turned over; {self._cure}"
         )
 
     @property

@@ -25,7 +25,7 @@ MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 
 
 class VelocitySpace(Method):
-    """Jacobians at the state `z`, where the accelerations are `here`, and factors for e = `e`, both in M.
+    """Jacobians at the state `z` with accelerations `here`, and factors for e = `e`, both in M.
 
     `columns`: how many derivatives are due, 0, all by displacements (nv), or those by velocities, too (2 nv).
     """
@@ -47,14 +47,14 @@ class VelocitySpace(Method):
 
     @property
     def _of_jacobian(self) -> tuple[str, ...]:
-        """The vectors that it needs."""
+        """Vectors that it needs."""
         return ("z", "here", *self._along, "way", "first", "last")
 
     def constants(self) -> dict[str, Value]:
         return {"stale": 2.0, **dict(zip(("way", "first", "last"), self._reached().T, strict=True))}
 
     def _reached(self) -> np.ndarray:
-        """(ny, 3) of each velocity: its number in its joint, its first coordinate, one behind the last."""
+        """For each velocity (ny, 3): its number in its joint, its first coordinate, the end of its coordinates."""
         out = np.zeros((self.program.ny, 3))
         for k in self.program.graph.links:
             for v in range(k.v.start, k.v.stop):
@@ -79,7 +79,7 @@ class VelocitySpace(Method):
         return While("differences", at["columns"], (build("ways", self._ways), differences))
 
     def _ways(self, s: StepState, rate: Rate) -> None:
-        """How unit velocities move the coordinates, the first of all joints at once, then the second ones, ..."""
+        """Coordinate rates of unit velocities, for the first velocities of all joints, then the second ones, ..."""
         for m, name in enumerate(self._along):
             u = self._none.copy()
             for k in self.program.graph.links:
@@ -87,7 +87,7 @@ class VelocitySpace(Method):
             setattr(s, name, self._displaced(y=s.z, u=u, w=self._none).x - s.z)
 
     def _factorise(self, at: Places, e: tuple[str, ...] = ("e",), factors: FactorLayout | None = None) -> Primitive:
-        """I - e J_v - e^2 J_q, then its factors; e: names of its real and, if there is one, its imaginary part."""
+        """I - e J_v - e^2 J_q and its factors; e: names of its real and, if complex, imaginary part."""
         n, F = self.program.nv, factors or self._real
         name = "factorise" if F.planes == 1 else "factorise_complex"
         c = LoopEmitter(name, ["X", "M"])

@@ -93,7 +93,7 @@ def _known(x: object) -> object | None:
 
 
 def _check_kind(x: Any) -> None:
-    """What an item of its kind must fulfil besides."""
+    """Additional requirements of an item by its kind."""
     if type(x) in FORCES:
         check_force(x)
     match x:
@@ -119,8 +119,8 @@ def _check_kind(x: Any) -> None:
                 if line.a == line.b:
                     raise KernelError(f"rope '{x.name}': line {i} begins and ends at one point; it has no length")
             if x.mass and abs(sum(line.share for line in x.lines) - 1.0) > SHARED:
-                told = "it has a mass, which its lines share; let their shares add up to 1"
-                raise KernelError(f"rope '{x.name}': {told}")
+                message = "it has a mass, which its lines share; let their shares add up to 1"
+                raise KernelError(f"rope '{x.name}': {message}")
         case Drive():
             if x.wave and not (x.kind == "prescribed" and x.wave.ramp > 0.0):
                 raise KernelError(
@@ -132,7 +132,7 @@ def _check_kind(x: Any) -> None:
 
 
 def _encoded(system: object) -> bytes:
-    """All numbers of a description to the bit; empty if something in it is no plain data."""
+    """Exact bytes of all numbers of a description; empty if it contains other data."""
     try:
         return msgspec.msgpack.encode(system)
     except (TypeError, ValueError, OverflowError, RecursionError):
@@ -140,13 +140,13 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """A part of a description that has been checked, which then need not be checked again."""
+    """A checked part of a description, which is not checked again."""
     _checked[id(part)] = part
     return part
 
 
 def _check_item(x: Any) -> None:
-    """Finite numbers everywhere, the right sign where there is one."""
+    """All numbers are finite and have the required sign."""
     kind, where = type(x).__name__, f"{item_word(x)} '{x.name}'"
     for field, value in _numbers(x):
         if not isfinite(value):
@@ -163,7 +163,7 @@ def _check_item(x: Any) -> None:
 
 
 def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
-    """All numbers of a description with the field that holds them."""
+    """All numbers of a description with their fields."""
     if type(x) is float:  # as most are
         yield field, x
     elif isinstance(x, tuple):
@@ -206,7 +206,7 @@ def check_inertia(b: Body) -> None:
 
 
 def _remedy(b: Body, moments: list[float]) -> str:
-    """The least change that makes moments possible, where there are no products."""
+    """The smallest change that makes moments of inertia possible, without products."""
     if any(b.inertia[i][j] for i, j in ((0, 1), (0, 2), (1, 2))):
         return "make the largest smaller or the others larger"
     own = [b.inertia[i][i] for i in range(3)]
@@ -247,7 +247,7 @@ def check_joint(j: Joint) -> None:
 
 
 def check_options(tolerance: float, sample_ns: int, h_max: float, step: float | None, opt: int) -> None:
-    """Raises KernelError for options of a simulation that no run can have."""
+    """Raise KernelError for invalid options of a simulation."""
     numbers = {"tolerance": tolerance, "sample_ns": sample_ns, "h_max": h_max, "step": 1.0 if step is None else step}
     for name, x in numbers.items():
         if not isinstance(x, float | int | np.number):

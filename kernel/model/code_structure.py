@@ -12,7 +12,7 @@ from .quantities import lines, numbers, points
 
 
 def structure(program: Program, *method: object) -> str:
-    """Equal for scenes that share machine code; `method`: what the code depends on besides the scene."""
+    """Key of the machine code, equal for scenes that share it; `method`: further dependencies of the code."""
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
@@ -24,7 +24,7 @@ def structure(program: Program, *method: object) -> str:
         return None
 
     def of_signal(h: Threshold) -> object:
-        """What a guard's formula is over, and how many numbers it has."""
+        """Inputs of a guard's formula, and its number of values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
         over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind

@@ -40,7 +40,7 @@ def hold_rows(x: Evaluation) -> None:
 
 
 def accelerate(x: Evaluation) -> None:
-    """The motion of every tree; a prescribed drive carries what the other laws of its joint do not."""
+    """Accelerations of all trees; prescribed drives carry the remaining joint forces."""
     for i, (_, shared) in enumerate(x.program.instances):
         tied = i in x.program.constraints.linked
         out = x.rows.motion(i) if x.rows and tied else shared.accelerate(**x.arguments(i))
@@ -61,7 +61,7 @@ def pull_rigid_ropes(x: Evaluation) -> None:
 
 
 def press_contacts(x: Evaluation) -> None:
-    """Guards, heat and forces of contacts; what all rows do to the bodies."""
+    """Guards, heat and forces of contacts; wrenches of all rows on bodies."""
     contacts, rows = x.program.contacts, x.rows
     slots, pushes = (rows.slots, rows.multipliers[len(rows.rows) - len(contacts.held) :]) if rows else ([], [])
     guards, heat, x.pressing = contacts.loads(slots, pushes)
@@ -87,7 +87,7 @@ def watch_thresholds(x: Evaluation) -> None:
 
 
 def _value(x: Evaluation, h: Threshold, name: str) -> Any:
-    """What a scene knows by a name: a tension, a length, a coordinate, an angle, a speed of wind."""
+    """A named value of a scene: tension, length, coordinate, angle, wind speed."""
     if h.quantity == "angle":
         return x.turned["body", name, h.axis]
     if h.quantity in ("joint", "speed"):
@@ -110,7 +110,7 @@ def collect(x: Evaluation) -> None:
 
 
 def read_signals(x: Evaluation) -> None:
-    """Value and rate of each law's signal: commanded, from its history's active piece, or constant."""
+    """Value and rate of each law's signal: commanded, from the active piece of its history, or constant."""
     for law in x.program.laws:
         if s := law.signal:
             if s.driven:
@@ -126,7 +126,7 @@ def read_signals(x: Evaluation) -> None:
 
 
 def weigh_rigid_ropes(x: Evaluation) -> None:
-    """What rigid ropes weigh and their ends do not."""
+    """Part of the weight of rigid ropes that does not act on their end bodies."""
     for r in x.program.system.rigid_ropes:
         height: Scalar = 0.0
         if r.mass:
@@ -142,7 +142,7 @@ def weigh_rigid_ropes(x: Evaluation) -> None:
 
 
 def apply_laws(x: Evaluation) -> None:
-    """Every entry of the force table, called with its own numbers."""
+    """Evaluate every entry of the force table with its own numbers."""
     for law in x.program.laws:
         _apply(x, law)
 
@@ -175,7 +175,7 @@ def _apply(x: Evaluation, law: SharedForce) -> None:
 
 
 def drive(x: Evaluation) -> None:
-    """Servos and speed drives towards their references; a prescribed joint needs no force."""
+    """Servo and speed drives towards their references; prescribed joints need no force."""
     for d in x.program.system.drives:
         if d.kind != "prescribed":
             (i, k), (kp, kv), (ref, dref, _) = x.program.driven(d), x.numbers("drive", d.name), x.references[d.name]
@@ -204,7 +204,8 @@ __all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
 
 class EvaluationStage(NamedTuple):
-    """A function with the fields of `instant.Evaluation` that it reads and writes, besides program, t, inside and P."""
+    """A function with the fields of `instant.Evaluation` that it reads and writes, in addition to program, t, inside
+    and P."""
 
     run: Callable[[Evaluation], None]
     reads: str

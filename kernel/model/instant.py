@@ -23,7 +23,7 @@ Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin
 
 @dataclass
 class Evaluation:
-    """The text over these fields is run on floats and traced; `dy` and `guards` are what steps need."""
+    """The evaluation of a state; its text runs on floats and is traced. Steps need `dy` and `guards`."""
 
     program: Program
     t: Scalar  # [s] since the epoch
@@ -97,7 +97,7 @@ class Evaluation:
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
-        """A profile plus f(s) of every master known so far: f = k1 s + kc cos s + ks sin s."""
+        """A profile plus f(s) of the masters known so far: f = k1 s + kc cos s + ks sin s."""
         ref, dref, ddref = self.own(name)
         follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
@@ -109,7 +109,7 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str) -> Reference:
-        """The wave of a drive or signal; none where rests are looked for."""
+        """The wave of a drive or signal; zero for equilibria."""
         if self.program.at_rest:
             return 0.0, 0.0, 0.0
         amplitude, frequency, phase, rate = self.numbers("wave", name)
@@ -121,11 +121,11 @@ class Evaluation:
         return r * c, dr * c - r * s, ddr * c - 2.0 * dr * s - r * frequency * frequency * c
 
     def length_of(self, r: RigidRope) -> Reference:
-        """Of a rigid rope, with two rates."""
+        """Length of a rigid rope, with two rates."""
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """The constraint rows under the forces known so far; those of the accelerations once these are known."""
+        """Constraint rows under the forces known so far; those of the accelerations once known."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:
@@ -142,7 +142,7 @@ class Evaluation:
 
     @property
     def tensions(self) -> list[Scalar]:
-        """Of the elastic ropes [N]."""
+        """Tensions of elastic ropes [N]."""
         return self.column("tension")
 
     @property
@@ -152,7 +152,7 @@ class Evaluation:
 
     @property
     def reach(self) -> Scalar:
-        """Longest step from here in which no shape passes through another [s]."""
+        """Longest step from here without shapes passing through each other [s]."""
         longest: Scalar = self.program.contacts.reach(self.numbers, self.ends)
         return longest
 
@@ -163,7 +163,7 @@ class Evaluation:
 
     @property
     def drift(self) -> Scalar:
-        """Widest gap of the rows that are there [m or rad], beyond what round-off makes of the coordinates."""
+        """Largest gap of active rows [m or rad], beyond round-off of the coordinates."""
         widest: Scalar = 0.0
         for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
             widest = maximum(widest, gap)

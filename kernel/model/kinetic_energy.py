@@ -34,15 +34,15 @@ class KineticShares:
         self._velocities = coordinate_names(program.graph)[1]
 
     def energy(self, shape: np.ndarray) -> float:
-        """Of an oscillation with these complex velocities, or twice that of real ones [J]."""
+        """Kinetic energy of an oscillation with complex velocities, or twice that of real ones [J]."""
         return float(sum((shape[at].conj() @ H @ shape[at]).real for _, at, H in self._parts))
 
     def momenta(self, shape: np.ndarray) -> dict[str, np.ndarray]:
-        """Linear momentum (3,) of each body, as rigid, for an oscillation with these complex velocities [kg m/s]."""
+        """Linear momentum (3,) of each rigid body, for complex velocities [kg m/s]."""
         return {name: G @ shape[at] for name, at, G in self._momenta}
 
     def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
-        """Of bodies and of joint velocities, largest first."""
+        """Shares of bodies and of joint velocities, largest first."""
         bodies: dict[str, float] = {}
         joints = np.zeros(len(shape))
         for name, at, H in self._parts:

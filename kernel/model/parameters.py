@@ -84,8 +84,7 @@ class Parameters:
 
 
 def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> Parameters:
-    """The same numbers with those of equal laws and trees next to each other, first by first, second by second: so
-    vector calls load them at once (see `simd_batches`)."""
+    """Numbers of equal laws and trees interleaved, so that vector calls load them at once (see `simd_batches`)."""
     groups: dict[tuple[str, int], list[tuple[str, str]]] = {}
     for key, s in at.items():
         groups.setdefault((key[0], s.stop - s.start), []).append(key)

@@ -78,8 +78,8 @@ def follow(x: Evaluation) -> None:
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """sin, cos (not normalised) of the angle by which body axis w leans towards +y (axis 0, about -x) or +x (axis 1,
-    about +y), and sin' cos - sin cos'."""
+    """sin, cos (not normalised) of the tilt of body axis w towards +y (axis 0, about -x) or +x (axis 1, about +y), and
+    sin' cos - sin cos'."""
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)
     i = 1 if axis == 0 else 0

@@ -45,7 +45,7 @@ COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # g
 
 
 class _Cut(NamedTuple):
-    """What the programs of a description share, of which and how it was made."""
+    """Cache of programs: what those of a description share."""
 
     of: System
     how: "tuple[type[Program], str, frozenset[str] | None]"
@@ -64,7 +64,7 @@ _last: list[_Cut] = []  # the last one
 
 
 class Program:
-    """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
+    """A compiled system. Raises KernelError if a law names a missing part or two drives share a joint.
 
     `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
     hold, None for those that are engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
@@ -110,8 +110,7 @@ class Program:
     def _cut(
         self, system: System, modes: "Mapping[str, FlexibleModes] | None", locked: frozenset[str] | None
     ) -> list[Tree]:
-        """Graph, trees with their functions, rows and poses at the start, which all programs of a description share;
-        the trees as they are traced."""
+        """Graph, trees with functions, rows and start poses, shared by all programs of a description."""
         x = next(iter(_last), None)
         if x is not None and x.of is system and x.how == (type(self), self.formulation, locked):
             self.system, self.graph, self.locked = x.system, x.graph, x.locked
@@ -197,7 +196,7 @@ class Program:
                 raise KernelError(f"'{name}': there is no body '{body}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
-        """Places in q and v of what a drive moves."""
+        """Places in q and v of a drive's coordinate."""
         return self.graph.coordinate(drive.name, drive.joint, drive.coordinate)
 
     def _check_loops(self) -> None:
@@ -240,13 +239,13 @@ class Program:
 
     @cached_property
     def axial(self) -> list[int]:
-        """Which flexible body each number of `Evaluation.axial` belongs to."""
+        """Flexible body of each number of `Evaluation.axial`."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """Each flexible body, what is on it, and where its vectors stand among those of `Evaluation.axial`."""
+        """Each flexible body, bodies on it, and places of its vectors in `Evaluation.axial`."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:
@@ -257,12 +256,12 @@ class Program:
 
     @cached_property
     def sliders(self) -> list[tuple[Link, float]]:
-        """Those that move on beams, and how long these are [m]."""
+        """Sliders on beams, with the lengths of the beams [m]."""
         carriers = ((k, self.graph.links[k.parent].modes) for k in self.graph.links if k.joint.kind == "slider")
         return [(k, x.flexible.beam.length if x and x.flexible.beam else 0.0) for k, x in carriers]
 
     def turned_at_start(self, label: AngleLabel) -> float:
-        """By how much joints have turned what shows an angle, about its axis, before the start [rad]."""
+        """Rotation by joints of an angle signal about its axis before the start [rad]."""
         kind, name, i = label
         if kind == "body":
             a, b, axis = WORLD, name, np.array(AXES[i])
@@ -296,7 +295,7 @@ class Program:
 
 
 def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
-    """Rotation and origin of a body in the initial pose, for laws whose numbers depend on it."""
+    """Rotation and origin of a body in the initial pose, for laws that depend on it."""
 
     def pose(body: str) -> tuple[Array, Array]:
         i = graph.number(body)

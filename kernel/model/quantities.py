@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.compiler.symbol import Scalar, Scalars, maximum, minimum, select, sqrt
-from heavylift.kernel.description.mechanics import Point, RopeSpan, System
+from heavylift.kernel.description.mechanics import Line, Point, System
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import KernelError
 
@@ -75,7 +75,7 @@ def _use_by_place(x: FormulaContext) -> Any:
 
 
 def _aside(x: FormulaContext, axis: int) -> tuple[Scalar, Scalar]:
-    """How far the lower end of a rope is aside of its upper one, and below it: the sum of its lines by their shares."""
+    """Horizontal and vertical distance of a rope's lower from its upper end, weighted over its lines."""
     out: Scalar = 0.0
     drop: Scalar = 0.0
     for i, share in enumerate(x.numbers):
@@ -112,10 +112,9 @@ def _side(x: FormulaContext, axis: int) -> Any:
 
 
 def _gap(x: FormulaContext) -> Any:
-    """The largest distance along a normal of a face, or along the way between the nearest points: what separates boxes
-    is no more than their distance (the theorem of separating axes; Gottschalk, Lin, Manocha, OBBTree, 1996).  These
-    points are found by alternating projections (von Neumann 1950; Bauschke, Borwein 1993).
-    """
+    """Largest separation along face normals or the line of nearest points, a lower bound of the distance (separating
+    axis theorem; Gottschalk, Lin, Manocha, OBBTree, 1996). Nearest points by alternating projections (von Neumann 1950;
+    Bauschke, Borwein 1993)."""
     boxes = [_box(x.places[4 * i : 4 * i + 4], x.numbers[3 * i : 3 * i + 3]) for i in (0, 1)]
     gap = _apart(boxes, boxes[0].axes[0])
     for n in (*boxes[0].axes[1:], *boxes[1].axes):
@@ -125,10 +124,10 @@ def _gap(x: FormulaContext) -> Any:
     for _ in range(PROJECTIONS):
         p = boxes[1].nearest(q)
         q = boxes[0].nearest(p)
-    way = [b - a for a, b in zip(q, p, strict=True)]
-    length = sqrt(_dot(way, way))
+    distance = [b - a for a, b in zip(q, p, strict=True)]
+    length = sqrt(_dot(distance, distance))
     some = 1.0 / maximum(length, TOUCH)
-    return select(length > TOUCH, maximum(gap, _apart(boxes, [some * w for w in way])), gap)
+    return select(length > TOUCH, maximum(gap, _apart(boxes, [some * w for w in distance])), gap)
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ class _Box:
     halves: Scalars
 
     def nearest(self, p: Scalars) -> Scalars:
-        """The point of the box that is nearest to another one."""
+        """The point of the box nearest to another one."""
         found, away = list(self.middle), [a - b for a, b in zip(p, self.middle, strict=True)]
         for axis, half in zip(self.axes, self.halves, strict=True):
             far = minimum(maximum(_dot(away, axis), -half), half)
@@ -152,7 +151,7 @@ def _box(places: Places, halves: Scalars) -> _Box:
 
 
 def _apart(boxes: list[_Box], n: Scalars) -> Any:
-    """The distance between two boxes along a direction; negative where they overlap in it."""
+    """Separation of two boxes along a direction; negative if they overlap in it."""
     gap = abs(_dot([b - a for a, b in zip(boxes[0].middle, boxes[1].middle, strict=True)], n))
     for box in boxes:
         for axis, half in zip(box.axes, box.halves, strict=True):
@@ -166,7 +165,7 @@ def _dot(a: Scalars, b: Scalars) -> Any:
 
 @dataclass(frozen=True)
 class QuantityFormula:
-    """The formula of a quantity, and the fields of a signal that it needs."""
+    """The formula of a quantity, and the signal fields that it needs."""
 
     formula: Callable[[FormulaContext], Scalar]
     needs: tuple[str, ...] = ()
@@ -203,12 +202,12 @@ COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place
 
 
 def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
-    """The quantity, of the places of its `points`, its `numbers`, the values of its `names` and its `lines`."""
+    """The quantity from places of its `points`, `numbers`, values of its `names`, and `lines`."""
     return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 
 def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
-    """The points whose places its formula is over."""
+    """Points of the formula."""
     if h.quantity in LINED:
         return tuple(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b))
     given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
@@ -218,18 +217,18 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """The numbers that its formula is over: its own, and the shares of its lines."""
+    """Numbers of the formula: its own, and the shares of its lines."""
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
     return (*h.numbers, *shares)
 
 
 def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
-    """How many lines each of its ropes has."""
+    """Number of lines of each of its ropes."""
     return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
 def names(h: ScalarSignal) -> tuple[str, ...]:
-    """Of what its formula takes a value: ropes, or the one thing that it is of."""
+    """Names whose values the formula uses: ropes, or a single element."""
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):
         return h.ropes
     if h.quantity in ("length", "pull", "reserve"):
@@ -238,7 +237,7 @@ def names(h: ScalarSignal) -> tuple[str, ...]:
 
 
 def check_signal(h: ScalarSignal, system: System, label: str) -> None:
-    """Raises KernelError for a signal that lacks what its quantity needs."""
+    """Raise KernelError for a signal without the fields of its quantity."""
     a = f"an {h.quantity}" if h.quantity[0] in "aeiou" else f"a {h.quantity}"
     for need in ROWS[h.quantity].needs:
         if not (h.ropes or (h.quantity in LINED and h.point and h.origin) if need == "rope" else getattr(h, need)):
@@ -269,10 +268,10 @@ def _places(h: ScalarSignal) -> int:
     return sum(need in ("point", "origin") for need in ROWS[h.quantity].needs)
 
 
-def _lines(h: ScalarSignal, system: System) -> tuple[tuple[RopeSpan, ...], ...]:
-    """The lines of each of its ropes that count, or the one from its origin to its point."""
+def _lines(h: ScalarSignal, system: System) -> tuple[tuple[Line, ...], ...]:
+    """Relevant lines of its ropes, or the one from origin to point."""
     if not h.ropes and h.point and h.origin:
-        return ((RopeSpan(h.origin, h.point),),)
+        return ((Line(h.origin, h.point),),)
     known = {rope.name: rope.lines for rope in system.straight_ropes}
     asked = h.ropes if h.quantity in SIDES else h.ropes[:1]
     for rope in asked or ("",):

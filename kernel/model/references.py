@@ -27,7 +27,7 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 @dataclass
 class ReferenceProfile:
-    """A profile from x0 at a start, and the masters that it follows with their coefficients."""
+    """A profile from x0, and followed masters with coefficients."""
 
     start_ns: int
     x0: float
@@ -36,7 +36,7 @@ class ReferenceProfile:
 
 
 class References:
-    """Profiles and followed masters of every drive, winch and master; writes them into P.
+    """Profiles and masters of all drives, winches and masters, written into P.
 
     `admit(command)` is called before a command takes effect.
     """
@@ -77,24 +77,24 @@ class References:
         return a
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
-        """Value and speed of an actuator's own profile at a time, without what it follows."""
+        """Value and speed of an actuator's own profile at a time, without masters."""
         a = self._actuator(name)
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
 
     def stand(self, epoch_ns: int) -> None:
-        """Commands are given at this time from here on."""
+        """Commands are given from this time on."""
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """What an actuator asks for at a time: its own profile and what it follows of masters; a measured joint is
-        taken to be where its drive is asked to be."""
+        """Reference of an actuator at a time, own profile plus masters; measured joints are taken at their drives'
+        references."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
     def speed(self, name: str, t_ns: int) -> float:
-        """How fast that changes at a time."""
+        """Rate of the reference at a time."""
         own = self.own(name, t_ns)[1]
         for m, (k1, kc, ks) in self._actuator(name).follows.items():
             s, ds = self.own(self._asked[m], t_ns)
@@ -102,7 +102,7 @@ class References:
         return own
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """From its present value and speed, a trapezoid; raises KernelError for what cannot be driven."""
+        """A trapezoid from present value and speed; raises KernelError for an actuator that cannot be driven."""
         a = self._driven(name)
         self._check_start(name, start_ns)
         x0, v0 = self.own(name, start_ns)
@@ -114,7 +114,7 @@ class References:
         a.start_ns, a.x0, a.move = start_ns, x0, move
 
     def _check_start(self, name: str, start_ns: int) -> None:
-        """Raises KernelError for a start in the past, or in the future of an actuator that still moves until then."""
+        """Raise KernelError for a start in the past, or in the future of a moving actuator."""
         now = self._epoch_ns
         if not isinstance(start_ns, int | np.integer):
             raise KernelError(f"'{name}': start {start_ns!r}; it must be a whole number of nanoseconds")
@@ -131,19 +131,19 @@ class References:
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
     def moves(self, name: str, t_ns: int) -> bool:
-        """Whether an actuator has a speed, or follows a master that has one."""
+        """Whether an actuator moves, or follows a master that does."""
         a = self._actuator(name)
         masters = [self._masters[m] for m in a.follows]
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
 
     def set_value(self, name: str, t_ns: int, value: float) -> None:
-        """Rest at a value at once, as for a sling that is hooked with a new length."""
+        """Set a constant value at once, as for a sling hooked with a new length."""
         a = self._actuator(name)
         self.admit("set_value")
         a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
-        """Follow k1 s + kc cos s + ks sin s of a master ("" = none) without a jump; now: the masters' values."""
+        """Follow k1 s + kc cos s + ks sin s of a master ("" = none) without a jump; now: values of masters."""
         a = self._driven(name)
         if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
@@ -160,14 +160,14 @@ class References:
         a.x0 += before - after
 
     def take(self, other: "References") -> None:
-        """Go on with the moves of another one's actuators of the same names."""
+        """Continue the moves of equally named actuators."""
         for name in self.actuators.keys() & other.actuators.keys():
             a = other.actuators[name]
             follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
             self.actuators[name] = ReferenceProfile(a.start_ns, a.x0, a.move, follows)
 
     def stop(self, t_ns: int) -> None:
-        """Everything stays at its value of this instant; what follows goes on following."""
+        """Stop all actuators; followers keep following."""
         for name, a in self.actuators.items():
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
@@ -188,8 +188,7 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Seconds since the epoch at which a profile changes its acceleration and the next ones at which a history
-        changes its slope, sorted, those later than `after` only."""
+        """Times since the epoch [s] of changes of acceleration and of history slopes, sorted, later than `after`."""
         out = set(self.histories.breaks(epoch_ns, after))
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -203,7 +202,7 @@ class References:
         return sorted(out)
 
     def rest(self, epoch_ns: int) -> float:
-        """Seconds since the epoch after which nothing is driven any more; inf while an endless move or a clock runs."""
+        """Time since the epoch [s] after which nothing is driven; inf during an endless move or a clock."""
         if ("clock", "") in self._at:
             return inf
         moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
@@ -216,7 +215,7 @@ class References:
 
 
 class Histories:
-    """The histories of all forces; a piece is (local start [s], value there, slope)."""
+    """Histories of all forces; a piece is (local start [s], value there, slope)."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: Parameters, P: np.ndarray) -> None:
         self._P = P
@@ -226,7 +225,7 @@ class Histories:
                 self._all.append((parameters.at["signal", name], [round(t * 1e9) for t in s.times], s))
 
     def write(self, epoch_ns: int, t: float = 0.0) -> None:
-        """Bring the pieces that begin at or before local time t into P."""
+        """Write the pieces that begin at or before local time t into P."""
         now = epoch_ns + round(t * 1e9)
         for at, times, s in self._all:
             i = bisect_right(times, now) - 1
@@ -242,7 +241,7 @@ class Histories:
         return [(times[i] - epoch_ns) * 1e-9 for times, i in following if i < len(times)]
 
     def end(self, epoch_ns: int) -> float:
-        """Local seconds after which nothing changes any more."""
+        """Local time after which nothing changes [s]."""
         return max(((times[-1] - epoch_ns) * 1e-9 for _, times, _ in self._all), default=-inf)
 
 

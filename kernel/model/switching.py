@@ -24,8 +24,8 @@ ROPES = ("rope", "rigid", ReevingLaw.kind)  # kinds of numbers that ropes have
 
 @dataclass(frozen=True)
 class StateChange:
-    """A change of state: `what` is taut, slack, closed, open, stick, slip, bent or reached, of a lock locked or freed;
-    `value` is the law's own."""
+    """A state change: `what` is taut, slack, closed, open, stick, slip, bent or reached, for a lock locked or freed;
+    `value` by law."""
 
     name: str
     what: str
@@ -58,7 +58,7 @@ class Switches:
         return StateChange(name, *law.law.switch(law.force, self._P[self._at[law.law.kind, name]], what, shown))
 
     def watch(self, name: str, value: float, rising: bool) -> None:
-        """Arm a threshold; raises KernelError if there is none of this name."""
+        """Arm a threshold; raises KernelError for an unknown name."""
         p = self._threshold_numbers(name)
         if not isfinite(value):
             raise KernelError(f"threshold '{name}': {value} is no value to wait for; it must be a finite number")
@@ -90,7 +90,7 @@ class Switches:
             p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name][0]], 0.0]
 
     def rope_numbers(self, name: str) -> np.ndarray:
-        """EA, damping, hooked, taut and lines of a rope; raises KernelError if there is none of this name."""
+        """EA, damping, hooked, taut and lines of a rope; raises KernelError for an unknown name."""
         if name not in self._ropes:
             raise KernelError(f"'{name}': no rope of this name; there are {', '.join(self._ropes) or 'none'}")
         return self._P[self._at["rope", name]]
@@ -104,7 +104,7 @@ class Switches:
         return next((r for r in self._program.system.reevings if r.name == name), None)
 
     def reeving_numbers(self, name: str) -> np.ndarray:
-        """Those of a rope over sheaves (see `ReevingAt`)."""
+        """Numbers of a rope over sheaves (see `ReevingAt`)."""
         return self._P[self._at[ReevingLaw.kind, name]]
 
     def unhook(self, name: str) -> None:

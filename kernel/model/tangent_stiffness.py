@@ -24,7 +24,7 @@ Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... b
 
 @dataclass(frozen=True)
 class Tangent:
-    """Native functions of a scene: `sizes` of what `rate` writes, its first the derivative (ny,), G its guards.
+    """Native functions of a scene: `sizes` of the results of `rate`, the first the derivative (ny,); G: guards.
 
     `abreast`: freedoms of a joint at most; so many evaluations tell how velocities move the coordinates, of all joints
     at once.  Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
@@ -38,12 +38,12 @@ class Tangent:
 
     @cached_property
     def factors(self) -> FactorLayout:
-        """Of an (n, n) matrix over the free degrees of freedom, from the start of a block M."""
+        """Layout of an (n, n) matrix over free degrees of freedom at the start of block M."""
         return FactorLayout(self.n, 1, 0)
 
     @property
     def work(self) -> int:
-        """Numbers of the block that `rate` works on: a state, what it writes, and all displacements."""
+        """Size of the block of `rate`: state, results, displacements."""
         return self.sizes["dy"] + sum(self.sizes.values()) + self.abreast * self.nq
 
     def functions(self, rate: Rate) -> list[Primitive]:
@@ -96,7 +96,7 @@ class Tangent:
         near, far = (c.load(c.at("%order", i)) for i in range(2))
         with c.loop(0, nv) as k, c.when(asked(k)):
             row, h = c.at("%J", c.integer("mul", k, width)), c.load(c.at("%columns", c.integer("mul", k, 4)))
-            way, first, last = c.at(along, c.integer("mul", number(k, 1), nq)), number(k, 2), number(k, 3)
+            distance, first, last = c.at(along, c.integer("mul", number(k, 1), nq)), number(k, 2), number(k, 3)
             copied(ny, "%y", moved)
             with c.loop(0, width) as i:
                 c.store("0.0", c.at(row, i))
@@ -105,7 +105,7 @@ class Tangent:
                 for side, part in ((reach, weight), (-reach, c.let(f"fneg double {weight}"))):
                     scaled = c.let(f"fmul double {h}, {side}")
                     with c.loop(first, last) as i:
-                        step = c.let(f"fmul double {scaled}, {c.load(c.at(way, i))}")
+                        step = c.let(f"fmul double {scaled}, {c.load(c.at(distance, i))}")
                         c.store(c.let(f"fadd double {c.load(c.at('%y', i))}, {step}"), c.at(moved, i))
                     evaluate()
                     with c.loop(0, nv) as i:
@@ -127,10 +127,10 @@ class Tangent:
             t: Scalar, y: Array, P: Array, G: Array, order: Array, columns: Array, work: Array, J: Array
         ) -> Outputs:
             steps, abreast, firsts, lasts = columns.reshape(nv, 4).T
-            ways = []
+            distances = []
             for n in range(self.abreast):
                 v = ((abreast == n) & (steps != 0.0)).astype(float)
-                ways.append(np.array(rate(t=t, y=np.concatenate([y[:nq], v, y[nq + nv :]]), P=P).dy)[:nq])
+                distances.append(np.array(rate(t=t, y=np.concatenate([y[:nq], v, y[nq + nv :]]), P=P).dy)[:nq])
             for k in np.flatnonzero(steps):
                 row, at, h = J.reshape(nv, width)[k], slice(int(firsts[k]), int(lasts[k])), steps[k]
                 row[:] = 0.0
@@ -139,7 +139,7 @@ class Tangent:
                     if not weight:
                         continue
                     at_rest = np.array(y)
-                    at_rest[at] += (h * x) * ways[int(abreast[k])][at]
+                    at_rest[at] += (h * x) * distances[int(abreast[k])][at]
                     r = rate(t=t, y=at_rest, P=P)
                     row[:nv] += np.array(r.dy)[nq : nq + nv] * weight
                     row[nv] = max(row[nv], float(((np.array(r.G) < 0.0) & (G >= 0.0)).any()))
@@ -158,7 +158,7 @@ def one_sided(
     velocities.  X has at z the accelerations `here`, the time `now` with one `within` its step, `ways` (of unit
     velocities of several joints, so many states) and, of each displacement, its way, first and last coordinate.
     """
-    ny, ways = sizes["dy"], at["way0"].start
+    ny, distances = sizes["dy"], at["way0"].start
     c = LoopEmitter("one_sided", ["X", "P", "M"])
     moved, t = c.reserve(f"[{padded(ny)} x double]"), c.reserve("[2 x double]")
     out = {name: c.reserve(f"[{max(1, n)} x double]") for name, n in sizes.items()}
@@ -170,13 +170,13 @@ def one_sided(
             c.store(c.load(c.at("%X", at["z"].start, i), VECTOR), c.at(moved, i), VECTOR)
         displaced = c.let(f"icmp slt i64 {k}, {nv}")
         with c.when(displaced):
-            way, first, last = (
+            distance, first, last = (
                 c.let(f"fptosi double {c.load(c.at('%X', at[name].start, k))} to i64")
                 for name in ("way", "first", "last")
             )
-            source = c.integer("mul", way, ny)
+            source = c.integer("mul", distance, ny)
             with c.loop(first, last) as i:
-                step = c.let(f"fmul double {c.load(c.at('%X', ways, source, i))}, {steps[0]:.17e}")
+                step = c.let(f"fmul double {c.load(c.at('%X', distances, source, i))}, {steps[0]:.17e}")
                 c.store(c.let(f"fadd double {c.load(c.at(moved, i))}, {step}"), c.at(moved, i))
         with c.when(c.let(f"xor i1 {displaced}, 1")):
             v = c.at(moved, nq - nv, k)
@@ -197,7 +197,7 @@ def one_sided(
             y = np.array(X[at["z"]])
             if j < nv:
                 n, start, stop = (int(X[at[name]][j]) for name in ("way", "first", "last"))
-                y[start:stop] += X[ways + n * ny :][start:stop] * steps[0]
+                y[start:stop] += X[distances + n * ny :][start:stop] * steps[0]
             else:
                 y[nq - nv + j] += steps[1]
             dy = np.array(rate(t=[X[at["now"]], X[at["within"]]], y=y, P=P).dy)

@@ -49,7 +49,7 @@ def shared_tree(
 
 
 def profile(t: Array, p: Array) -> Outputs:
-    """Reference, its rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`.
+    """Reference, rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`.
 
     t: now, and a time within the present step: the acceleration jumps where two pieces meet, which says what piece is
     meant.

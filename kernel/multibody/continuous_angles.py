@@ -28,17 +28,17 @@ Poses = Callable[[str], tuple[Array, Array]]
 
 
 def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
-    """The angle [rad] that a rotation shows as `wrapped`, next to its integral."""
+    """The angle [rad] equal to `wrapped` modulo 2 pi, nearest to its integral."""
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 
 
 def starting(wrapped: float, turned: float) -> float:
-    """The angle that a rotation shows as `wrapped` where joints have turned by `turned`."""
+    """The angle equal to `wrapped` modulo 2 pi, nearest to the joints' rotation `turned`."""
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
 
 def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.ndarray | None, float]]:
-    """World axis and angle of every joint that turns b against a; None where a joint, or bending, has no fixed axis."""
+    """World axis and angle of each joint between a and b; None for a joint, or bending, without fixed axis."""
 
     def path(body: str) -> list[int]:
         i, out = graph.number(body), list[int]()
@@ -67,7 +67,7 @@ def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.n
 
 
 def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
-    """The world axis of all that turns b against a, if there is only one."""
+    """The common world axis of all joints between a and b, if there is only one."""
     axes = [axis for axis, _ in between(graph, poses, a, b)]
     first = axes[0] if axes else None
     if first is None or any(x is None or np.linalg.norm(np.cross(x, first)) > PARALLEL for x in axes):
@@ -76,6 +76,6 @@ def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
 
 
 def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
-    """By how much joints have turned b against a about a world axis [rad]."""
+    """Rotation of b against a by joints about a world axis [rad]."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

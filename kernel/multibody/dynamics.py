@@ -72,7 +72,7 @@ def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> LtdlFactors:
 
 @dataclass(frozen=True)
 class Equations:
-    """H a = rhs of one tree, with the motion that it was made from and the factors of H."""
+    """H a = rhs of one tree, with its motion and the factors of H."""
 
     tree: Tree
     K: Kinematics
@@ -88,7 +88,7 @@ class Equations:
         return np.array([values[k] for k in range(len(self.rhs))])
 
     def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Array]:
-        """Accelerations by degree of freedom where nothing else acts, and the forces of prescribed joints."""
+        """Accelerations without further forces, and forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
             -self.rhs[k] + sum((h * a[l] for l, h in self.given(k).items()), 0.0) for k in self.tree.prescribed_dofs
@@ -104,7 +104,7 @@ class Equations:
 def equations_of_motion(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> Equations:
-    """Fig. 6 (a)-(e) up to the linear system for the joint accelerations; arguments as for `dynamics`."""
+    """Fig. 6 (a)-(e) up to the linear system of the joint accelerations; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, F = composites(tree, K, W)
     H = joint_space_inertia(tree, K, I)
@@ -125,8 +125,7 @@ def dynamics(
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Per body, with all that it carries: spatial inertia I^c and the wrench that its joint would have to transmit if
-    no degree of freedom accelerated (Fig. 6 (c), (d))."""
+    """Composite inertia I^c per body, and the wrench of its joint for zero accelerations (Fig. 6 (c), (d))."""
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:
@@ -154,7 +153,7 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
 
 
 def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
-    """H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError where nothing resists a motion."""
+    """H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError for a motion without inertia."""
     H: dict[tuple[int, int], Scalar] = {}
     for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
         mode = k - tree.bodies[i].v_modes.start
@@ -176,7 +175,7 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
 def _mode_inertia(
     tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, int], Scalar], k: int, mode: int
 ) -> None:
-    """The row of a mode: what the body's own deformation moves, and all that it carries."""
+    """Row of a mode: the body's own deformation, and all that it carries."""
     i = tree.body_of_dof[k]
     b, own = tree.bodies[i], elastic(tree, K, i)
     moved = {j: I[j] @ K.carried[j][mode] for j, child in enumerate(tree.bodies) if child.parent == i}
@@ -210,7 +209,7 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
-    """Places, twists and the true accelerations of all bodies (gravity as upward acceleration of the ground)."""
+    """Poses, twists and accelerations of all bodies (gravity as upward acceleration of the ground)."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
     X: list[Array] = []  # what the accelerations of the joints add
     for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
@@ -226,8 +225,8 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
 
 
 def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
-    """Of every flexible body, in its own axes: the force (3,) of each body that it carries on it [N], the acceleration
-    (3,) of its frame less gravity [m/s2], and its angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
+    """For every flexible body in its axes: forces (3,) of the bodies on it [N], acceleration (3,) of its frame less
+    gravity [m/s2], angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)
     out: list[Array] = []
@@ -241,7 +240,7 @@ def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Sc
 
 
 def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Array, list[Array]]:
-    """Forces tau (n_v,) of the joints that give the accelerations dv, and what each joint transmits to its body.
+    """Joint forces tau (n_v,) for accelerations dv, and the wrenches of joints on bodies.
 
     W: (6,) wrench on each body, the result likewise (6,) per body, [moment; force] in world axes about the tree's
     point [N m, N].  Prescribed joints count like all others: tau is what their drives must bring.

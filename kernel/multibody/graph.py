@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Freedoms(ABC):
-    """Coordinates q and velocities v of a body's joint; those of the modes of a flexible body stand behind them."""
+    """Coordinates q and velocities v of a body's joint, followed by those of its modes."""
 
     q: slice
     v: slice
@@ -46,7 +46,7 @@ class Freedoms(ABC):
 
 @dataclass(frozen=True)
 class Link(Freedoms):
-    """A body with the joint that carries it; parent is a link number, -1 the ground; q and v index the state."""
+    """A body with its joint; parent: link number, -1 the ground; q and v index the state."""
 
     body: Body
     joint: Joint
@@ -90,7 +90,7 @@ class Graph:
         return [x for k in self.links for x in k.q0]
 
     def joint(self, name: str) -> Link:
-        """The link that a joint carries; raises KernelError if there is none."""
+        """The link of a joint; raises KernelError for an unknown name."""
         for link in self.links:
             if link.joint.name == name:
                 return link
@@ -115,7 +115,7 @@ class Graph:
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
     def coordinate(self, law: str, joint: str, name: str = "") -> tuple[int, int]:
-        """Where a coordinate of a joint stands in q and its rate in v; the name may be left out if there is only one.
+        """Index of a joint coordinate in q and of its rate in v; the name is optional for a single coordinate.
 
         Raises KernelError, naming the law that asks, where nothing can act along it.
         """
@@ -138,7 +138,7 @@ class Graph:
 
 
 def build_graph(system: System, modes: "Mapping[str, FlexibleModes] | None" = None) -> Graph:
-    """Number bodies depth first from the ground, in the order in which they were listed; `modes` of flexible ones.
+    """Number bodies depth first from the ground in the given order; `modes` of flexible ones.
 
     Raises KernelError naming the body or joint for duplicate, missing or unreachable bodies.
     """
@@ -166,7 +166,7 @@ def build_graph(system: System, modes: "Mapping[str, FlexibleModes] | None" = No
 
 
 def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> list[tuple[str, int]]:
-    """Bodies within reach of the ground with their parents' numbers; no recursion, so that chains may be long."""
+    """Bodies reachable from the ground with parents' numbers, without recursion."""
     children: dict[str, list[str]] = {}
     for body in bodies:
         if body in carrier:
@@ -181,7 +181,7 @@ def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> li
 
 
 def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[str]) -> str:
-    """Why the first body that was not reached hangs on nothing: no joint carries it, or joints in a circle."""
+    """Why the first unreachable body hangs on nothing: no joint carries it, or a circle of joints."""
     body = next(b for b in bodies if b not in found)
     above: list[str] = []
     while body in carrier and body not in above:

@@ -32,7 +32,7 @@ from .trees import Tree, TreeBody, with_numbers
 
 
 def lock_of(system: System, name: str) -> Lock:
-    """The lock of this name; raises KernelError if there is none."""
+    """The lock of this name; raises KernelError for an unknown name."""
     for lock in system.locks:
         if lock.name == name:
             return lock
@@ -40,7 +40,7 @@ def lock_of(system: System, name: str) -> Lock:
 
 
 def check_locks(system: System, graph: Graph) -> None:
-    """Raises KernelError for a lock on what does not move, is driven or locked already, or moves locked."""
+    """Raise KernelError for a lock on a fixed, driven or locked joint, or on one that starts moving."""
     taken: dict[str, str] = {}
     placed = {d.joint: d.name for d in system.drives if d.kind == "prescribed"}
     for lock in system.locks:
@@ -81,7 +81,7 @@ def halt_function(k: int, tree: Tree) -> Function:
 
 
 def merged(tree: Tree) -> Tree:
-    """The tree with the masses of fixed bodies given to the rigid bodies that carry them; numbers are floats."""
+    """The tree with fixed bodies merged into their carriers; numbers are floats."""
     bodies = list(tree.bodies)
     for i in reversed(range(len(bodies))):
         b = bodies[i]
@@ -109,7 +109,7 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
 
 
 def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
-    """Mass, its centre and inertia about that of masses at points; `inertia` (3, 3): the sum of their own."""
+    """Mass, centre and inertia about it of point masses; `inertia` (3, 3): sum of their own."""
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
     for m, x in parts:

@@ -24,8 +24,8 @@ from .trees import Tree
 
 @dataclass
 class Kinematics:
-    """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V,
-    bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
+    """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V, bias
+    acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
 
     A mode does not move the floating frame: its column in S is zero.  `modes`: coordinates, rates and accelerations of
     a flexible body (the latter 0, as those of the joints in A); `carried`: the columns of its modes at the joint of a
@@ -98,7 +98,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
 
 
 def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
-    """(6,) column of degree of freedom k on the path of body i, as the motion that it gives to body i."""
+    """Column (6,) of degree of freedom k on the path of body i, as motion of body i."""
     on = tree.body_of_dof[k]
     b = tree.bodies[on]
     mode = k - b.v_modes.start
@@ -115,21 +115,21 @@ def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
 
 
 def added_inertia(A: Array, r: Array, R: Array) -> Any:
-    """(6, 6) added mass in world axes about the tree's point, r from it to the body's origin."""
+    """Added mass (6, 6) in world axes about the tree's point, r from it to the body's origin."""
     T = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     return mirror(T.T @ A @ T)
 
 
 def body_inertia(tree: Tree, K: Kinematics, i: int) -> Any:
-    """(6, 6) inertia of a rigid body about the tree's point, in world axes, its added mass included."""
+    """Inertia (6, 6) of a rigid body about the tree's point, world axes, including added mass."""
     b = tree.bodies[i]
     J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
     return J if b.added is None else J + added_inertia(b.added.A, K.r[i], K.R[i])
 
 
 def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Per body M (6, 6) and p (6,): M x + p is the wrench that its joints must bring together, where x (6,) is its
-    acceleration beyond the bias K.A, in world axes about the tree's point; W: (6,) applied wrenches."""
+    """M (6, 6) and p (6,) per body: M x + p is the sum of its joint wrenches, x (6,) its acceleration beyond the bias
+    K.A, world axes about the tree's point; W: (6,) applied wrenches."""
     M, p = [], []
     for i, b in enumerate(tree.bodies):
         J = body_inertia(tree, K, i)

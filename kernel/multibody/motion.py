@@ -43,7 +43,7 @@ def axes_of(joint: Joint) -> np.ndarray:
 
 
 def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Array, Array]:
-    """Rotation R_JB (3, 3) and place p_JB (3,) [m] of the child in the joint frame; axes as by `axes_of`."""
+    """Rotation R_JB (3, 3) and place p_JB (3,) [m] of the child in the joint frame; axes as of `axes_of`."""
     joint = JOINTS[kind]
     if joint.quaternion is not None:
         return quaternion_matrix(*q[joint.quaternion :]), q[: joint.quaternion] if joint.quaternion else np.zeros(3)
@@ -68,7 +68,7 @@ def rates(kind: JointKind, q: Array, v: Array) -> Any:
 
 
 def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
-    """(n_v,) velocities that move the coordinates at these rates, as nearly as the joint can."""
+    """Velocities (n_v,) for coordinate rates, as nearly as the joint allows."""
     i = JOINTS[kind].quaternion
     if i is None:
         return rate
@@ -82,7 +82,7 @@ def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
 
 
 def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) -> tuple[list[Any], Any]:
-    """Velocity columns S, each (6,), and the bias (6,) of the joint itself (None where its structure says zero).
+    """Velocity columns S, each (6,), and the bias (6,) of the joint (None if structurally zero).
 
     World axes about the tree's point; r (3,) from that point to the child's origin [m].
     """

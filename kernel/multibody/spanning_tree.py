@@ -70,7 +70,7 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
 
 
 def _own(j: Joint, massive: Collection[str]) -> tuple[object, ...]:
-    """What orders joints of one rank whatever their names are."""
+    """Sort key of joints of equal rank, independent of names."""
     return (
         j.parent in massive,
         not (j.q0 or j.v0),
@@ -89,7 +89,7 @@ def _own(j: Joint, massive: Collection[str]) -> tuple[object, ...]:
 
 
 def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
-    """The same joint with parent and child exchanged; raises KernelError where its coordinates would be others."""
+    """The joint with parent and child exchanged; raises KernelError if its coordinates would differ."""
     if JOINTS[j.kind].axes > 1 or JOINTS[j.kind].quaternion is not None or {j.parent, j.child} & set(flexible):
         raise KernelError(
             f"joint '{j.name}': nothing but it holds its parent '{j.parent}', and a joint carries its child; "
@@ -102,7 +102,7 @@ def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
 
 
 def _acted_on(system: System) -> dict[str, str]:
-    """Joints whose coordinates something acts on or measures, with its name."""
+    """Joints whose coordinates are used by an element, with its name."""
     laws: list[JointSpring | Stop | Brake | Drive | Lock] = [*system.springs, *system.stops, *system.brakes]
     laws += [*system.drives, *system.locks]
     acted = {x.joint: x.name for x in laws}

@@ -34,7 +34,7 @@ class AddedMass:
 
 @dataclass(frozen=True)
 class TreeBody(Freedoms):
-    """A link with its numbers as floats or symbols; parent, q and v count within the tree.
+    """A link with numbers as floats or symbols; parent, q and v count within the tree.
 
     axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given, by a
     drive or, if `locked`, as zero.
@@ -68,14 +68,14 @@ class TreeBody(Freedoms):
 
     @property
     def shifted(self) -> bool:
-        """Whether the body's frame is not that of its joint."""
+        """Whether the body's frame differs from that of its joint."""
         p, R = np.ravel(self.p_CJ), np.ravel(self.R_CJ)
         return any(is_sym(x) or x != 0.0 for x in p) or any(is_sym(x) or x != (i % 4 == 0) for i, x in enumerate(R))
 
 
 @dataclass(frozen=True)
 class Tree:
-    """Links that hang together above the ground; q and v are its parts of the scene's state."""
+    """Connected links above the ground; q and v are parts of the scene's state."""
 
     bodies: tuple[TreeBody, ...]
     first: int
@@ -90,13 +90,13 @@ class Tree:
 
     @cached_property
     def numbers(self) -> list[Any]:
-        """The parameters in the order that `with_numbers` takes them."""
+        """Parameters in the order of `with_numbers`."""
         return in_order(self, all_numbers(self.bodies))
 
     @cached_property
     def places(self) -> list[int]:
-        """Where the parameters stand among all numbers: those of like bodies side by side, first by first, second by
-        second, so that vector calls for equal limbs load them at once (see `simd_batches`)."""
+        """Places of the parameters among all numbers: interleaved for equal bodies, so that vector calls load them at
+        once (see `simd_batches`)."""
         depths: list[int] = []
         leaders: dict[tuple[int, str, int], int] = {}
         places: list[tuple[int, int, int, int]] = []
@@ -200,7 +200,7 @@ def _elastic(link: Link) -> Any:
 
 
 def _place(graph: Graph, link: Link) -> Any:
-    """Where a flexible parent carries a joint; raises KernelError for a slider on anything else."""
+    """Place of a joint on a flexible parent; raises KernelError for a slider on anything but a beam."""
     joint = link.joint
     on = graph.links[link.parent].modes if link.parent >= 0 else None
     if on is None:
@@ -224,17 +224,17 @@ def _values(body: TreeBody) -> list[Any]:
 
 
 def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
-    """Structure and parameters alike, in a fixed order."""
+    """Structure and parameters in a fixed order."""
     return [x for b in bodies for value in _values(b) for x in np.ravel(value).tolist()]
 
 
 def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
-    """Of `all_numbers` of a tree like this one, its parameters in the order that `with_numbers` takes them."""
+    """Parameters of a tree from `all_numbers` of an equal tree, in the order of `with_numbers`."""
     return [every[i] for i in tree.places]
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
-    """The same tree with its parameters replaced, in traced text by symbols."""
+    """The tree with replaced parameters, in traced text symbols."""
     given = iter([x for _, x in sorted(zip(tree.places, values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:
@@ -260,5 +260,5 @@ def _pattern(body: TreeBody) -> list[str]:
 
 
 def structural(x: float) -> bool:
-    """Whether a number is part of the structure, not a parameter."""
+    """Whether a number is structural, not a parameter."""
     return x in (0.0, 1.0, -1.0)

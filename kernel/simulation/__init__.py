@@ -2,7 +2,7 @@
 
 simulation           the life of a run, made of the parts that follow
 events               located, looked at, taken
-commands                  what may be told to a run, and who is told
+commands                  what may be reported to a run, and who is reported
 integrator           steps: tentative, committed, forced to an instant
 recorder             samples, checked on the way; rests
 held_rows            constraint rows: closed at the start, impulses at events

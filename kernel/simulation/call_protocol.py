@@ -24,17 +24,17 @@ class CallProtocol:
         self.phase = NEW
 
     def check_new(self, epoch_ns: int) -> None:
-        """Raises KernelError once time has gone on."""
+        """Raise KernelError after the simulation has advanced."""
         if self.phase == GOING or epoch_ns > 0:
             raise KernelError("the simulation has been started and has gone on; build another one to begin again")
 
     def check_begun(self) -> None:
-        """Raises KernelError before `start`: there is no derivative, no time of samples, no discrete state."""
+        """Raise KernelError before `start`."""
         if self.phase == NEW:
             raise KernelError("the simulation has no state yet; start it first")
 
     def check_settled(self, what: str, epoch_ns: int) -> None:
-        """Raises KernelError where time may not go on."""
+        """Raise KernelError unless time may advance."""
         self.check_begun()
         if self.phase in (FIRED, STOPPED):
             raise KernelError(
@@ -43,7 +43,7 @@ class CallProtocol:
             )
 
     def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
-        """Whether an interrupt has nothing to do; raises KernelError out of turn, or for a time that is none."""
+        """Whether an interrupt has nothing to do; raises KernelError out of sequence, or for an invalid time."""
         self.check_begun()
         check_time(t_ns)
         if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:
@@ -52,7 +52,7 @@ class CallProtocol:
         return False
 
     def check_standing(self, what: str, epoch_ns: int) -> None:
-        """Raises KernelError where nothing may be commanded."""
+        """Raise KernelError unless commands may be given."""
         self.check_begun()
         if self.phase == GOING:
             raise KernelError(
@@ -61,25 +61,25 @@ class CallProtocol:
             )
 
     def command(self, what: str, epoch_ns: int) -> None:
-        """A command is given; raises KernelError where that may not be."""
+        """Register a command; raises KernelError if it is not allowed."""
         self.check_standing(what, epoch_ns)
         self.phase = STOPPED
 
 
 def check_time(t_ns: int) -> None:
-    """Raises KernelError for a time that is none."""
+    """Raise KernelError for an invalid time."""
     if not isinstance(t_ns, Integral):
         raise KernelError(f"time {t_ns!r}: it must be a whole number of nanoseconds")
 
 
 def check_present(t_ns: int, present_ns: int) -> None:
-    """Raises KernelError for a time at which nothing can be commanded any more."""
+    """Raise KernelError for a time too early for commands."""
     if t_ns < present_ns:
         raise KernelError(f"time {t_ns} ns: it lies before the present, {present_ns} ns")
 
 
 def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:
-    """An interrupt behind an event that somebody waits for."""
+    """The error for an interrupt behind a subscribed event."""
     what = ", ".join(f"'{name}'" for name in dict.fromkeys(names))
     return KernelError(
         f"time {t_ns} ns: an event of {what} at {event_ns} ns comes before; call fire() and settle() first"

@@ -1,9 +1,10 @@
-"""Commands: what may be told to a simulation that stands between two stretches, and what that does to the laws.
+"""Commands: what may be reported to a simulation that stands between two stretches, and what that does to the laws.
 
 They are given after `interrupt` or `fire` and before `settle` (see `simulation`), at the time of the epoch.  Energy
 that a law gives up by a command becomes its heat, so that the balance stays closed.
 
-What may be told to a run, by whom it is told: a simulation, or islands that pass it on to the one that it is for.
+What may be reported to a run, by whom it is reported: a simulation, or islands that pass it on to the one that it is
+for.
 """
 
 from abc import ABC, abstractmethod
@@ -15,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.description.mechanics import Point, RopeSpan, Vector
+from heavylift.kernel.description.mechanics import Line, Point, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingAt, ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
@@ -35,7 +36,7 @@ from .native.native_functions import Stepping
 
 
 class CommandSwitches:
-    """Switches, hooks, locks and leads the laws of a run, as `Commanded` says."""
+    """Executes commands on the laws of a run, as `CommandTarget` describes."""
 
     def __init__(
         self,
@@ -51,7 +52,7 @@ class CommandSwitches:
         references.admit = switches.admit = self.admit
 
     def admit(self, what: str) -> None:
-        """A command is given; it may undo an event of its instant, so that `settle` looks again.
+        """Register a command; it may undo an event at the same time, so that `settle` checks again.
 
         Raises KernelError where the simulation does not stand (see `call_order`).
         """
@@ -59,7 +60,7 @@ class CommandSwitches:
         self._events.forget()
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
+        """Follow k1 s + kc cos s + ks sin s of a master from now on; "" releases it."""
         self._standing("set_follow")
         self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
@@ -74,7 +75,7 @@ class CommandSwitches:
         self._order.check_standing(what, self._native.epoch)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
+        """Lock a joint in its position, or free it; the event holds the lost energy [J].
 
         In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
         """
@@ -102,12 +103,12 @@ class CommandSwitches:
         return event
 
     def _kept(self, row: SimpleNamespace) -> float:
-        """Kinetic energy with what went into heat and without what came from work: no impulse changes it."""
+        """Kinetic energy plus heat minus work: invariant under impulses."""
         signs = [1.0 if what == "heat" else -1.0 for what, _ in self._native.program.accounts]
         return fsum([float(row.kinetic), *(s * float(x) for s, x in zip(signs, row.accounts, strict=True))])
 
     def unhook(self, rope: str) -> None:
-        """Take a rope off; the energy that it held is lost."""
+        """Unhook a rope; its elastic energy is lost."""
         self._standing("unhook")
         row = self._native.row()
         self.switches.unhook(rope)
@@ -152,7 +153,7 @@ class CommandSwitches:
             native.use(native.program.locked)
 
     def _hook_over(self, rope: Reeving, a: Vector | None, b: Vector | None, L0: float | None) -> None:
-        """Hook a rope over sheaves or edges, wherever it lies on them then."""
+        """Hook a rope over sheaves or edges, with its contacts at the time."""
         native, where, p = self._native, self._where(rope.name), self.switches.reeving_numbers(rope.name)
         if p[ReevingAt.TAUT] >= 0.0:
             raise KernelError(f"{where}: it is hooked already; unhook it first")
@@ -174,10 +175,10 @@ class CommandSwitches:
                 counted[i] = row.turned[i]  # what it turned while it was off is no turn
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
-        """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""
+        """New ends of a rope's first line in the form of its numbers: on a flexible body from their station."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}
-        lines |= {r.name: RopeSpan(r.a, r.b) for r in system.reevings}
+        lines |= {r.name: Line(r.a, r.b) for r in system.reevings}
         if rope not in lines:
             return [a, b]
         line, where = lines[rope], self._where(rope)
@@ -190,7 +191,7 @@ class CommandSwitches:
         return f"rope '{rope}' at {self._native.epoch * 1e-9:.3f} s"
 
     def _too_short(self, rope: str) -> float:
-        """By how much a rope is shorter than the way between its ends [m]."""
+        """By how much a rope is shorter than the distance of its ends [m]."""
         row, system = self._native.row(), self._native.program.system
         elastic, rigid = ([r.name for r in ropes] for ropes in (system.ropes, system.rigid_ropes))
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
@@ -209,7 +210,7 @@ class CommandSwitches:
 
 
 def _is_place(p: object) -> bool:
-    """Whether p is three finite numbers."""
+    """Whether p consists of three finite numbers."""
     return (
         isinstance(p, tuple | list | np.ndarray)
         and len(p) == 3
@@ -218,12 +219,12 @@ def _is_place(p: object) -> bool:
 
 
 def _moving_drive(program: Program, v: np.ndarray) -> str:
-    """The first prescribed drive that is in motion, "" if none."""
+    """The first moving prescribed drive, "" if there is none."""
     drives = (d for d in program.system.drives if d.kind == "prescribed")
     return next((d.name for d in drives if v[program.driven(d)[1]] != 0.0), "")
 
 
-class OwnRows(Protocol):
+class LiftRowsView(Protocol):
     """Times [ns] and rows of one of several lifts, which `method` shows: what events have changed in it alone."""
 
     name: str
@@ -232,24 +233,24 @@ class OwnRows(Protocol):
 
 
 class CommandTarget(ABC):
-    """Whoever takes commands; each raises KernelError for a name that nobody bears, and out of turn."""
+    """Interface of commands; each raises KernelError for an unknown name and out of sequence."""
 
     @property
-    def alone(self) -> Sequence[OwnRows]:
-        """Lifts whose events leave rows of their own; without any all rows are of all."""
+    def alone(self) -> Sequence[LiftRowsView]:
+        """Lifts whose events leave rows of their own."""
         return ()
 
     @abstractmethod
     def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
-        """Those of the simulation that has a law, ready for a command."""
+        """The command switches of the simulation with a law."""
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Lead an actuator by a trapezoid from its present value and speed (see `References.set_profile`)."""
+        """Command a trapezoid from present value and speed (see `References.set_profile`)."""
         commands = self._addressed("set_profile", "reference", name)
         commands.references.set_profile(name, start_ns, speed, accel, distance)
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
+        """Follow k1 s + kc cos s + ks sin s of a master from now on; "" releases it."""
         self._addressed("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:
@@ -257,7 +258,7 @@ class CommandTarget(ABC):
         self._addressed("set_brake", "brake", brake).set_brake(brake, engaged)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
+        """Lock a joint in its position, or free it; the event holds the lost energy [J].
 
         In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
         """
@@ -271,7 +272,7 @@ class CommandTarget(ABC):
         self._addressed("hook", "rope", rope).hook(rope, a, b, L0)
 
     def unhook(self, rope: str) -> None:
-        """Take a rope off; the energy that it held is lost."""
+        """Unhook a rope; its elastic energy is lost."""
         self._addressed("unhook", "rope", rope).unhook(rope)
 
     def watch(self, threshold: str, value: float, rising: bool) -> None:

@@ -25,8 +25,8 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 
 class Events:
-    """`fallen`: the guards of the event that has been located, `t_ns`: when; `before`: X before the location; `log`:
-    what happened so far, and when [ns]; `instant`: events in a row at the same nanosecond."""
+    """`fallen`: guards of the located event, `t_ns`: its time; `before`: X before the location; `log`: events with
+    times [ns]; `instant`: consecutive events at one time."""
 
     def __init__(
         self, native: NativeState, integrator: Integrator, switches: Switches, held: HeldRows, step: float
@@ -43,18 +43,18 @@ class Events:
 
     @property
     def names(self) -> list[str]:
-        """Names of the laws whose event is next."""
+        """Names of the laws of the next event."""
         return [self._native.program.guards[i][1] for i in self.fallen] if self.fallen else []
 
     @property
     def present_ns(self) -> int:
-        """First time at which commands can still be given; steps until then are history."""
+        """Earliest time at which commands are possible."""
         native = self._native
         X = native.X if self.before is None else self.before
         return native.reached_ns(float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]]))
 
     def start(self) -> None:
-        """Switch what the initial pose says."""
+        """Set states from the initial pose."""
         native = self._native
         row, switched = None, list[object]()
         for i in self._below():
@@ -66,7 +66,7 @@ class Events:
                 switched.append(found)
 
     def look(self) -> None:
-        """What is below zero behind a jump is an event at once."""
+        """Guards below zero after a jump are immediate events."""
         self.fallen = self._below()
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
@@ -74,7 +74,7 @@ class Events:
         return [i for i, x in enumerate(self._native.part("G").tolist()) if x < 0.0]
 
     def locate(self) -> None:
-        """A guard fell inside the tentative step: integrate to the next nanosecond and see what has fallen there."""
+        """A guard fell in the tentative step: find the next nanosecond and the fallen guards there."""
         native = self._native
         t_ns = native.epoch + max(0, ceil((native["t0"] + native["hi"] * native["h0"]) * 1e9))
         self.before = native.X.copy()
@@ -98,8 +98,7 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """The fallen guards and their time, when the step to them has been committed; raises KernelError for too many
-        events."""
+        """Fallen guards and their time, once the step to them is committed; raises KernelError for too many events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
         self._integrator.commit()
@@ -109,7 +108,7 @@ class Events:
         return fallen, t_ns
 
     def preview(self) -> list[StateChange]:
-        """What will happen at the located event; changes nothing."""
+        """The result of the located event; does not change the state."""
         P, X = self._native.P.copy(), self._native.X.copy()
         events = self.switch(self.fallen, self.t_ns)
         self._native.P[:], self._native.X[:] = P, X
@@ -135,14 +134,14 @@ class Events:
         return bending + events
 
     def heat(self, before: SimpleNamespace) -> None:
-        """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
+        """Energy released by laws in a switch becomes their heat; energy gained comes from it."""
         native = self._native
         first = native.program.nq + native.program.nv
         stored = native.method.row_layout.at["stored"]
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log what has happened; a beam at its first limit is noted, and a rope that rattles is calmed."""
+        """Log events; note a beam at its first limit, and damp a rattling rope."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:
@@ -152,7 +151,7 @@ class Events:
                 self._calm(e.name, t_ns, hertz)
 
     def _calm(self, rope: str, t_ns: int, hertz: float) -> None:
-        """The rope goes on without events, damped."""
+        """Continue a rope without events, damped."""
         native, p, i = self._native, self._switches.rope_numbers(rope), self._elastic.index(rope)
         nq = native.program.nq
         mass = moved_mass(p, i, slice(nq, nq + native.program.nv), native.state.copy(), native.rate)
@@ -160,17 +159,17 @@ class Events:
         native.calm |= {rope}
         native.use(native.program.locked)
         self.log.append((t_ns, StateChange(rope, "chatter", hertz)))
-        told = (
+        message = (
             f"rope '{rope}' at {t_ns * 1e-9:.3f} s: it goes slack and taut at {hertz:.3g} Hz, faster than events can "
             f"resolve; it goes on without events, damped with {p[RopeAt.DAMPING]:.3g} N s/m, until it is hooked anew"
         )
-        native.notes.append(Note(t_ns, told))
+        native.notes.append(Note(t_ns, message))
 
     def _chatter(self, fallen: list[int], t_ns: int) -> KernelError:
         guards = [self._native.program.guards[i] for i in fallen]
         ropes = [name for kind, name in guards if kind == "rigid"]
-        if ropes and (told := self._held.torn(ropes[0])):
-            return KernelError(f"rope '{ropes[0]}' at {t_ns * 1e-9:.9f} s: {told}")
+        if ropes and (message := self._held.torn(ropes[0])):
+            return KernelError(f"rope '{ropes[0]}' at {t_ns * 1e-9:.9f} s: {message}")
         names = ", ".join(sorted({name for _, name in guards}))
         touching = any(kind in KINDS for kind, _ in guards)
         cure = "let a support with stiffness take the contact's place" if touching else "soften or damp the law"

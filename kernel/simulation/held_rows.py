@@ -27,18 +27,18 @@ class HeldRows:
         """Close the loops of the initial pose; raises KernelError if they cannot be closed or leave no freedom."""
         native = self._native
         if len(native.program.constraints):
-            y, told = assemble(native.program, native.state.copy(), native.P, native.close)
+            y, message = assemble(native.program, native.state.copy(), native.P, native.close)
             self._set_state(y)
-            native.notes += [Note(0, sentence) for sentence in told]
+            native.notes += [Note(0, sentence) for sentence in message]
             self._pivots = native.part("pivot").copy()
 
     def measure(self) -> None:
-        """Take the rows as they stand for those of the start."""
+        """Take the present rows as those of the start."""
         if len(self._native.program.constraints):
             self._pivots = self._native.close(self._native.state.copy())[3]
 
     def check_start(self) -> None:
-        """Raises KernelError for a rigid rope that is hooked and too short, or for shapes that overlap."""
+        """Raise KernelError for a hooked rigid rope that is too short, or overlapping shapes."""
         native = self._native
         for r, slack in zip(native.program.system.rigid_ropes, native.row().slack, strict=True):
             if r.hooked and slack < -TOO_SHORT:
@@ -58,7 +58,7 @@ class HeldRows:
             raise error
 
     def locked(self, t: float) -> KernelError | None:
-        """Why no step could be found, if the rows are the reason."""
+        """Why no step was found, if rows are the reason."""
         native = self._native
         if not len(native.program.constraints):
             return None
@@ -67,7 +67,7 @@ class HeldRows:
         return locked(native.program, self._pivots, pivot, t, self._moving() if apart else [])
 
     def torn(self, rope: str) -> str:
-        """Why states of a rigid rope switch without end, as part of a sentence, or ""."""
+        """Why the states of a rigid rope switch endlessly, as part of a sentence, or ""."""
         native, system = self._native, self._native.program.system
         row = len(native.program.constraints.of) + [r.name for r in system.rigid_ropes].index(rope)
         movable = bool(native.instant().constraint_rows().movable[row])
@@ -95,7 +95,7 @@ class HeldRows:
         return after.events
 
     def _ropes(self) -> list[StateChange]:
-        """Impulses of rigid ropes and loops, and the ropes that are taut then; what has changed."""
+        """Impulses of rigid ropes and loops, and the ropes that become taut; returns changes."""
         native = self._native
         p, ropes, at = native.program, native.program.system.rigid_ropes, native.program.parameters.at
         after = resolve(p, native["t"], native.among(), native.state.copy(), native.P)

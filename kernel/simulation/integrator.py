@@ -10,7 +10,7 @@ from heavylift.kernel.model.references import References
 from heavylift.kernel.simulation.native.native_state import NEVER, ROWS, NativeState
 from heavylift.kernel.simulation.safeguards.chatter import StepBudget
 from heavylift.kernel.simulation.safeguards.failures import too_slow, too_small, undefined, unsolved
-from heavylift.kernel.simulation.safeguards.step_check import told_fastest
+from heavylift.kernel.simulation.safeguards.step_check import fastest_mode_text
 
 from .held_rows import HeldRows
 from .recorder import SampleRecorder
@@ -20,7 +20,7 @@ SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
 
 
 class Integrator:
-    """Takes the steps of a run; `held`: its constraint rows, for why they cannot be kept."""
+    """Takes the steps of a run; `held`: its constraint rows, for error messages."""
 
     def __init__(
         self, native: NativeState, recorder: SampleRecorder, references: References, held: HeldRows, fixed: bool
@@ -29,7 +29,7 @@ class Integrator:
         self._fixed, self._name = fixed, native.method.method.name
 
     def commit(self) -> None:
-        """The tentative step becomes history, with its samples and peaks."""
+        """Commit the tentative step with samples and peaks."""
         native = self.native
         native.call("commit")
         if "top" in native.at:
@@ -46,7 +46,7 @@ class Integrator:
         self._recorder.drain()
 
     def led(self, t: float) -> None:
-        """From the committed state to local time t in forced steps: one, or halves where the method solves no more."""
+        """Advance to local time t in forced steps: one, or halves if the method fails."""
         ends = [t]
         while ends:
             if self._solved(ends[-1]):
@@ -59,7 +59,7 @@ class Integrator:
                 ends.append(0.5 * (self.native["t"] + ends[-1]))
 
     def forced(self, t: float) -> bool:
-        """One step from the committed state to local time t, accepted as it is; step control is not touched.
+        """A forced step to local time t; step control is not changed.
 
         False where it has no solution: all is as it was, but the next step goes half as far.
         """
@@ -73,7 +73,7 @@ class Integrator:
         return False
 
     def _solved(self, t: float) -> bool:
-        """Whether there is such a step; if not, all is as it was."""
+        """Whether such a step succeeds; otherwise the state is restored."""
         native = self.native
         h, error, t_stop = native["h"], native["error"], native["t_stop"]
         if t <= native["t"]:
@@ -102,7 +102,7 @@ class Integrator:
         native.set(tentative=0.0)
 
     def new_stretch(self, t_ns: int) -> None:
-        """Local time starts again at t_ns."""
+        """Restart local time at t_ns."""
         native = self.native
         native.X[native.at["peak_time"]] -= (t_ns - native.epoch) * 1e-9
         native.epoch = t_ns
@@ -111,7 +111,7 @@ class Integrator:
         self._references.write(t_ns)
 
     def pass_break(self) -> None:
-        """Between two pieces of a profile or history: commit, and a new derivative, since forces may jump."""
+        """Commit and recompute the derivative between two pieces of a profile or history."""
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])
@@ -131,7 +131,7 @@ class Integrator:
         """Raises KernelError if the run stops making progress."""
         native = self.native
         if patience.ends(native.attempts, native.now):
-            raise too_slow(self._name, native.now, native["h0"], told_fastest(native))
+            raise too_slow(self._name, native.now, native["h0"], fastest_mode_text(native))
 
     def failure(self) -> KernelError:
         """Why there is no next step."""
@@ -144,4 +144,4 @@ class Integrator:
             native.call("step")
         if error := undefined(p, t, native.row(), native.velocities) or self._held.locked(t):
             return error
-        return too_small(p, t, native.part("f")[p.nq : p.nq + p.nv], told_fastest(native), self._name)
+        return too_small(p, t, native.part("f")[p.nq : p.nq + p.nv], fastest_mode_text(native), self._name)

@@ -14,8 +14,8 @@ from heavylift.kernel.simulation.safeguards.step_check import EnergyCheck, StepC
 
 
 class SampleRecorder:
-    """`rows`: times [ns] and rows so far; `number`: of the next periodic sample; `steps`: the check of fixed ones;
-    `rested`: a rest that is over: its first sample without a row [ns], what it ends before [ns], its row."""
+    """`rows`: times [ns] and rows; `number` of the next periodic sample; `steps`: check of fixed steps; `rested`: a
+    past rest: first sample without row [ns], end [ns], row."""
 
     def __init__(self, native: NativeState, sample_ns: int, tolerance: float, step: float | None) -> None:
         self._native, self.sample_ns, self._step = native, sample_ns, step
@@ -44,14 +44,14 @@ class SampleRecorder:
         if "passing" in native.at and native["passing"] > 0.0:
             t_ns = native.epoch + round((native["passing"] - 1.0) * 1e9)
             native.set(passing=-1.0)
-            told = (
+            message = (
                 f"step {self._step:g} s at {t_ns * 1e-9:.3f} s: what moves so fast can pass through what it meets "
                 f"within a step of method '{native.method.method.name}', unseen; choose a shorter one, or leave it out"
             )
-            native.notes.append(Note(t_ns, told))
+            native.notes.append(Note(t_ns, message))
 
     def _notable(self, rows: np.ndarray) -> np.ndarray:
-        """Which of (n, columns) there may be something to say of, their energies aside."""
+        """Rows (n, columns) that may need a message, apart from energies."""
         native = self._native
         at, program = native.method.row_layout.at, native.program
         if self.steps:
@@ -82,7 +82,7 @@ class SampleRecorder:
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
+        """Store a row of the native table as a sample; raises KernelError for an exhausted rope."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
@@ -97,7 +97,7 @@ class SampleRecorder:
         self.rows.append((t_ns, row))
 
     def new_stretch(self) -> None:
-        """Local time begins again at the epoch: so do the numbers of samples within the stretch."""
+        """Restart local time and sample numbers at the epoch."""
         base = self._native.local(self.next_ns)
         self._native.set(t_base=base, t_out=base, dt_out=self.sample_ns * 1e-9, count=0.0)
 
@@ -123,7 +123,7 @@ class SampleRecorder:
                 return
 
     def unroll(self, start_ns: int = 0) -> bool:
-        """Turn the next of a rest's samples from a time on into rows; whether that is not all of them."""
+        """Write the next samples of a rest from a time on as rows; whether more remain."""
         if self.rested is None:
             return False
         first, end, row = self.rested

@@ -31,17 +31,17 @@ def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
     names = _sharing(native) if len(repeated) else []
     if not names:
         return
-    told = (
+    message = (
         f"{', '.join(names[:NAMED])}{f' and {len(names) - NAMED} more' * (len(names) > NAMED)} at "
         f"{native.epoch * 1e-9:.3f} s: how they share their load is not determined by rigid bodies, and what is "
         "recorded of it is one of the possible shares; make them elastic, or let one of them hold fewer directions"
     )
-    if all(note.sentence != told for note in native.notes):
-        native.notes.append(Note(native.epoch, told))
+    if all(note.sentence != message for note in native.notes):
+        native.notes.append(Note(native.epoch, message))
 
 
 def _sharing(native: NativeState) -> list[str]:
-    """Joints and ropes of groups in which something carries what is not determined."""
+    """Joints and ropes of groups with undetermined loads."""
     from heavylift.kernel.model.reactions.joint_reactions import reactions
 
     found = reactions(native, least=False)

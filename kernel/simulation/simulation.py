@@ -44,7 +44,7 @@ SPELL = 4000  # attempted steps in one native call at most: 25 ms
 
 
 class Simulation(CommandTarget):
-    """`subscribed`: names of laws whose events stop `run`; other arguments: see `Options`.  Raises KernelError."""
+    """A simulation; `subscribed`: laws whose events stop `run`; other arguments: see `Options`. Raises KernelError."""
 
     def __init__(
         self,
@@ -114,7 +114,7 @@ class Simulation(CommandTarget):
 
     @property
     def next_ns(self) -> int:
-        """Time of the located event, or of the end of the tentative step; FOREVER_NS if nothing moves any more."""
+        """Time of the located event or of the end of the tentative step; FOREVER_NS if nothing moves."""
         if self.events.fallen:
             return self.events.t_ns
         if self.still:
@@ -123,21 +123,21 @@ class Simulation(CommandTarget):
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is an event that somebody subscribed to."""
+        """Whether `next_ns` is a subscribed event."""
         return bool(self.events.fallen) and not self.subscribed.isdisjoint(self.events.names)
 
     @property
     def present_ns(self) -> int:
-        """First time at which commands can still be given; steps until then are history."""
+        """Earliest time at which commands are possible."""
         return self.events.present_ns
 
     @property
     def now(self) -> float:
-        """Time up to which steps have been taken [s]."""
+        """Time reached by steps [s]."""
         return self.native.now
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Commit steps that end by `until_ns`, none if that is past; `pause` is called every 25 ms of work."""
+        """Commit steps up to `until_ns`; `pause` is called every 25 ms of work."""
         if self.order.phase == PAUSED:  # without a command in between
             self.settle()
         self.order.check_settled("run", self.epoch)
@@ -160,7 +160,7 @@ class Simulation(CommandTarget):
             pause()
 
     def _advance(self, horizon: float) -> None:
-        """Steps up to local time `horizon`, as many as one native call takes, and what has stopped them."""
+        """Steps up to local time `horizon` in one native call, and what stopped them."""
         native, done = self.native, self.native.attempts % SPELL
         if not done:
             self.integrator.check_pace(self.events.patience)
@@ -181,12 +181,12 @@ class Simulation(CommandTarget):
             self.still = True
 
     def preview(self) -> list[StateChange]:
-        """What `fire` will return; changes nothing."""
+        """The result of the next `fire`; does not change the state."""
         self.order.check_settled("preview", self.epoch)
         return self.events.preview()
 
     def fire(self) -> list[StateChange]:
-        """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
+        """Integrate to the located event and switch all fallen guards in fixed order."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
@@ -199,7 +199,7 @@ class Simulation(CommandTarget):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Integrate to t_ns, so that commands can be given there; `pause` is called now and then, as in `run`.
+        """Integrate to t_ns for commands; `pause` is called as in `run`.
 
         Raises KernelError for a time before steps that are committed, or behind an event that somebody subscribed to.
         """
@@ -221,7 +221,7 @@ class Simulation(CommandTarget):
         self.order.phase = PAUSED
 
     def _rest(self, t_ns: int, pause: Callable[[], None]) -> None:
-        """Samples of a scene at rest up to t_ns: nothing is integrated."""
+        """Samples of a scene at rest up to t_ns, without integration."""
         self.still = False
         self.integrator.note_peaks()
         try:
@@ -240,8 +240,8 @@ class Simulation(CommandTarget):
         self.integrator.new_stretch(t_ns)
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """Time [ns] and row of the next sample, and the row of all that follow, while nothing moves and no command
-        comes; changes nothing."""
+        """Time [ns] and row of the next sample, and the row of all following ones, while nothing moves and no command
+        comes; does not change the state."""
         native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
         if not self.still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):
@@ -254,11 +254,11 @@ class Simulation(CommandTarget):
         return self.recorder.next_ns, row
 
     def shown(self, t_ns: int) -> np.ndarray:
-        """The row at a time within the tentative step, or at rest; changes nothing."""
+        """The row at a time within the tentative step, or at rest; does not change the state."""
         return self.native.shown(t_ns, self.events.before, self.still)
 
     def settle(self) -> None:
-        """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
+        """Recompute derivative and guards after a jump; fallen guards are immediate events."""
         native, program = self.native, self.program
         self.order.check_standing("settle", self.epoch)
         if self.order.phase == STOPPED:  # by a command; else it was done where the stretch begins
@@ -290,7 +290,7 @@ class Simulation(CommandTarget):
         return self.native.rate(y)[0][nq : nq + self.program.nv]
 
     def snapshot(self) -> Snapshot:
-        """All that the future depends on (see `snapshots`)."""
+        """All state that the future depends on (see `snapshots`)."""
         self.order.check_begun()
         return kept(self, self.native)
 

@@ -42,7 +42,7 @@ def _part(run: object, path: str) -> object:
 
 
 def read(run: object, table: Table) -> Snapshot:
-    """The state of the parts of a run, nothing copied."""
+    """State of the parts of a run, without copies."""
     parts = {path: _part(run, path) for path in table}
     return {
         path: {name: getattr(x, name) for name in table[path] or vars(x)} for path, x in parts.items() if x is not None
@@ -50,7 +50,7 @@ def read(run: object, table: Table) -> Snapshot:
 
 
 def write(run: object, state: Snapshot) -> None:
-    """Bring the parts of a run to a state."""
+    """Restore the parts of a run."""
     for path, values in state.items():
         part = _part(run, path)
         for name, x in values.items():
@@ -77,7 +77,7 @@ def kept(run: object, native: NativeState) -> Snapshot:
 
 
 def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
-    """Bring a started simulation to the point of a snapshot; raises KernelError for one of another scene."""
+    """Continue a started simulation from a snapshot; raises KernelError for one of another scene."""
     if not isinstance(snapshot, dict) or snapshot.get("scene") != _scene(native):
         raise foreign()
     native.calm = frozenset(snapshot["variant"]["calm"])
@@ -86,17 +86,17 @@ def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
 
 
 def mark(run: object) -> Snapshot:
-    """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
+    """What a run changes between events, for `back`; cheaper than a snapshot."""
     return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
 
 
 def back(run: object, marked: Snapshot) -> None:
-    """Stand again where `mark` was made, before anything happened; more than once if need be."""
+    """Return to a `mark`, before any event; repeatable."""
     write(run, {path: {k: copy(x) for k, x in values.items()} for path, values in marked.items()})
 
 
 def foreign() -> KernelError:
-    """A snapshot of something else."""
+    """The error for a snapshot of something else."""
     return KernelError(
         "the snapshot was not taken from this scene with these options; restore it in a simulation of the same system, "
         "method, tolerance and sample period"
@@ -104,7 +104,7 @@ def foreign() -> KernelError:
 
 
 def _scene(native: NativeState) -> str:
-    """What tells scenes with their options apart: names, numbers at the start, places in X, method, steps, samples."""
+    """Key of a scene with options: names, start numbers, places in X, method, steps, samples."""
     p, o = native.program, native.options
     names = [[b.name for b in p.system.bodies], [k.joint.name for k in p.graph.links], p.guards, p.accounts]
     layout = [o.method, o.step, o.sample_ns, native["tol"], native["h_max"], list(native.at)]

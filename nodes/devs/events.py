@@ -18,7 +18,7 @@ from .messages import Message, decode
 
 
 class Tag(NamedTuple):
-    """One instant: t [ns] and the microstep k, none negative on the wire; ordered first by t, then by k."""
+    """An instant: time t [ns] and microstep k, ordered by t, then k; non-negative on the wire."""
 
     t: Annotated[int, Meta(ge=0)]
     k: Annotated[int, Meta(ge=0)] = 0
@@ -55,7 +55,7 @@ def after(tag: Tag, wait: int) -> Tag:
 
 
 def beyond(wait: int) -> str:
-    """What is said of a wait [ns] that ends after all time."""
+    """The error for a wait [ns] beyond the end of time."""
     long = wait if wait <= NEVER else f"2**{wait.bit_length() - 1} or more"
     return (
         f"hold_in({long}) [ns] ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to "
@@ -88,7 +88,7 @@ Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total o
 
 
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
-    """One message on an out port: tag, source model, port, index in that bag, class name, bytes."""
+    """A message on an out port: tag, source model, port, index in its bag, class name, bytes."""
 
     t: Annotated[int, msgspec.Meta(ge=0)]
     k: Annotated[int, msgspec.Meta(ge=0)]
@@ -100,7 +100,7 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
     @property
     def tag(self) -> Tag:
-        """When it is sent and received."""
+        """The tag at which it is sent and received."""
         return tag_of((self.t, self.k))
 
     @property
@@ -115,7 +115,7 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
 
 class AtomicResult(msgspec.Struct, frozen=True):
-    """What an atomic tells when a run is over: its path, class name and bytes of the message."""
+    """Result of an atomic at the end of a run: path, class name, bytes of the message."""
 
     path: str
     type: str
@@ -128,7 +128,7 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
 
 class Slack(msgspec.Struct, frozen=True):
-    """How long its outputs were scheduled before they left a port, at least: so long its lookahead could have been."""
+    """The least time by which outputs of a port were scheduled in advance: its possible lookahead."""
 
     port: str  # path of the atomic's port
     declared_ns: int
@@ -137,11 +137,12 @@ class Slack(msgspec.Struct, frozen=True):
 
 
 class Steppable(Protocol):
-    """What a node runs. `outputs` is pure; `advance` is the only way forward."""
+    """The model of a node. `outputs` is pure; only `advance` changes the state."""
 
     @property
     def lookahead(self) -> Mapping[str, int]:
-        """[ns] of each out port "model.port"; NEVER for one by which nothing can leave, 0 for one that is not named."""
+        """Lookahead [ns] of each out port "model.port"; NEVER for a port without outputs to other nodes, 0 for ports
+        not listed."""
 
     @property
     def slack(self) -> list[Slack]:
@@ -152,7 +153,7 @@ class Steppable(Protocol):
         """Tag of the last transition; before the first one (-1, 0)."""
 
     def results(self, end: Tag) -> Mapping[str, Message]:
-        """What its atomics tell of a run that is over at `end`, by path."""
+        """Results of its atomics at the end of a run, by path."""
 
     @property
     def next_time(self) -> Tag:
@@ -160,27 +161,27 @@ class Steppable(Protocol):
 
     @property
     def quiet(self) -> Tag:
-        """Earliest tag at which it can speak if nothing reaches it: next_time if the offer is not empty."""
+        """Earliest tag at which it can send an event without input: next_time unless its output is empty."""
 
     def start(self) -> None:
         """Set the initial state at (0, 0)."""
 
     def outputs(self) -> list[Event]:
-        """The offer: what lambda of next_time says to other nodes, in total order."""
+        """Outputs of next_time to other nodes, in total order."""
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Transit at `tag` <= next_time; may then work ahead below `until` while it is silent."""
+        """Execute the transitions at `tag` <= next_time; may continue below `until` as long as nothing is sent."""
 
     def among(self) -> list[Event]:
-        """What its models have said on ports that no other node hears, since this was asked last, in total order."""
+        """Events on ports without receivers in other nodes since the last call, in total order."""
 
 
 @runtime_checkable
 class Keepable(Protocol):
-    """A `Steppable` whose state can be taken out between two tags, so that another one goes on from it."""
+    """A `Steppable` whose state can be saved between two tags and restored in another one."""
 
     def snapshot(self) -> bytes:
-        """All that the future depends on; HeavyliftError if some of it cannot be kept."""
+        """All state that the future depends on; raises HeavyliftError if part of it cannot be saved."""
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot of the same model, after `start`."""

@@ -20,7 +20,7 @@ from .ports import Bag
 
 State = tuple[float, ...]
 Flow = Callable[[State], Sequence[float]]
-LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step, at which guards are looked at
+LOOKAHEADS = (0.25, 0.5, 0.75, 1.0)  # of a step, at which guards are looked at
 STEPS = 1_000_000  # of one look ahead
 RESOLVED = 2  # [ns] after the one before, an event of a guard shows rounding of time, and no motion
 CROWD = 1000  # such events, of which no OTHERS in a row were later, that are chatter
@@ -31,7 +31,8 @@ ALONE = 1e-14  # [s] steps that are shorter lead nowhere
 
 
 class Hybrid(Atomic):
-    """Override `start`, `flow`, and as wanted `guards`, `tell`, `fell`, `heard`; each of start, fell, heard calls `go`.
+    """An atomic with continuous state. Override `start`, `flow`, and if needed `guards`, `tell`, `fell`, `heard`; each
+    of start, fell, heard calls `go`.
 
     Two events of a guard within a quarter of a step are seen as none, unless the first one begins the step: `longest`
     [s] bounds steps, `tolerance` the error of each, relative to 1 + |x|; `horizon` [s]: how far it looks ahead at once.
@@ -48,22 +49,22 @@ class Hybrid(Atomic):
         return super()._port_name(name)
 
     def flow(self, x: State) -> Sequence[float]:
-        """dx/dt [1/s]; where all of it is zero the state stays until something is heard."""
+        """dx/dt [1/s]; a zero vector means rest until an input arrives."""
         raise ModelError("the model defines no flow()")
 
     def guards(self, x: State) -> Sequence[float]:
-        """Numbers each of which makes an event when it falls through zero; always as many."""
+        """Guard functions; an event occurs when one of them falls through zero. Their number is constant."""
         return ()
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send what an event says of the guards that have fallen; `ahead` is the state there."""
+        """Send the output of an event of these guards; `ahead` is the state at it."""
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Take the event of these guards: `state` is that at it."""
+        """Handle an event of these guards: `state` is the state at it."""
         raise ModelError("a guard fell, but the model defines no fell()")
 
     def heard(self, x: Bag) -> None:
-        """Take what arrives: `state` is the present one."""
+        """Handle an input: `state` is the present state."""
         raise ModelError("an input arrived, but the model defines no heard()")
 
     def go(self, *x: float) -> None:
@@ -88,16 +89,16 @@ class Hybrid(Atomic):
 
     @property
     def present(self) -> State:
-        """The state now, such as for `result`."""
+        """The present state, for example for `result`."""
         return self.at(self.now.t - self._last)
 
     def output(self) -> None:
-        """An event speaks by `tell`; where the look ahead ends nothing is said."""
+        """Send an event's output by `tell`; the end of the prediction sends nothing."""
         if self.fallen:
             self.tell(self.fallen)
 
     def internal(self) -> None:
-        """An event is taken by `fell`; where the look ahead ends the next one begins."""
+        """Handle an event by `fell`; at the end of the prediction continue it."""
         self.state, which = self.ahead, self.fallen
         if which:
             self._check_crowd(which)
@@ -106,7 +107,7 @@ class Hybrid(Atomic):
             self.go(*self.state)
 
     def _check_crowd(self, which: tuple[int, ...]) -> None:
-        """Raises ModelError where events of guards follow each other at the resolution of time, without end."""
+        """Raise ModelError if events of guards accumulate at the resolution of time."""
         many, later, last, guards = self._crowd
         close = 0 <= last >= self.now.t - RESOLVED
         many, later = (many + 1, 0) if close else (many, later + 1)
@@ -120,12 +121,12 @@ class Hybrid(Atomic):
             )
 
     def external(self, e: int, x: Bag) -> None:
-        """Inputs are taken by `heard`."""
+        """Pass inputs to `heard`."""
         self.state = self.at(e)
         self.heard(x)
 
     def _next(self) -> tuple[State, tuple[int, ...], int]:
-        """State, guards and time [ns] of the next event, or where the look ahead ends; 0 if there is none ever."""
+        """State, guards and time [ns] of the next event or of the end of the prediction; 0 if there is none."""
         before = self._guards(self.state)
         if not before or not any(self.flow(self.state)):
             return self.state, (), 0
@@ -136,7 +137,7 @@ class Hybrid(Atomic):
                     f"the flow from {self.state} needs more than {STEPS} steps for {step.t0:g} s: it is stiff, or the "
                     f"horizon of {self.horizon:g} s is too far"
                 )
-            for look in LOOKS:
+            for look in LOOKAHEADS:
                 t = min(end, max(last + 1, step.begin + ceil(look * step.h * 1e9)))
                 now = self._guards(step.at(t))
                 if fallen := self._falls(step, last, before, t, now):
@@ -155,7 +156,7 @@ class Hybrid(Atomic):
     def _falls(
         self, step: "_Step", last: int, before: Sequence[float], t: int, now: Sequence[float]
     ) -> tuple[int, tuple[int, ...]] | None:
-        """The first time [ns] in (last, t] at which guards have fallen, and which."""
+        """The first time [ns] in (last, t] at which guards have fallen, and their indices."""
         if len(now) != len(before):
             raise ModelError(f"guards() gave {len(before)} numbers and then {len(now)}; give always as many")
         found = dict[int, int]()
@@ -172,7 +173,7 @@ class Hybrid(Atomic):
         return (at, tuple(i for i in found if found[i] == at)) if found else None
 
     def _first(self, step: "_Step", i: int, low: int, high: int) -> int:
-        """The time [ns] at which guard i is not positive any more: it is at `low`, not at `high`."""
+        """The first time [ns] at which guard i is not positive: positive at `low`, not at `high`."""
         while high - low > 1:
             middle = (low + high) // 2
             if self._guards(step.at(middle))[i] > 0:
@@ -183,7 +184,7 @@ class Hybrid(Atomic):
 
 
 class _Step(NamedTuple):
-    """From t0 [s], so long, and what the dense output is made of; times begin at the last transition."""
+    """A step from t0 [s] with its length and dense output; times count from the last transition."""
 
     t0: float
     h: float
@@ -244,6 +245,6 @@ def _combined(weights: Sequence[float], k: Sequence[State]) -> Iterator[float]:
 
 
 def _norm(x: Sequence[float], size: Sequence[float]) -> float:
-    """Root of the mean square; infinite if it is not finite."""
+    """Root mean square; infinite if it is not finite."""
     squares = [(a / b) * (a / b) for a, b in zip(x, size, strict=True)]
     return sqrt(fsum(squares) / len(squares)) if all(map(isfinite, squares)) else float("inf")

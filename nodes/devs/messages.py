@@ -31,7 +31,7 @@ _SCALARS = frozenset(PLAIN)
 
 @typing.dataclass_transform(frozen_default=True, field_specifiers=(msgspec.field,))
 class _MessageType(msgspec.StructMeta):
-    """Registers each message class by its name and refuses fields that a receiver could change."""
+    """Registers message classes by name and refuses mutable fields."""
 
     def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, object], **config: object) -> None:
         super().__init__(name, bases, namespace)
@@ -41,7 +41,7 @@ class _MessageType(msgspec.StructMeta):
         if known is not None and _place(known) != _place(cls) and not _left(known):
             raise ModelError(
                 f"message {name} is defined in {known.__module__} and again in {cls.__module__}: "
-                f"recordings tell messages apart by class name, rename one of them"
+                f"recordings distinguish messages by class name, rename one of them"
             )
         if not cls.__struct_config__.frozen:
             raise ModelError(f"message {name} is not frozen: a receiver could change it, remove frozen=False")
@@ -65,13 +65,13 @@ _HALVES = re.compile("[\ud800-\udfff]").search  # of characters, which no text m
 
 
 def _place(cls: type) -> tuple[str, str]:
-    """Where a class is defined; a script that is imported once more, under its name, is the same place."""
+    """Where a class is defined; a script imported again under its own name counts as the same place."""
     file: str | None = getattr(sys.modules.get(cls.__module__), "__file__", None)
     return os.path.realpath(file) if file else cls.__module__, cls.__qualname__
 
 
 def _left(cls: type) -> bool:
-    """Whether a class is one of an earlier version of its module, which has another or none of its name now."""
+    """Whether a class belongs to an earlier version of its module, in which its name is now missing or different."""
     found: object = sys.modules.get(cls.__module__)
     for part in cls.__qualname__.split("."):
         found = getattr(found, part, None)
@@ -85,20 +85,20 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
     """Units of its fields, for those who watch a run; "m or rad" where it depends on what is meant."""
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Pickled as it travels, so that one of an earlier version of its module can be, too."""
+        """Pickle in wire form, so that messages of earlier versions of a module can be unpickled."""
         cls = type(self)
         return _unpickled, (cls.__module__, cls.__name__, encode(self))
 
     def __deepcopy__(self, memo: object) -> typing.Self:
-        """Nothing in it changes."""
+        """The message itself: it is immutable."""
         return self
 
     def __plain__(self) -> bool:
-        """Whether its fields are surely what its bytes say; False leaves that open."""
+        """Whether its fields certainly equal what its bytes decode to; False if that is open."""
         return True
 
     def __post_init__(self) -> None:
-        """Refuse containers that a receiver, or the sender afterwards, could change: no annotation keeps them out."""
+        """Refuse mutable containers, which annotations do not exclude."""
         if self.__plain__():
             return
         for i, x in enumerate(astuple(self)):
@@ -118,24 +118,24 @@ def _changeable(x: object) -> bool:
 
 
 def hints_of(cls: type) -> dict[str, object]:
-    """The types of a struct's fields, with what is annotated."""
+    """Types of a struct's fields with their annotations."""
     hints = typing.get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
     return {name: hints[name] for name in cls.__struct_fields__}  # type: ignore[attr-defined]
 
 
 def _plain(self: Message) -> bool:
-    """`__plain__` of a class when it is asked first, which gives way to its own."""
+    """Default `__plain__` of a class, replaced on first use by a compiled one."""
     cls = type(self)
     cls.__plain__ = _compiled({f"m.{name}": hint for name, hint in hints_of(cls).items()})  # type: ignore[assignment, method-assign]
     return self.__plain__()
 
 
 class _Opaque(Exception):
-    """A type of which only the bytes tell whether a value arrives as it is."""
+    """A type whose values must be encoded to check whether they arrive unchanged."""
 
 
 def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
-    """A function of m that checks expressions: a loop over fields costs more than all else that sending does."""
+    """Compile a check of message fields; a loop over fields would cost more than the rest of sending."""
     names: dict[str, object] = {"halves": _HALVES}
     try:
         text = " and ".join(_check(x, hint, names) for x, hint in hints.items())
@@ -145,7 +145,7 @@ def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
 
 
 def _check(x: str, hint: object, names: dict[str, object]) -> str:
-    """An expression that is true if x arrives as it is; raises _Opaque."""
+    """An expression that is true if x arrives unchanged; raises _Opaque."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         return f"({' or '.join(_check(x, arg, names) for arg in args)})"
@@ -220,7 +220,7 @@ def encode(value: Message) -> bytes:
 
 
 def decode(name: str, payload: bytes) -> Message:
-    """A new message of the class `name` from its canonical bytes; every field is checked."""
+    """Decode a message of the class `name` from its canonical bytes; all fields are checked."""
     try:
         return typing.cast(Message, decoder(message_type(name)).decode(payload))
     except UNREADABLE as error:
@@ -235,11 +235,11 @@ def _unpickled(module: str, name: str, payload: bytes) -> Message:
 
 
 def decoder(cls: type[Message]) -> "msgspec.msgpack.Decoder[Any]":
-    """What reads the bytes of a class; ModelError if its fields leave open what their bytes mean."""
+    """The decoder of a class; raises ModelError if its field types are ambiguous."""
     if cls not in _DECODERS:
         try:
             _DECODERS[cls] = msgspec.msgpack.Decoder(cls)
         except (TypeError, NameError) as error:
-            told = " ".join(str(error).split())
-            raise ModelError(f"message {cls.__name__} cannot be read from its bytes: {told}") from None
+            message = " ".join(str(error).split())
+            raise ModelError(f"message {cls.__name__} cannot be read from its bytes: {message}") from None
     return _DECODERS[cls]

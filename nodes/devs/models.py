@@ -27,7 +27,7 @@ Child = TypeVar("Child", bound="Model")
 
 
 class Present:
-    """What a simulator and its models share: the tag, who speaks and what has been said, changes asked for."""
+    """State shared by a simulator and its models: tag, active atomic, outputs, requested changes of structure."""
 
     __slots__ = ("busy", "changes", "live", "node", "now", "sources", "speaker", "values")
 
@@ -46,7 +46,7 @@ IDLE = Present()  # of models that no simulator has
 
 
 def out_of_reach(path: str, name: str) -> ModelError:
-    """The sentence about an attribute of a model that the models of a run must not touch."""
+    """The error for an attribute that models of a run must not access."""
     root = path.partition(".")[0]
     return ModelError(
         f"{path}.{name} is out of reach: in a run each child of {root} is a node of its own; send messages, or put "
@@ -58,7 +58,7 @@ _DECLARED: dict[type, list[tuple[str, In[Message] | Out[Message]]]] = {}
 
 
 def _declared(cls: type["Model"]) -> list[tuple[str, In[Message] | Out[Message]]]:
-    """The ports that a class and its bases declare."""
+    """The ports declared by a class and its bases."""
     if cls not in _DECLARED:
         found = ((key, x) for base in reversed(cls.__mro__) for key, x in vars(base).items())
         _DECLARED[cls] = [(key, x) for key, x in found if isinstance(x, In | Out)]
@@ -66,7 +66,7 @@ def _declared(cls: type["Model"]) -> list[tuple[str, In[Message] | Out[Message]]
 
 
 class Model:
-    """A named thing with ports; its path is the names from the root down, joined by dots."""
+    """A named model with ports; its path consists of the names from the root, joined by dots."""
 
     __slots__ = ("__dict__", "_path", "_present", "name", "parent", "ports")
 
@@ -102,8 +102,8 @@ class Model:
         """Add an out port that only this instance has, with its lookahead [ns]."""
         if not isinstance(lookahead, int) or not 0 <= lookahead <= NEVER:
             big = isinstance(lookahead, int) and lookahead > 0
-            told = "2**63 ns or more, where time ends" if big else f"{lookahead!r} is not a number of ns >= 0"
-            raise ModelError(f"{self.path}: port {name}: lookahead {told}")
+            message = "2**63 ns or more, where time ends" if big else f"{lookahead!r} is not a number of ns >= 0"
+            raise ModelError(f"{self.path}: port {name}: lookahead {message}")
         port: OutPort[M] = OutPort(self, self._port_name(name), checked_type(type), lookahead)
         self.ports[name] = port
         return port
@@ -118,7 +118,7 @@ class Model:
 
 @lru_cache(4096)
 def _wrong(name: str) -> str:
-    """Why no port can have this name; "" if one can."""
+    """Why a name is invalid for a port; "" if it is valid."""
     if not _NAME.fullmatch(name):
         return f"{name!r} cannot name a port: use letters, digits, _ and - only"
     if hasattr(Atomic, name) or name in ("name", "parent", "ports", "children", "couplings"):
@@ -150,7 +150,7 @@ class Atomic(Model):
         return Tag(*self._present.now)
 
     def hold_in(self, wait: int) -> None:
-        """Schedule the next internal transition `wait` [ns] after this tag (0: at its next microstep)."""
+        """Schedule the next internal transition `wait` [ns] after this tag (0: at the next microstep)."""
         if type(wait) is not int:
             raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use seconds(1.5)")
         if not 0 <= wait <= NEVER:
@@ -160,7 +160,7 @@ class Atomic(Model):
         self._wait = wait
 
     def passivate(self) -> None:
-        """Schedule no internal transition: wait for the next input."""
+        """Schedule no internal transition: wait for input."""
         self._wait = NEVER
 
     def start(self) -> None:
@@ -178,17 +178,17 @@ class Atomic(Model):
         raise ModelError("the scheduled tag came, but the model defines no internal()")
 
     def result(self) -> Message | None:
-        """What a run tells of this model when it is over, at its end (`now`); changes nothing."""
+        """Result of this model at the end of a run (`now`); must not change the state."""
         return None
 
     def confluent(self, x: Bag) -> None:
-        """Move on and take the bag x at one tag; by default first the one, then the other."""
+        """Confluent transition: by default `internal`, then `external`."""
         self.internal()
         self.external(0, x)
 
 
 class Coupled(Model):
-    """A model made of others: `add` children, `connect` an out port to an in port."""
+    """A coupled model: `add` children, `connect` ports."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -210,13 +210,13 @@ class Coupled(Model):
         self._change("remove", lambda: self._remove(name))
 
     def _reachable(self, name: str) -> None:
-        """What is around the nodes of a run stays, even if one simulator runs all of them."""
+        """Refuse access to parents of the models of a run."""
         present = self._present
         if self.parent is None and not present.node and (present.busy or present.speaker is not None):
             raise out_of_reach(self.path, name)
 
     def _change(self, name: str, change: Callable[[], None]) -> None:
-        """At once; in a model that runs, after all transitions of this tag."""
+        """Apply a change of structure at once; in a running model after all transitions of this tag."""
         if self._present is IDLE and self.parent is None:
             change()
             return
@@ -281,7 +281,7 @@ class Coupled(Model):
         self._coupled[source, target] = None
 
     def _fault(self, source: Port[Message], target: Port[Message]) -> str:
-        """What is wrong with a coupling, "" if nothing is."""
+        """What is wrong with a coupling, "" if nothing."""
         for port in (source, target):
             if port.owner is not self and port.owner.parent is not self:
                 return f"{port!r} is neither a port of {self.path} nor of its children"

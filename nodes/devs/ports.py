@@ -28,7 +28,7 @@ M = TypeVar("M", bound=Message)
 
 
 def travelling(value: M, port: object) -> M:
-    """The message as it arrives; ModelError names the port and the field that would arrive otherwise."""
+    """The message as its receiver gets it; raises ModelError that names port and field if it would change."""
     cls = type(value)
     read = decoder(cls)
     if value.__plain__():
@@ -43,7 +43,7 @@ def travelling(value: M, port: object) -> M:
 
 
 def _same(a: object, b: object) -> bool:
-    """Equality to which NaN is NaN."""
+    """Equality with NaN equal to NaN."""
     if isinstance(a, float) and isnan(a):
         return isinstance(b, float) and isnan(b)
     if isinstance(a, msgspec.Struct):
@@ -65,9 +65,9 @@ def _misfit(value: msgspec.Struct, within: str = "") -> str:
             return _misfit(x, f"{within}{name}.")
         if not fits:
             big = isinstance(x, int) and not -(2**63) <= x < 2**64
-            told = f"of {x.bit_length()} bits" if big else f"{x!r:.60}"
+            message = f"of {x.bit_length()} bits" if big else f"{x!r:.60}"
             cure = "an int has at most 64" if big else f"convert it to {shown(hint)} first"
-            return f"field {within}{name}: the {type(x).__name__} {told} does not travel as {shown(hint)}, {cure}"
+            return f"field {within}{name}: the {type(x).__name__} {message} does not travel as {shown(hint)}, {cure}"
     return "which does not arrive as it was sent"
 
 
@@ -103,7 +103,7 @@ class Owner(Protocol):
 
 
 class _Nothing:
-    """What a port has sent that has sent nothing; a class, since ports share no objects."""
+    """Marker of a port that has sent nothing; a class, since ports share no objects."""
 
 
 class Port(Generic[Carried]):
@@ -119,7 +119,7 @@ class Port(Generic[Carried]):
         return f"{self.owner.path}.{self.name}"
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Kept without what the simulator has put here: routes lead through the whole model."""
+        """Pickle without the simulator's routes, which lead through the whole model."""
         return object.__new__, (type(self),), self.__getstate__()
 
     def __getstate__(self) -> tuple[object, ...]:
@@ -136,7 +136,7 @@ class InPort(Port[Carried]):
 
 
 class OutPort(Port[Message], Generic[Sent]):
-    """A bound out port; `exits` are the simulator's ways out of it, `inner` those that only its own models hear."""
+    """A bound out port; `exits`: routes to other nodes, `inner`: routes to receivers in its own node."""
 
     __slots__ = ("_sent", "exits", "inner", "lookahead")
 
@@ -151,7 +151,7 @@ class OutPort(Port[Message], Generic[Sent]):
         return self.owner, self.name, self.type, self.lookahead
 
     def send(self, value: Sent) -> None:
-        """Put one message into the bags of all receivers, at this tag; allowed inside `output()` only."""
+        """Send a message to all receivers at this tag; allowed only in `output()`."""
         owner = self.owner
         present = owner._present
         if present.speaker is not owner:
@@ -161,8 +161,8 @@ class OutPort(Port[Message], Generic[Sent]):
         if value is not self._sent:  # what is sent over and over is looked at once
             if type(value) is not self.type or not value.__plain__():
                 if not isinstance(value, self.type):
-                    told = f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}"
-                    raise ModelError(told)
+                    message = f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}"
+                    raise ModelError(message)
                 value = travelling(value, f"port {self.name}")
             self._sent = value
         present.sources.append(self)
@@ -175,21 +175,21 @@ class _Declared(Generic[Bound]):
     @overload
     def __get__(self, model: "Owner", owner: type) -> Bound: ...
     def __get__(self, model: "Owner | None", owner: type) -> Self | Bound:
-        """The declaration; an initialised model has its bound port under the same name."""
+        """The declaration, or the bound port of an initialised model."""
         if model is not None:
             raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
         return self
 
 
 class In(_Declared[InPort[M]], Generic[M]):
-    """Declares an in port as a class attribute."""
+    """Declaration of an in port as a class attribute."""
 
     def __init__(self, type: type[M]) -> None:
         self.type = checked_type(type)
 
 
 class Out(_Declared[OutPort[M]], Generic[M]):
-    """Declares an out port as a class attribute, with its lookahead [ns]."""
+    """Declaration of an out port as a class attribute, with its lookahead [ns]."""
 
     def __init__(self, type: type[M], lookahead: int = 0) -> None:
         self.type = checked_type(type)
@@ -198,7 +198,7 @@ class Out(_Declared[OutPort[M]], Generic[M]):
 
 @cache
 def checked_type(type: type[M]) -> type[M]:
-    """The type itself if a port can carry it."""
+    """The type, after checking that a port can carry it."""
     if not issubclass(type, Message):
         raise ModelError(f"a port cannot carry {type!r}: derive it from Message")
     decoder(type)
@@ -206,8 +206,7 @@ def checked_type(type: type[M]) -> type[M]:
 
 
 class Bag(Protocol):
-    """What arrives at one tag: for each in port that got something, its messages in order; x[port] is empty for another
-    one of the model."""
+    """Inputs at one tag: messages in order for each in port; x[port] is empty for a port without input."""
 
     def __getitem__(self, port: InPort[M], /) -> list[M]: ...
     def __contains__(self, port: object, /) -> bool: ...

@@ -1,6 +1,6 @@
 """References to code: `package.module:name` or `path/to/file.py:name`, perhaps with arguments; read and imported.
 
-Whether that code may run is judged before, by `heavylift.kernel.trust`.
+Whether that code may run is checked before, by `heavylift.kernel.trust`.
 """
 
 import ast
@@ -13,7 +13,7 @@ _importing: list[str] = []
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Module or file, name, positional and named arguments; ModelError if it is no reference."""
+    """Module or file, name, positional and keyword arguments of a reference; raises ModelError if it is invalid."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
         raise ModelError(f"{reference!r} names no model: its name has bytes that are no UTF-8; rename the file")
@@ -32,7 +32,7 @@ def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
 
 
 def imported(where: str) -> ModuleType:
-    """The module of a name or file; ModelError says why there is none."""
+    """Import a module by name or file; raises ModelError with the reason if that fails."""
     _importing.append(where)
     try:
         return user_code.imported(where)
@@ -53,5 +53,5 @@ def imported(where: str) -> ModuleType:
 
 
 def importing() -> str:
-    """The module that is being imported for its model just now, or ""."""
+    """The module that is being imported for its model, or ""."""
     return _importing[-1] if _importing else ""

@@ -23,7 +23,7 @@ class Tally:
         self._squares = 0.0  # of what lies between observations and their mean
 
     def add(self, x: float) -> None:
-        """One more observation; ModelError if it is not finite."""
+        """Add an observation; raises ModelError if it is not finite."""
         _finite(x)
         self.count += 1
         off = x - self.mean if self.count > 1 else 0.0
@@ -38,7 +38,7 @@ class Tally:
 
 
 class TimeWeighted:
-    """A `value` that holds from `set` to `set`; its mean over time, least and most."""
+    """A piecewise constant `value` with time average, minimum and maximum."""
 
     def __init__(self, value: float = 0.0, since_ns: int = 0) -> None:
         _finite(value)
@@ -47,14 +47,15 @@ class TimeWeighted:
         self._area = 0.0  # [ns] times value
 
     def set(self, value: float, now: Tag) -> None:
-        """It changes now; ModelError if it is not finite, or that is earlier than the last change."""
+        """Set the value at a time; raises ModelError if it is not finite or the time is earlier than the last
+        change."""
         _finite(value)
         self._area, self._changed = self._until(now), now.t
         self.value = value
         self.least, self.most = min(self.least, value), max(self.most, value)
 
     def mean(self, now: Tag) -> float:
-        """From the beginning until now; NaN before time has passed."""
+        """Time average until now; NaN before time has passed."""
         area = self._until(now)
         return area / (now.t - self.since) if now.t > self.since else nan
 
@@ -65,7 +66,7 @@ class TimeWeighted:
 
 
 def stream(seed: int, name: str) -> Random:
-    """A stream of random numbers of its own for each seed and name, such as the path of an atomic."""
+    """An independent random stream for each seed and name, such as the path of an atomic."""
     return Random(f"{seed}/{name}")
 
 

@@ -2,7 +2,7 @@
 
 Limit     one row of the table of limits: subject, quantity, value or chart, design factor, source
 Use       the worst that was met of a limit, with time, stage and use
-Signals   what is judged, as columns over the instants of a path or of a run
+Signals   what is checked, as columns over the instants of a path or of a run
 Finding   one thing that was found, with its place, time, value and limit
 
     uses_on_path(plan, states)  -> a Use of each limit of the plan, on the equilibrium path
@@ -36,11 +36,12 @@ from heavylift.nodes.plan.limit import RatedLimit, Use
 
 if TYPE_CHECKING:
     from .checks import checks_of, line_of, rows
-    from .judging import judge, uses_of, uses_on_path
+    from .judging import findings_of, uses_of, uses_on_path
     from .signals import SignalColumns, signals_of
 
 __all__ = [
-    "Finding", "RatedLimit", "SignalColumns", "Use", "checks_of", "judge", "line_of", "rows", "signals_of", "uses_of",
+    "Finding", "RatedLimit", "SignalColumns", "Use", "checks_of", "findings_of", "line_of", "rows", "signals_of",
+    "uses_of",
     "uses_on_path",
 ]  # fmt: skip
 CHECKS = dict.fromkeys(("checks_of", "line_of", "rows"), ".checks")

@@ -28,13 +28,18 @@ STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 NOT_CHECKED, ASSUMED, UNKNOWN, WARNED = "not checked", "assumed", "error unknown", "warning"
 IN_A_RUN = "in a run"  # of what nothing is known at rest
+REMEDY = {
+    UNKNOWN: ": the error of these values was not measured; `--accuracy 1%` measures it",
+    ASSUMED: ": limits assumed by heavylift; state your own, or confirm them with 'assumed: accept'",
+}
+GOVERNING = 3  # checks with the highest utilisation that are printed
 COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line counts them
 
 
 def checks_of(
     plan: Plan, uses: Sequence[Use], others: Iterable[Finding], errors: Errors | None, shapeless: Iterable[str]
 ) -> list[Check]:
-    """All checks, worst first, those of a state from hook to ground as the table of limits has them.
+    """All checks, worst state first, then in the order of the table of limits from hook to ground.
 
     `uses` are the worst of each limit, `others` what was found besides them; `errors` those of a run (None: of a path
     at rest, which has none); `shapeless`: what has no shape, so that no clearance is known of it.
@@ -45,8 +50,8 @@ def checks_of(
         Check(quantity="clearance", subject="", state="amber", why=NOT_CHECKED, sentence=what) for what in shapeless
     ]
     if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
-        told = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
-        found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=told))
+        message = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
+        found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
@@ -57,7 +62,7 @@ def _factored(plan: Plan) -> bool:
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit, met, use = use.limit, use, use.at_worst
     error = 0.0 if errors is None else error_of(use, errors)
-    state, why, told = _judged(use, error, plan.accepts_assumed, at_rest=errors is None)
+    state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     finding = finding_of(plan, met, dynamic=errors is not None) if state == "red" else None
     inputs = f"at the worst of {limit.inputs}" if use is not met else ""
     basis = "; ".join(part for part in (limit.source, limit.note, inputs) if part)
@@ -66,35 +71,35 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
         quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,
         limit=bound(use) if limit.known and use.value is not None else limit.value, use=use.use, error=error, t=use.t,
         stage=use.stage, basis=basis, where=limit.where, shown=value, allowed=_allowed(use),
-        sentence=finding.sentence if finding else told,
+        sentence=finding.sentence if finding else message,
     )  # fmt: skip
 
 
-def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
+def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
     """State of a limit, which amber it is, and a sentence."""
     limit = use.limit
     name = f"{limit.quantity} of {limit.subject}"
     absent = limit.quantity in ABSENT and not limit.elements
     if absent or not limit.known:
-        told = f"{name}: {limit.note or 'no limit is known'}"
-        return ("none", "", told) if absent else ("amber", NOT_CHECKED, told)
+        message = f"{name}: {limit.note or 'no limit is known'}"
+        return ("none", "", message) if absent else ("amber", NOT_CHECKED, message)
     if use.value is None:
         return ("none", IN_A_RUN, f"{name}: a run checks it") if at_rest else ("none", "", f"{name}: it did not occur")
     if use.beyond and (error is None or use.excess > error):
         return "red", "", ""
     if error is None:
-        return "amber", UNKNOWN, f"{name}: nobody has measured the error of its value"
+        return "amber", UNKNOWN, f"{name}: the error of its value was not measured"
     if use.excess > -error and error > 0.0:
         needed = abs(use.excess / use.value) if use.value else 0.0
-        told = f"{name}, {shown(limit, use.value)}, is right to {100.0 * error / abs(use.value or 1.0):.2g} %"
-        return "undecided", "", f"{told}; an accuracy of {100.0 * needed:.2g} % decides"
+        message = f"{name}, {shown(limit, use.value)}, is right to {100.0 * error / abs(use.value or 1.0):.2g} %"
+        return "undecided", "", f"{message}; an accuracy of {100.0 * needed:.2g} % decides"
     if "assumed" in f"{limit.source} {limit.note}" and not accepted:
         return "amber", ASSUMED, f"{name}: a limit that heavylift assumes; confirm it, or write 'assumed: accept'"
     return "green", "", ""
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """By how much a value may be wrong [its unit]; None if nobody knows.
+    """Error of a value [its unit]; None if it is not known.
 
     What was measured of the use counts; else, of a load that ropes carry, what was of their tensions.
     """
@@ -113,7 +118,7 @@ def error_of(use: Use, errors: Errors) -> float | None:
 
 
 def _of_finding(f: Finding) -> Check:
-    """What was found of something that has no limit, or whose limit is not in the table."""
+    """The check of a finding without a limit in the table."""
     state: State = "red" if f.severity == "red" else "amber"
     why = "" if state == "red" else NOT_CHECKED if f.kind == "unfollowed" else WARNED
     return Check(
@@ -123,25 +128,26 @@ def _of_finding(f: Finding) -> Check:
 
 
 def state_of(checks: Iterable[Check]) -> State:
-    """The worst state; what cannot occur does not count."""
+    """The worst state; checks that cannot occur do not count."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 
 def line_of(checks: Sequence[Check]) -> str:
-    """The verdict in one line: the worst state, how many checks have which, and the worst of them in words."""
+    """The verdict in one line: worst state, number of checks by state, and the worst check in words."""
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:
         if (many := sum(c.why == why for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
     worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
-    told = "" if any(c.basis for c in checks) else "; the scene has no limits to check"
-    told = f"; worst: {worst}" if worst else told
-    return f"{state_of(checks).upper()}: {', '.join(counts)}{told}"
+    message = "" if any(c.basis for c in checks) else "; the scene has no limits to check"
+    message = f"; worst: {worst}" if worst else message
+    return f"{state_of(checks).upper()}: {', '.join(counts)}{message}"
 
 
 def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...]]:
-    """Cells under `HEAD`, worst first: per quantity and state the subject that uses it most; `every`: all subjects."""
+    """Rows below `HEAD`, worst first: for each quantity and state the subject with the highest utilisation; `every`:
+    all subjects."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
         alone = every or check.quantity == "factor"
@@ -166,7 +172,7 @@ def _row(group: list[Check]) -> tuple[str, ...]:
 
 
 def _size(check: Check) -> float:
-    """How bad a check is among others of its kind."""
+    """Size by which checks of a kind are compared."""
     value = check.value or 0.0
     if abs(value) < NOISE.get(check.unit, 0.0):
         return 0.0
@@ -180,3 +186,36 @@ def _allowed(use: Use) -> str:
     if limit.between is not None:
         return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
     return ("at least " if limit.least else "") + (shown(limit, bound(use)) if use.value is not None else "")
+
+
+def governing(checks: Sequence[Check]) -> list[str]:
+    """The checks with the highest utilisation, one of a quantity, as lines of text."""
+    found: dict[str, Check] = {}
+    for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
+        if check.use and " to " not in check.allowed:
+            found.setdefault(check.quantity, check)
+    lines = []
+    for check in [*found.values()][:GOVERNING]:
+        at = ", ".join(part for part in (f"at {clock(check.t)}" if check.t else "", check.stage) if part)
+        used = f"utilisation {percent(check.use or 0.0)}, limit {check.allowed}"
+        lines.append(f"governs: {check.quantity} of {check.subject}, {check.shown}: {used}{f' ({at})' if at else ''}")
+    return lines
+
+
+def open_checks(checks: Sequence[Check]) -> list[str]:
+    """Undecided and amber checks as lines of text, each kind once, with what would decide it."""
+    kinds: dict[str, list[Check]] = {}
+    for check in checks:
+        if check.state in ("undecided", "amber") and check.why != WARNED:
+            kinds.setdefault(check.word, []).append(check)
+    lines = []
+    for kind, some in kinds.items():
+        if kind in REMEDY:
+            lines.append(f"{kind}: {', '.join(dict.fromkeys(check.quantity for check in some))}{REMEDY[kind]}")
+            continue
+        alike: dict[str, list[Check]] = {}
+        for check in some:
+            alike.setdefault(check.quantity, []).append(check)
+        for first, *more in alike.values():
+            lines.append(f"{kind}: {first.sentence}{f'; likewise {len(more)} more' if more else ''}")
+    return lines

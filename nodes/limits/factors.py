@@ -36,7 +36,7 @@ Key = tuple[str, str]
 
 
 class Clause(NamedTuple):
-    """What a practice says of a factor: its value, None where it follows from the lift or is to be confirmed."""
+    """A factor in a practice: its value, or None if it follows from the lift or must be confirmed."""
 
     source: str
     value: float | None = None
@@ -57,7 +57,7 @@ PRACTICES: dict[str, dict[str, Clause]] = {  # what was read in a public copy ha
 
 
 class Lift(NamedTuple):
-    """What of a load matters to a part that carries it."""
+    """Properties of a lift on which the factors of a part depend."""
 
     weight: float  # of what is lifted [N]
     hooks: tuple[str, ...]  # that carry it
@@ -72,10 +72,10 @@ def design_limits(
     practice: str,
     uses: Sequence[Use],
     states: Sequence[StaticState],
-    aside: Mapping[Key, float],
+    lateral: Mapping[Key, float],
 ) -> Iterator[RatedLimit]:
-    """A row for each part with a limit, and one for each factor that nobody gives; `uses`, `states`: of the path at
-    rest, `aside`: how much each limit is used more at the corners of the box of the centre of mass."""
+    """Design limits of all parts, and a row for each missing factor; `uses`, `states`: of the path at rest, `aside`:
+    increase of utilisation at the corners of the centre-of-mass box."""
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
     strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
     for quantity, base in BASES.items():
@@ -88,21 +88,21 @@ def design_limits(
             for name in NAMES[1:]:
                 if not _needed(name, quantity, lift):
                     continue
-                value, source = _value(name, given, clauses, lift, plan, limit, states, aside)
+                value, source = _value(name, given, clauses, lift, plan, limit, states, lateral)
                 if value is None:
                     missing[name] = source
                 elif quantity != "hook design load" or name != "dynamic" or given.dynamics == "not included":
                     found.append(Factor(name=name, value=value, source=source))
             if quantity == "hook design load" and (hung := _rigging(plan, limit.elements[0])):
-                told = f"{hung / 1e3:.4g} t of slings and shackles, which have no mass in the model"
-                found.insert(0, Factor(name="rigging", value=1.0 + hung / use.value, source=told))
+                message = f"{hung / 1e3:.4g} t of slings and shackles, which have no mass in the model"
+                found.insert(0, Factor(name="rigging", value=1.0 + hung / use.value, source=message))
             if quantity == "hook design load" and not given.dynamics and "dynamic" not in missing:
                 missing["dynamics"] = "whether capacities of hooks include dynamics: write 'dynamics: included'"
             alone = quantity == "hook design load" and given.dynamics != "not included"
             rest = RestLoad(
                 value=use.value, bound=use.value / use.use if use.use else 0.0, stage=use.stage, alone=alone
             )
-            row = replace(limit, quantity=quantity, factors=tuple(found), rest=rest, spread=0.0, inputs="")
+            row = replace(limit, quantity=quantity, factors=tuple(found), rest=rest, spread=0.0, adds=False, inputs="")
             if quantity == "sling design load" and limit.subject in strengths:
                 most = strengths[limit.subject]
                 row = replace(row, value=most.value, factor=most.factor, source=most.source, note=most.note)
@@ -117,7 +117,7 @@ def design_limits(
 
 
 def _rigging(plan: Plan, rope: str) -> float:
-    """The mass of the slings on a hook and their shackles, two each, as far as gear tells it [kg]."""
+    """Mass of the slings on a hook and their shackles, two each, as far as known from gear [kg]."""
     hook = next((hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope), None)
     ties = [*ties_on(plan.machines, hook)] if hook else []
     total = 0.0
@@ -170,9 +170,9 @@ def _value(
     plan: Plan,
     limit: RatedLimit,
     states: Sequence[StaticState],
-    aside: Mapping[Key, float],
+    lateral: Mapping[Key, float],
 ) -> tuple[float | None, str]:
-    """A factor and its source; None, and what to write."""
+    """A factor and its source; None and the remedy if it is missing."""
     clause = clauses.get(name, Clause("no practice"))
     own = getattr(given, f"{name}_factor" if name in ("cog", "tilt") else name)
     if name == "wind":
@@ -180,7 +180,7 @@ def _value(
     if name == "cog" and given.cog is not None:
         box = ", ".join(f"{x:g}" for x in given.cog)
         radius = ", with the radius that goes with each" if limit.over == "radius" else ""
-        return aside.get((limit.subject, limit.quantity)), f"corners of a box of +- {box} m, at rest{radius}"
+        return lateral.get((limit.subject, limit.quantity)), f"corners of a box of +- {box} m, at rest{radius}"
     if name == "tilt" and own is None and given.tilt is not None:
         return tilted(plan, lift.hooks, limit, states, float(sin(given.tilt)), 0.0), "the scene"
     if name == "tilt" and own is None and clauses and plan.place in ("inshore", "offshore"):
@@ -189,8 +189,8 @@ def _value(
         return tilted(plan, lift.hooks, limit, states, APART, 0.0), f"{clause.source}, 5 degrees"
     if own is not None:
         return own, "the scene"
-    if name == "dynamic" and clauses and (foreseen := daf(plan.place, lift.weight / plan.gravity)):
-        return foreseen
+    if name == "dynamic" and clauses and (required := daf(plan.place, lift.weight / plan.gravity)):
+        return required
     if clause.value is not None:
         return clause.value, clause.source
     key = {"cog": "cog: [0.5 m, 0.5 m, 0 m]", "tilt": "tilt: 3 deg"}.get(name, f"{name}: 1.05")
@@ -198,36 +198,36 @@ def _value(
 
 
 def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
-    """Of a push of the wind beside the weight: the force on the part that holds both over the weight."""
+    """Factor for wind on a load: resultant of wind force and weight over the weight."""
     if given.wind is None:
         return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"
     if not given.wind * given.area:
         return 1.0, "no wind on the load"
     push = 0.5 * AIR * given.drag * given.area * given.wind * given.wind
-    told = f"0.5 x {AIR:g} kg/m3 x {given.drag:g} x {given.area:g} m2 x ({given.wind:g} m/s)2 = {push / 1e3:.4g} kN"
-    return sqrt(1.0 + (push / lift.weight) * (push / lift.weight)), told
+    message = f"0.5 x {AIR:g} kg/m3 x {given.drag:g} x {given.area:g} m2 x ({given.wind:g} m/s)2 = {push / 1e3:.4g} kN"
+    return sqrt(1.0 + (push / lift.weight) * (push / lift.weight)), message
 
 
 def tilted(
     plan: Plan, hooks: Sequence[str], limit: RatedLimit, states: Sequence[StaticState], sine: float, rise: float
 ) -> float | None:
-    """How much more a part carries of a load on two hooks that tilts by an angle, or as one hook is higher by `rise`
-    [m] if that is more: the shares of plumb ropes (0027/ND, B.1.2), where the part carries most at rest."""
+    """Increase of a part's load on two hooks when the load tilts by an angle, or one hook is higher by `rise` [m] if
+    that is more (0027/ND, B.1.2, plumb ropes), at the state of its largest static load."""
     most: tuple[float, float] | None = None
     for state in (x for x in states if not x.grounded):
         ends = [_end(plan, state, hook) for hook in hooks]
         if None in ends:
             continue
         (first, g), (second, _) = (end for end in ends if end is not None)
-        way = [second[i] - first[i] for i in (0, 1)]
-        apart = sqrt(way[0] * way[0] + way[1] * way[1])
+        distance = [second[i] - first[i] for i in (0, 1)]
+        apart = sqrt(distance[0] * distance[0] + distance[1] * distance[1])
         mine = next((i for i, hook in enumerate(hooks) if _on(plan, hook) & {*limit.elements}), 0)
         load = state.tensions.get(hooks[mine], 0.0)
         if apart == 0.0 or (most is not None and load <= most[0]):
             continue
         s = max(sine, rise / apart)
         c = sqrt(1.0 - s * s)
-        x = [sum((p[i] - g[i]) * way[i] for i in (0, 1)) / apart for p in (first, second)]
+        x = [sum((p[i] - g[i]) * distance[i] for i in (0, 1)) / apart for p in (first, second)]
         z = [p[2] - g[2] for p in (first, second)]
         other, sign = (x[1], 1.0) if mine == 0 else (x[0], -1.0)
         level = sign * other / (x[1] - x[0])
@@ -249,8 +249,8 @@ Vector = tuple[float, float, float]
 
 
 def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | None:
-    """About which point of the load a hook holds it, and where its centre of mass is, in the world [m]: where several
-    slings of one hook meet, else the middle of its lugs."""
+    """Suspension point of the load on a hook, and its centre of mass, in the world [m]: the common point of its slings,
+    else the mean of its lugs."""
     lugs, places = lug_places(plan.machines), list[tuple[Vector, Vector]]()
     hook = next(hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope)
     body = ""
@@ -270,5 +270,5 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 
 def product(limit: RatedLimit, *, dynamic: bool) -> float:
-    """Of the factors of a limit; with what was simulated, `dynamic`, all but the dynamic one."""
+    """Product of the factors of a limit; for a simulated load, `dynamic`, without the dynamic factor."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

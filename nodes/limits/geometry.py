@@ -17,12 +17,13 @@ DENSITIES = 20.0, 7850.0  # of all that is in the box of a block [kg/m3]: of lig
 
 
 def outside(half: Vector, p: Vector) -> float:
-    """How far a point is outside a box of these half edges around the origin [m]; 0 inside."""
+    """Distance of a point from a box with these half edges about the origin [m]; 0 inside."""
     return hypot(*(max(0.0, abs(x) - h) for x, h in zip(p, half, strict=True)))
 
 
 def geometry_findings(plan: Plan) -> list[Finding]:
-    """Lugs far off the box of a block, and centres of mass outside it: red; a mass unlike its volume: a warning."""
+    """Red findings for lugs far off the block and centres of mass outside it; a warning for a mass that contradicts the
+    volume."""
     found = [finding for machine in plan.machines for cargo in machine.cargo for finding in _of(cargo)]
     return found + list(_densities(plan))
 
@@ -34,17 +35,17 @@ def _of(cargo: Cargo) -> Iterator[Finding]:
     for lug, p in cargo.lugs.items():
         off = outside((u, v, w), p)
         if off > REACH + ROUNDING:
-            told = f"the lug {lug} is {off:.4g} m off the block, no lug of it can be more than {REACH:g} m off"
-            yield _finding(lug, told, cargo.marks[lug], off, REACH)
+            message = f"the lug {lug} is {off:.4g} m off the block, no lug of it can be more than {REACH:g} m off"
+            yield _finding(lug, message, cargo.marks[lug], off, REACH)
     off = outside((u, v, w), cargo.com)
     if off > ROUNDING:
         com = ", ".join(f"{x:g}" for x in cargo.com)
-        told = f"the centre of mass at u, v, w = {com} m is {off:.4g} m outside the block"
-        yield _finding(cargo.body, told, cargo.marks[""], off, 0.0)
+        message = f"the centre of mass at u, v, w = {com} m is {off:.4g} m outside the block"
+        yield _finding(cargo.body, message, cargo.marks[""], off, 0.0)
 
 
 def _densities(plan: Plan) -> Iterator[Finding]:
-    """Of what is lifted, by its mass over the boxes that hold it."""
+    """Warnings for lifted bodies with an implausible density."""
     known = plan.machines
     masses = {body.name: body.mass for m in known for body in m.system.bodies if body.flexible is None}
     low, high = DENSITIES
@@ -52,16 +53,25 @@ def _densities(plan: Plan) -> Iterator[Finding]:
         sizes = [x.size for m in known for x in m.shapes if x.body == cargo.body]
         volume, mass = sum(a * b * c for a, b, c in sizes), masses.get(cargo.body, 0.0)
         if mass and volume and not low <= mass / volume <= high:
-            told = f"the mass of {cargo.body}, {mass / 1e3:.4g} t in {volume:.4g} m3, means {mass / volume:.3g} kg/m3"
+            message = (
+                f"the mass of {cargo.body}, {mass / 1e3:.4g} t in {volume:.4g} m3, means {mass / volume:.3g} kg/m3"
+            )
             basis = f"what is lifted has {low:g} (light frames, assumed) to {high:g} kg/m3 (solid steel)"
-            limit, told = low if mass / volume < low else high, f"{told}; {basis}: look at its mass and size"
-            found = _finding(cargo.body, told, machine.where, mass / volume, limit)
+            limit, message = low if mass / volume < low else high, f"{message}; {basis}: look at its mass and size"
+            found = _finding(cargo.body, message, machine.where, mass / volume, limit)
             yield replace(found, severity="warning", unit="kg/m3")
 
 
-def _finding(subject: str, told: str, where: str, value: float, limit: float) -> Finding:
+def _finding(subject: str, message: str, where: str, value: float, limit: float) -> Finding:
     return Finding(
-        severity="red", kind="geometry", subject=subject, sentence=told, where=where, value=value, limit=limit, unit="m"
+        severity="red",
+        kind="geometry",
+        subject=subject,
+        sentence=message,
+        where=where,
+        value=value,
+        limit=limit,
+        unit="m",
     )
 
 

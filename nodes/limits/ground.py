@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.mechanics import WORLD, Point, RopeSpan
+from heavylift.kernel.description.mechanics import WORLD, Line, Point
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.plan.plan import Plan
@@ -28,7 +28,7 @@ PARTS = 24  # of the way that a machine slews between two instants of a path at 
 
 
 def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corner: str) -> Column:
-    """What a corner of a base (length, width) bears (n,) [N]."""
+    """Load of a corner of a base (length, width) (n,) [N]."""
     (along, across), u, v = CORNERS[corner], 2.0 * x / base[0], 2.0 * y / base[1]
     a, b = along * u, across * v
     four = V / 4.0 * (1.0 + a + b)
@@ -45,7 +45,7 @@ def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corn
 
 
 def track_pressure(V: Column, x: Column, y: Column, base: tuple[float, float], breadth: float, side: str) -> Column:
-    """The largest pressure (n,) [Pa] below a track of a base (length, distance of tracks); infinite where it tips."""
+    """Largest pressure (n,) [Pa] below a track of a base (length, track distance); infinite beyond tipping."""
     length, apart = base
     own, e = np.clip(V / 2.0 * (1.0 + 2.0 * SIDES[side] * y / apart), 0.0, V), np.abs(x)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -53,14 +53,14 @@ def track_pressure(V: Column, x: Column, y: Column, base: tuple[float, float], b
     return np.asarray(np.where(e <= length / 6.0, own / (breadth * length) * (1.0 + 6.0 * e / length), triangle))
 
 
-def way_to_tip(x: Column, y: Column, base: tuple[float, float], *, lifts: bool) -> Column:
+def distance_to_tipping(x: Column, y: Column, base: tuple[float, float], *, lifts: bool) -> Column:
     """Which part of the way from the middle to where it tips, or to where one corner `lifts`, the force is (n,)."""
     u, v = np.abs(2.0 * x / base[0]), np.abs(2.0 * y / base[1])
     return np.asarray(u + v if lifts else np.maximum(u, v))
 
 
 def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """The pressure [Pa], the load of a wheel [kg] or the way to tipping of a machine's footing (n,)."""
+    """Pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
     found = resultant(plan, machine, signals) if machine and footing else None
@@ -71,10 +71,10 @@ def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | Non
 
 
 def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y: Column) -> Column:
-    """The quantity of a limit by the force on the ground [N] and its place [m]."""
+    """The quantity of a limit from the resultant force on the ground [N] and its position [m]."""
     base = footing.length, footing.width
     if limit.quantity == "uplift":
-        return way_to_tip(x, y, base, lifts=footing.kind == "wheels")
+        return distance_to_tipping(x, y, base, lifts=footing.kind == "wheels")
     if footing.kind == "wheels":
         return np.asarray(corner_load(V, x, y, base, limit.over) / footing.each / plan.gravity)
     if footing.kind == "tracks":
@@ -89,19 +89,19 @@ def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y
 def _slewed(
     machine: Mechanism | None, signals: SignalColumns, V: Column, x: Column, y: Column
 ) -> Iterator[tuple[Column, Column, Column]]:
-    """The force and its place; of a path at rest also on the way there, on which the machine slews."""
+    """Resultant force and position; for a path at rest also while the machine slews."""
     yield V, x, y
     actuators = machine.actuators if machine and not signals.dynamic else ()
     for slewer in (a.name for a in actuators if a.verb == "slew" and a.name in signals.lengths):
-        way = np.append(0.0, np.diff(signals.lengths[slewer]))
-        for part in range(1, PARTS if (way != 0.0).any() else 0):
-            c, s = (np.array([float(f(x)) for x in way * part / PARTS]) for f in (cos, sin))
+        distance = np.append(0.0, np.diff(signals.lengths[slewer]))
+        for part in range(1, PARTS if (distance != 0.0).any() else 0):
+            c, s = (np.array([float(f(x)) for x in distance * part / PARTS]) for f in (cos, sin))
             yield V, x * c + y * s, y * c - x * s
 
 
 def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
-    """The force on the ground (n,) [N], and where it is, in the frame of the base (n,) [m]; None if a body or rope is
-    not on record."""
+    """Resultant force on the ground (n,) [N] and its position in the frame of the base (n,) [m]; None if a body or rope
+    is not recorded."""
     footing = machine.footing
     assert footing is not None
     middle = place(signals, Point(footing.body, footing.at))
@@ -122,7 +122,7 @@ def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[C
 
 
 def _forces(plan: Plan, machine: Mechanism, signals: SignalColumns) -> Iterator[tuple[Column | None, Column | None]]:
-    """Places (n, 3) [m] and forces (n, 3) [N] of its weights, and of ropes that hold something else."""
+    """Points (n, 3) [m] and forces (n, 3) [N] of its weights, and of ropes to other bodies."""
     own, n = standing(machine), len(signals.t)
     for body in (body for body in machine.system.bodies if body.name in own):
         weight = np.zeros((n, 3))
@@ -132,11 +132,11 @@ def _forces(plan: Plan, machine: Mechanism, signals: SignalColumns) -> Iterator[
         for line in rope.lines:
             inside = line.a.body in own, line.b.body in own
             if inside[0] != inside[1] and rope.name in signals.tensions:
-                yield _pull(signals, line if inside[0] else RopeSpan(line.b, line.a, line.share), rope.name)
+                yield _pull(signals, line if inside[0] else Line(line.b, line.a, line.share), rope.name)
 
 
-def _pull(signals: SignalColumns, line: RopeSpan, rope: str) -> tuple[Column | None, Column | None]:
-    """Where a line leaves its first point, and with which force it pulls there."""
+def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None, Column | None]:
+    """Point and force of a rope line at its first end."""
     a, b = place(signals, line.a), place(signals, line.b)
     if a is None or b is None:
         return a, None
@@ -146,7 +146,7 @@ def _pull(signals: SignalColumns, line: RopeSpan, rope: str) -> tuple[Column | N
 
 
 def standing(machine: Mechanism) -> set[str]:
-    """The bodies that joints hold together with that on which it stands."""
+    """Bodies that joints connect with the base of a machine."""
     footing = machine.footing
     pairs = [
         (j.parent, j.child) for j in machine.system.joints if j.kind != "free" and WORLD not in (j.parent, j.child)

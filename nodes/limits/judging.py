@@ -21,7 +21,7 @@ from .signals import SignalColumns, signals_of
 from .table_rows import SAME, finding_of, sorted_findings
 
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
-ELSEWHERE = ("clearance",)  # judged by who looks at shapes
+ELSEWHERE = ("clearance",)  # checked by who looks at shapes
 
 
 def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
@@ -29,14 +29,14 @@ def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
     return uses_of(plan, [signals_of(states)])
 
 
-def judge(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
+def findings_of(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
     """What is beyond its limit, worst first, at rest or, `dynamic`, in a run; of several subjects with the same fault
     all are reported."""
-    return sorted_findings([told for use in uses if (told := finding_of(plan, use, dynamic=dynamic)) is not None])
+    return sorted_findings([message for use in uses if (message := finding_of(plan, use, dynamic=dynamic)) is not None])
 
 
 def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
-    """The worst of each limit; a limit that nothing could be read of has a Use without a value.
+    """The highest utilisation of each limit; a Use without value for a limit without data.
 
     Parts follow one another in time, each begins with the last instant of the one before it.
     """
@@ -52,7 +52,7 @@ def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
 
 
 class _Worst:
-    """The worst value of a limit, and where it is met first."""
+    """The highest utilisation of a limit, and where it occurred first."""
 
     def __init__(self, limit: RatedLimit, dynamic: bool) -> None:
         self._limit, self._dynamic = limit, dynamic
@@ -106,7 +106,7 @@ class _Worst:
         return -values if self._limit.least else values
 
     def _made(self, signals: SignalColumns, value: float, t: float, k: int | None, x: float | None = None) -> Use:
-        """What is met at an instant, or between them (None), at x of the chart."""
+        """The use at sample k, or between samples (None), at x of the chart."""
         limit = self._limit
         if x is not None:
             action = _action(signals, k)
@@ -120,8 +120,8 @@ class _Worst:
         if (rest := self._limit.rest) and self._dynamic:
             value = rest.value * product(self._limit, dynamic=False)
             use = value / rest.bound if rest.bound else None
-            foreseen = Use(self._limit, value, None, rest.stage, use, bound=rest.bound or None)
-            return max((x for x in (foreseen, exact, found) if x), key=lambda x: x.use or x.value or 0.0)
+            required = Use(self._limit, value, None, rest.stage, use, bound=rest.bound or None)
+            return max((x for x in (required, exact, found) if x), key=lambda x: x.use or x.value or 0.0)
         if exact is None or found is None:
             return exact or found or Use(self._limit, None)
         return exact if self._exceeds(exact, found) else found

@@ -20,7 +20,7 @@ NOISE = {
 
 @dataclass(frozen=True)
 class Words:
-    """How a quantity is reported; `refused`: a scene whose path at rest is beyond it cannot be run."""
+    """Wording of a quantity; `refused`: a scene beyond this limit at rest cannot be run."""
 
     kind: str
     sentence: Callable[[Use, bool], str]
@@ -28,12 +28,12 @@ class Words:
 
 
 def percent(use: float) -> str:
-    """A use; so close to the limit that it would be rounded to it, with a digit that tells on which side."""
+    """Utilisation in per cent, with enough digits to show on which side of 100 % it is."""
     return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
 
 
 def shown(limit: RatedLimit, value: float | None) -> str:
-    """A value of a limit's quantity, as people write it."""
+    """A value of a limit's quantity for people."""
     if value is None:
         return ""
     match limit.unit:
@@ -56,7 +56,7 @@ def shown(limit: RatedLimit, value: float | None) -> str:
 
 
 def bound(use: Use) -> float:
-    """The limit of a use: that on its side, if it lies between two."""
+    """The limit of a use; of two limits the one on its side."""
     limit = use.limit
     if limit.between is not None and use.value is not None:
         low, high = limit.between
@@ -70,8 +70,8 @@ def bound(use: Use) -> float:
 def _carries(who: Callable[[str], str]) -> Callable[[Use, bool], str]:
     def sentence(use: Use, ran: bool) -> str:
         verb = "carried" if ran else "would carry"
-        told = f"{who(use.limit.subject)} {verb} {(use.value or 0.0) / 1e3:.1f} t of {bound(use) / 1e3:g} t"
-        return f"{told}, {use.limit.note}" if use.limit.note else told
+        message = f"{who(use.limit.subject)} {verb} {(use.value or 0.0) / 1e3:.1f} t of {bound(use) / 1e3:g} t"
+        return f"{message}, {use.limit.note}" if use.limit.note else message
 
     return sentence
 
@@ -89,56 +89,56 @@ def _beam(use: Use, ran: bool) -> str:
 def _sling(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 0.0
     verb, much = "was" if ran else "would be", f"{percent(use.use or 0.0)} of its limit"
-    told = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {much}"
-    told = f"{told}: {limit.breaking / value:.2f} times below its breaking force"
-    return f"{told}, {limit.factor:g} are needed ({limit.source})"
+    message = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {much}"
+    message = f"{message}: {limit.breaking / value:.2f} times below its breaking force"
+    return f"{message}, {limit.factor:g} are needed ({limit.source})"
 
 
 def _legs_together(use: Use, ran: bool) -> str:
-    told = f"the slings of {use.limit.subject} {'carried' if ran else 'would carry'} {shown(use.limit, use.value)}"
+    message = f"the slings of {use.limit.subject} {'carried' if ran else 'would carry'} {shown(use.limit, use.value)}"
     most = f"of {shown(use.limit, bound(use))} together" if bound(use) else "at an angle for which they are not rated"
-    return f"{told} {most} ({use.limit.source})"
+    return f"{message} {most} ({use.limit.source})"
 
 
 def _lands(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "pressed" if ran else "would press"
     times = (use.value or 0.0) * limit.factor / bound(use)
-    told = f"{limit.subject} {verb} on its supports with {shown(limit, use.value)}, {times:.1f} times its weight"
-    return f"{told}; {limit.factor:g} times are allowed ({limit.source.partition(':')[0]})"
+    message = f"{limit.subject} {verb} on its supports with {shown(limit, use.value)}, {times:.1f} times its weight"
+    return f"{message}; {limit.factor:g} times are allowed ({limit.source.partition(':')[0]})"
 
 
 def _line(use: Use, ran: bool) -> str:
     verb, limit = "carried" if ran else "would carry", use.limit
-    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {percent(use.use or 0.0)} of its limit"
-    return f"{told} of {shown(limit, bound(use))} ({limit.source})"
+    message = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {percent(use.use or 0.0)} of its limit"
+    return f"{message} of {shown(limit, bound(use))} ({limit.source})"
 
 
 def _rope(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 1.0
     pull = limit.breaking / value / 1e3
-    told = f"the rope {limit.subject} {'had' if ran else 'has'} too little safety: its most loaded part"
-    told += f" {'carried' if ran else 'carries'} {pull:.1f} kN, {value:.2f} times below its breaking force"
-    return f"{told}, {limit.at():g} are needed ({limit.note})"
+    message = f"the rope {limit.subject} {'had' if ran else 'has'} too little safety: its most loaded part"
+    message += f" {'carried' if ran else 'carries'} {pull:.1f} kN, {value:.2f} times below its breaking force"
+    return f"{message}, {limit.at():g} are needed ({limit.note})"
 
 
 def _peak(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 0.0
-    told = f"the largest tension of {limit.subject}, {value / 1e3:.0f} kN, is beyond {bound(use) / 1e3:.0f} kN"
-    return f"{told}: breaking force over the partial factors of {limit.factor:.3g} ({limit.source})"
+    message = f"the largest tension of {limit.subject}, {value / 1e3:.0f} kN, is beyond {bound(use) / 1e3:.0f} kN"
+    return f"{message}: breaking force over the partial factors of {limit.factor:.3g} ({limit.source})"
 
 
 def _drum(use: Use, ran: bool) -> str:
     limit = use.limit
     verb = "pulled" if ran else "would pull"
-    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)} at its drum"
-    return f"{told}, which may pull {shown(limit, bound(use))}"
+    message = f"the rope {limit.subject} {verb} {shown(limit, use.value)} at its drum"
+    return f"{message}, which may pull {shown(limit, bound(use))}"
 
 
 def _leads(way: str) -> Callable[[Use, bool], str]:
     def sentence(use: Use, ran: bool) -> str:
         limit, verb = use.limit, "led" if ran else "would lead"
-        told = f"the rope {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical{way}"
-        return f"{told}, {degrees(bound(use)):g} degrees are allowed ({limit.source})"
+        message = f"the rope {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical{way}"
+        return f"{message}, {degrees(bound(use)):g} degrees are allowed ({limit.source})"
 
     return sentence
 
@@ -146,20 +146,20 @@ def _leads(way: str) -> Callable[[Use, bool], str]:
 def _legs(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "stood" if ran else "would stand"
     most = bound(use) if use.beyond else limit.warning or 0.0
-    told = f"the sling {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical"
-    return f"{told}, more than {degrees(most):g} degrees ({limit.source})"
+    message = f"the sling {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical"
+    return f"{message}, more than {degrees(most):g} degrees ({limit.source})"
 
 
 def _pushed(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "pulled" if ran else "would pull"
     what = "rails" if limit.over == "along" else "girder"
-    told = f"the ropes {verb} {limit.subject} along its {what} with {shown(limit, use.value)}"
-    return f"{told}, {limit.note} {shown(limit, bound(use))}"
+    message = f"the ropes {verb} {limit.subject} along its {what} with {shown(limit, use.value)}"
+    return f"{message}, {limit.note} {shown(limit, bound(use))}"
 
 
 def _high(use: Use, ran: bool) -> str:
-    told = f"the hook {use.limit.subject} {'was' if ran else 'would be'} at z = {use.value:.2f} m"
-    return f"{told}, its upper limit is {bound(use):g} m"
+    message = f"the hook {use.limit.subject} {'was' if ran else 'would be'} at z = {use.value:.2f} m"
+    return f"{message}, its upper limit is {bound(use):g} m"
 
 
 def _long(use: Use, ran: bool) -> str:
@@ -178,7 +178,7 @@ def _ends(what: str, axis: str) -> Callable[[Use, bool], str]:
 
 
 def past_the_end(subject: str, axis: str, at: float, what: str, between: tuple[float, float]) -> str:
-    """That a crane or trolley stands [m] beyond its rails or girder."""
+    """Sentence for a crane or trolley beyond the end of its rails or girder [m]."""
     who = _trolley(subject) if " " in subject else subject
     return f"{who} at {axis} = {at:g} m is past the end of its {what}, {between[0]:g} to {between[1]:g} m"
 
@@ -190,20 +190,20 @@ def _blown(use: Use, ran: bool) -> str:
 
 def _pressed(use: Use, ran: bool) -> str:
     verb = "pressed" if ran else "would press"
-    told = f"{use.limit.subject} {verb} on the ground with {shown(use.limit, use.value)}"
-    return f"{told}, {shown(use.limit, bound(use))} are allowed"
+    message = f"{use.limit.subject} {verb} on the ground with {shown(use.limit, use.value)}"
+    return f"{message}, {shown(use.limit, bound(use))} are allowed"
 
 
 def _touches(use: Use, ran: bool) -> str:
     verb = "moved" if ran else "would move"
-    told = f"hooks {verb} with {shown(use.limit, use.value)} as {use.limit.subject} lifts off or lands"
-    return f"{told}, up to {shown(use.limit, bound(use))} is allowed ({use.limit.source})"
+    message = f"hooks {verb} with {shown(use.limit, use.value)} as {use.limit.subject} lifts off or lands"
+    return f"{message}, up to {shown(use.limit, bound(use))} is allowed ({use.limit.source})"
 
 
 def _trips(use: Use, ran: bool) -> str:
     verb = "came" if ran else "would come"
-    told = f"the interlock {use.limit.subject} {verb} to {shown(use.limit, use.value)}"
-    return f"{told}, it trips at {shown(use.limit, bound(use))}"
+    message = f"the interlock {use.limit.subject} {verb} to {shown(use.limit, use.value)}"
+    return f"{message}, it trips at {shown(use.limit, bound(use))}"
 
 
 def _lifted(use: Use, ran: bool) -> str:
@@ -214,8 +214,8 @@ def _lifted(use: Use, ran: bool) -> str:
 def _designed(use: Use, ran: bool) -> str:
     limit = use.limit
     part, factors = limit.quantity.partition(" ")[0], " x ".join(f"{x.name} {x.value:.4g}" for x in limit.factors)
-    told = f"the design load of the {part} {limit.subject}, {shown(limit, use.value)}, is beyond"
-    return f"{told} {shown(limit, bound(use))}: {shown(limit, limit.rest.value if limit.rest else None)} x {factors}"
+    message = f"the design load of the {part} {limit.subject}, {shown(limit, use.value)}, is beyond"
+    return f"{message} {shown(limit, bound(use))}: {shown(limit, limit.rest.value if limit.rest else None)} x {factors}"
 
 
 def _measured(use: Use, ran: bool) -> str:

@@ -43,13 +43,13 @@ OF_TENSIONS = ("load", "tension", "use", "pull", "reserve")  # kinds of which a 
 
 
 def hooks_of(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """The hooks by the ropes that hold them."""
+    """Hooks by the names of their ropes."""
     return {hook.rope: hook for machine in machines for hook in machine.hooks}
 
 
 def signal_of(limit: RatedLimit, machines: Sequence[Mechanism], gravity: float) -> ScalarSignal | None:
-    """The signal of a limit of these machines, with gravity [m/s2]; None of what no one signal tells: the angle of a
-    sling that changes lugs, the strongest of winds, a clearance."""
+    """The signal of a limit, with gravity [m/s2]; None for quantities of several signals: sling angle with changing
+    lugs, strongest wind, clearance."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
     if kind and not limit.elements:
         return None
@@ -90,7 +90,7 @@ def _lead(hook: Hoist, quantity: Quantity) -> float:
 
 
 def origin(machines: Sequence[Mechanism], body: str, axis: int) -> float:
-    """From where a machine counts the place of a body along a world axis [m]."""
+    """Origin of a machine's coordinate along a world axis [m]."""
     carried, found = {joint.child: joint for machine in machines for joint in machine.system.joints}, 0.0
     while (joint := carried.get(body)) is not None:
         found, body = found + joint.p_PJ[axis], joint.parent

@@ -17,7 +17,7 @@ WHEN = ("begins", "most", "ends")
 
 
 class HookReach:
-    """What hooks with a chart by radius reached; parts of a path or a run are seen one after the other."""
+    """Reached radii of hooks with a radius chart, over successive parts of a path or run."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -38,7 +38,7 @@ class HookReach:
         return signals
 
     def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
-        """All of a path at rest."""
+        """Evaluate a path at rest."""
         self.see(signals_of(states))
         return self.found
 

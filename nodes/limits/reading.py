@@ -32,19 +32,19 @@ TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 
 @dataclass(frozen=True)
 class Reading:
-    """Values (n,) in the unit of the limit, nan where there is none; the exact largest and when [s], where known."""
+    """Values (n,) in the unit of the limit, nan where undefined; the exact maximum and its time [s], if known."""
 
     values: Column
     exact: tuple[float, float] | None = None
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """The quantity of a limit; None if nothing of it can be read."""
+    """Evaluate the quantity of a limit; None without data."""
     return READERS.get(limit.quantity, _named)(plan, limit, signals)
 
 
 def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """What the chart of a limit is over, at each instant: a trolley's place on its girder, or a hook's radius [m]."""
+    """The argument of a limit's chart at each sample: trolley position or radius [m]."""
     if limit.over == "angle":
         angles = [x.values for name in limit.elements if (x := _bridle(plan, limit, signals, name))]
         return np.fmax.reduce(angles) if angles else None
@@ -60,8 +60,8 @@ def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | N
 def evaluated(
     plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None = None
 ) -> Column | None:
-    """A signal at each instant (n,), in its unit of SI; None if something that it is of is on no record.  `given`:
-    values (n,), else those of the record."""
+    """Evaluate a signal at each sample (n,), SI; None if data are not recorded. `given`: values (n,) instead of
+    recorded ones."""
     systems = [machine.system for machine in plan.machines]
     rigid = tuple(rope for s in systems for rope in s.rigid_ropes)
     system = System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
@@ -80,7 +80,7 @@ def evaluated(
 
 
 def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """The signal of a limit; of its ropes those that are on record, with the exact peak of one, or of all together.
+    """Evaluate the signal of a limit, with the exact peak of one rope or the sum of all.
 
     Of a signal that the scene itself limits all must be on record.
     """
@@ -102,8 +102,8 @@ def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSigna
     """The signal at the exact peak of the one rope of a limit, or of several together, and when that was [s]."""
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
     cell = f"{limit.subject}.main" if limit.quantity in ("crane load", "tandem load") else limit.subject
-    told = signals.crossings.get(f"{cell.replace(' ', '.')}.load") if limit.quantity != "lug load" else None
-    peak = signals.peaks.get(f"{limit.subject} {limit.quantity}") or alone or told
+    message = signals.crossings.get(f"{cell.replace(' ', '.')}.load") if limit.quantity != "lug load" else None
+    peak = signals.peaks.get(f"{limit.subject} {limit.quantity}") or alone or message
     if peak is None:
         return None
     if x.quantity not in LINED:
@@ -115,8 +115,8 @@ def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSigna
 def _counted(
     plan: Plan, limit: RatedLimit, signals: SignalColumns, values: Column, exact: tuple[float, float] | None
 ) -> Reading | None:
-    """What of a signal counts: of an empty hook no chart is asked, by one over the radius the block counts, too; off
-    the vertical a rope leads while it holds a load; sides are alike."""
+    """Relevant part of a signal: charts apply to loaded hooks (with the block for charts by radius), off-lead to loaded
+    ropes, both signs alike."""
     if limit.quantity in LOADS:
         if limit.over != "radius":
             return Reading(np.maximum(values, 0.0), exact)
@@ -130,8 +130,7 @@ def _counted(
 
 
 def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:
-    """What slings pull while they are hooked to the lug of a limit [N]; one that hangs nowhere else whenever it
-    carries."""
+    """Tensions of slings while they are hooked to the lug of a limit [N]."""
     found = {}
     for name in limit.elements:
         on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), False)
@@ -142,7 +141,7 @@ def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, 
 
 
 def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """A load times its factors; in a run what is simulated, without the dynamic one."""
+    """A load times its factors; in a run the simulated load without the dynamic factor."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)
@@ -151,7 +150,7 @@ def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | 
 
 
 def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """What the legs of a bridle carry together, plumb [kg]; of their peaks, as if they came together."""
+    """Vertical load of all legs of a bridle [kg]; the sum of their peaks."""
     total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
     for name in limit.elements:
         angle = _bridle(plan, limit, signals, name)
@@ -165,7 +164,7 @@ def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading 
 
 
 def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:
-    """Angle of a sling to the vertical while it is tight [rad]."""
+    """Angle of a taut sling to the vertical [rad]."""
     tie = tie_of(plan, name or limit.elements[0])
     if tie is None or tie.rope not in signals.tensions:
         return None
@@ -181,14 +180,14 @@ def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "
 
 
 def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """What other modules read: pressure on the ground, speed at lift-off and landing."""
+    """Quantities computed in other modules: ground pressure, speed at lift-off and landing."""
     values = COLUMNS[limit.quantity](plan, limit, signals)
     return None if values is None else Reading(values)
 
 
 def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Speed of the strongest wind that the scene tells [m/s]: at each instant, and at the bends of its histories as far
-    as a run went; of a path at rest, which knows no time, all that are before the end of the scene."""
+    """Speed of the strongest wind of the scene [m/s], at each sample and at the bends of its histories; for a path at
+    rest up to the end of the scene."""
     winds = _winds(plan)
     if not winds:
         return None

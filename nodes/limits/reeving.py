@@ -12,12 +12,12 @@ ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 
 def drum_ends(falls: int, given: int | None = None) -> int:
-    """Ends of the rope on the drum: as given, or two where the falls can be halved."""
+    """Rope ends on the drum: as given, or two for an even number of falls."""
     return given or (2 if falls % 2 == 0 else 1)
 
 
 def lead_factor(falls: int, ends: int, efficiency: float) -> float:
-    """Most loaded part over the mean one, n (1 - eta) / (1 - eta^n) with n = falls / ends parts per drum end.
+    """Tension of the lead part over the mean: n (1 - eta) / (1 - eta^n), n = falls / ends parts per drum end.
 
     That is the lead part when hoisting, and the dead end (or the equaliser's part) when lowering.
     """
@@ -34,7 +34,7 @@ def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool)
 
 
 def _power(x: float, n: int) -> float:
-    """x to the n by products alone: the same bits on every processor."""
+    """x to the n by repeated products: the same bits on every processor."""
     found = 1.0
     for _ in range(n):
         found *= x

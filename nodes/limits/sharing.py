@@ -20,7 +20,7 @@ DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium 
 
 
 def indeterminate(plan: Plan) -> int:
-    """How many hooks carry a block, if they are too many for their shares to follow from equilibrium; else 0."""
+    """Number of hooks of a block if their shares are statically indeterminate, else 0."""
     most = 0
     for cargo in (cargo for machine in plan.machines for cargo in machine.cargo):
         hooks = (hook for machine in plan.machines for hook in machine.hooks)
@@ -30,17 +30,17 @@ def indeterminate(plan: Plan) -> int:
 
 
 def shared(plan: Plan) -> list[str]:
-    """Sentences on how the load is shared, and by which factors standards allow for it."""
+    """Sentences about load sharing and the factors in standards for it."""
     many = indeterminate(plan)
     if not many:
         return []
-    told = f"{many} hooks carry the block: their shares are statically indeterminate"
-    told += ", shown as lengths and stiffness make them"
-    foreseen = "; ".join(f"{s.when}: {s.told} ({s.source})" for s in SHARING.values())
-    return [told, f"standards allow for it where parts should carry alike: {foreseen}"]
+    message = f"{many} hooks carry the block: their shares are statically indeterminate"
+    message += ", shown as lengths and stiffness make them"
+    required = "; ".join(f"{s.when}: {s.message} ({s.source})" for s in SHARING.values())
+    return [message, f"standards allow for it where parts should carry alike: {required}"]
 
 
-def dynamics_foreseen(plan: Plan) -> tuple[float, str] | None:
+def dynamics_required(plan: Plan) -> tuple[float, str] | None:
     """The dynamic amplification that a standard foresees for the block, and its source; None where none is lifted,
     or nobody says where."""
     masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
@@ -48,14 +48,14 @@ def dynamics_foreseen(plan: Plan) -> tuple[float, str] | None:
 
 
 def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
-    """The actions that hoist until a block is lifted, or lower until it has landed, each with its speeds [m/s]."""
+    """Actions that hoist until a block is lifted, or lower until it has landed, with their speeds [m/s]."""
     moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
     winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
     return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
 
 
 def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
-    """The fastest ordered speed of a hook (n,) [m/s] in stages in which a block lifts off or lands."""
+    """The fastest ordered hook speed (n,) [m/s] in stages with lift-off or landing."""
     values = np.full(len(signals.t), np.nan)
     stages = [signals.stage_at(float(t), k) for k, t in enumerate(signals.t)]
     for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
@@ -64,7 +64,7 @@ def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
     return values
 
 
-def hoisting_foreseen(plan: Plan) -> list[str]:
+def hoisting_factors(plan: Plan) -> list[str]:
     """The factors that EN 13001-2 foresees at the fastest hook speed at which a load is taken up, in each class."""
     speeds = [speed for _, speed in touching(plan, LiftedCondition)]
     if not speeds:

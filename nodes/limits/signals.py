@@ -1,4 +1,4 @@
-"""What is judged, of a path or of a run alike: tensions, poses and rope lengths as columns over n instants."""
+"""What is checked, of a path or of a run alike: tensions, poses and rope lengths as columns over n instants."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class SignalColumns:
     known: dict[object, Column] = field(default_factory=dict, compare=False, repr=False)  # what was read before
 
     def once(self, key: object, make: Callable[[], Column]) -> Column:
-        """A column that is made when it is first asked for."""
+        """A column that is computed on first use."""
         found = self.known.get(key)
         if found is None:
             found = self.known[key] = make()
@@ -56,7 +56,7 @@ class SignalColumns:
         return next((name for start, name in reversed(self.stages) if start <= t), "")
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
-        """The lugs that a sling was on, each with the instants (n,) at which it was."""
+        """The lugs of a sling, each with the samples (n,) at which it was hooked there."""
         found: dict[str, NDArray[np.bool_]] = {}
         if self.named:
             on = np.array([lugs.get(sling, "") for _, lugs in self.hooked])
@@ -70,7 +70,7 @@ class SignalColumns:
 
 
 def signals_of(states: Sequence[StaticState]) -> SignalColumns:
-    """The columns of a path; what a state does not name is 0 (a tension), or nan."""
+    """Columns of a path; missing values are 0 (tensions) or nan."""
     forces = [{**state.tensions, **state.supports} for state in states]
     ropes = sorted({name for each in forces for name in each})
     bodies = sorted({name for state in states for name in state.poses})
@@ -94,7 +94,7 @@ def signals_of(states: Sequence[StaticState]) -> SignalColumns:
 
 
 class _Line(Protocol):
-    """A rope line as recordings hold it."""
+    """A rope line as recorded."""
 
     @property
     def rope(self) -> str: ...
@@ -105,7 +105,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Which sling hangs on which lug from when on [s], told by the rope lines that hang then."""
+    """Which sling is hooked to which lug from which time [s], by the recorded rope lines."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}
@@ -122,7 +122,7 @@ def tie_of(plan: Plan, name: str) -> Tie | None:
 
 
 def carries(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
-    """Whether a load hangs on a hook, at each instant (n,)."""
+    """Whether a load hangs on a hook, at each sample (n,)."""
     slings = [tie.rope for tie in ties_on(plan.machines, hook) if tie.rope in signals.tensions]
     if not slings:
         return np.ones(len(signals.t), dtype=bool)
@@ -131,7 +131,7 @@ def carries(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
 
 
 def place(signals: SignalColumns, point: Point) -> Column | None:
-    """Places (n, 3) of a point of a body [m]; None if the body is not on record."""
+    """Positions (n, 3) of a point of a body [m]; None if the body is not recorded."""
     return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
 
 

@@ -26,7 +26,7 @@ EN_13889, LARGEST_SHACKLE = "EN 13889", 25e3  # its shackles end there [kg]
 
 
 class Termination(NamedTuple):
-    """KT of EN 13414-1, if it covers it, and the factor of 0027/ND 7.7.1."""
+    """KT of EN 13414-1, if applicable, and the factor of 0027/ND 7.7.1."""
 
     kt: float | None
     factor: float
@@ -45,8 +45,7 @@ SOCKETS = ("resin", "swaged")  # whose pins bend no rope
 
 
 class Terms(NamedTuple):
-    """What is known of a sling: its breaking force [N], working load limit of one leg [kg], and diameters of rope and
-    pins [m]."""
+    """Known properties of a sling: breaking force [N], WLL of one leg [kg], diameters of rope and pins [m]."""
 
     breaking: float
     WLL: float | None = None
@@ -60,7 +59,7 @@ class Terms(NamedTuple):
 
 
 class Rated(NamedTuple):
-    """A breaking force over what may be carried, by a source, and what a planner must know of it."""
+    """Required ratio of breaking force to load with its source, and notes for the planner."""
 
     factor: float
     source: str
@@ -68,7 +67,7 @@ class Rated(NamedTuple):
 
 
 def at_rest(x: Terms, gravity: float) -> Rated:
-    """Of one leg at rest."""
+    """Safety factor of one leg at rest."""
     if x.WLL:
         return _skewed(x, Rated(x.breaking / (x.WLL * gravity), x.source or "its working load limit in the scene"))
     known = TERMINATIONS[x.termination or "ferrule"]
@@ -79,16 +78,16 @@ def at_rest(x: Terms, gravity: float) -> Rated:
     if heavy and not x.termination:
         return _skewed(x, Rated(ZP, f"assumed: {ENDS}", "give 'termination' or 'WLL'"))
     force, end = _force(x), x.termination or FERRULE
-    told = f"{EN_13414}, Fmin = {force}, Zp = {ZP:g}, KT = {known.kt:g} of {end}"
+    message = f"{EN_13414}, Fmin = {force}, Zp = {ZP:g}, KT = {known.kt:g} of {end}"
     if heavy:
-        told = f"{told}, assumed: {ENDS}"
+        message = f"{message}, assumed: {ENDS}"
     if x.pin and x.diameter and x.pin < BENT * x.diameter:
-        told = f"{told}, assumed: its eyes bend over less than {BENT:g} d"
-    return _skewed(x, Rated(ZP / known.kt, told))
+        message = f"{message}, assumed: its eyes bend over less than {BENT:g} d"
+    return _skewed(x, Rated(ZP / known.kt, message))
 
 
 def _skewed(x: Terms, rated: Rated) -> Rated:
-    """With the skew load of four legs that are chosen singly."""
+    """The same with the skew load of four individually chosen legs."""
     if not x.single:
         return rated
     skew = SHARING["four slings"]
@@ -97,7 +96,7 @@ def _skewed(x: Terms, rated: Rated) -> Rated:
 
 
 def in_a_run(x: Terms) -> Rated:
-    """Of its largest tension, dynamics included (0027/ND, 7.3 to 7.10)."""
+    """Safety factor for the peak tension in a run (0027/ND, 7.3 to 7.10)."""
     name = x.termination or "spliced"
     bend = bending(x.pin / x.diameter) if x.pin and x.diameter and name not in SOCKETS else 1.0
     reduced = max(TERMINATIONS[name].factor, bend)
@@ -107,9 +106,9 @@ def in_a_run(x: Terms) -> Rated:
     end = f"{'hand splice' if name == 'spliced' else name}{'' if x.termination else ' assumed'}"
     pins = f", bent over {x.pin / x.diameter:.3g} d" if x.pin and x.diameter else f", pins of {STRAIGHT:g} d assumed"
     pins = "" if name in SOCKETS else pins
-    told = f"{ND_0027}, 7.3.1: {_force(x)} over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}{pins}) x {wear:g}"
+    message = f"{ND_0027}, 7.3.1: {_force(x)} over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}{pins}) x {wear:g}"
     half = f" x {whole:g} (of a grommet half its quoted force counts, 7.2.3)" if whole > 1.0 else ""
-    return Rated(factor, f"{told} (wear){half}, {factor:.4g}; {SUCCESSOR}")
+    return Rated(factor, f"{message} (wear){half}, {factor:.4g}; {SUCCESSOR}")
 
 
 def _force(x: Terms) -> str:
@@ -117,13 +116,13 @@ def _force(x: Terms) -> str:
 
 
 def bending(ratio: float) -> float:
-    """The factor of a sling's body bent over a pin of so many of its diameters, never less than 1 (0027/ND, 7.8.1)."""
+    """Bending factor of a sling around a pin with this ratio of diameters, at least 1 (0027/ND, 7.8.1)."""
     return 1.0 / (1.0 - 0.5 / sqrt(max(ratio, 1.0)))
 
 
 def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, float], ...], str] | None:
-    """What an assembly of some legs may carry, as (angle to the vertical [rad], mass [kg]), and by which terms; None
-    where no standard that was read tells it."""
+    """WLL of an assembly of legs as (angle to the vertical [rad], mass [kg]) with its terms; None if no standard
+    applies."""
     rated = at_rest(x._replace(single=False), gravity)
     if legs not in KL or x.WLL or TERMINATIONS[x.termination or "ferrule"].kt is None or rated.note:
         return None
@@ -135,7 +134,7 @@ def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, fl
 
 
 def shackle(WLL: float, standard: str) -> str:
-    """What is to be said of a shackle of a working load limit [kg] by a standard; nothing if it can be one."""
+    """Remark on a shackle of a WLL [kg] and a standard; "" if it is plausible."""
     if standard.startswith(EN_13889) and WLL > LARGEST_SHACKLE:
         return f"{EN_13889} ends at {LARGEST_SHACKLE / 1e3:g} t, assumed: RR-C-271 or its maker's certificate counts"
     return "EN 1677 is for hooks, links and components, assumed" if standard.startswith("EN 1677") else ""

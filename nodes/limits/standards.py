@@ -41,10 +41,10 @@ HOISTING = {"HC1": (1.05, 0.17), "HC2": (1.10, 0.34), "HC3": (1.15, 0.51), "HC4"
 
 @dataclass(frozen=True)
 class Sharing:
-    """How unequally parts that should carry alike are taken to carry, where rigging is indeterminate."""
+    """Assumed unequal sharing in statically indeterminate rigging."""
 
     when: str
-    told: str
+    message: str
     factor: float  # most loaded over the mean
     source: str
 
@@ -63,7 +63,7 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Dynamic amplification factor for lifting this mass [kg] at a place, and its source; None at no known place."""
+    """Dynamic amplification factor for a mass [kg] at a place, with its source; None for an unknown place."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]
@@ -87,8 +87,8 @@ def partial_factor(**given: float) -> float:
 
 @dataclass(frozen=True)
 class Strength:
-    """Of a thing, the quantity that may reach its breaking force over `factor`, by a source; a scene may give another
-    factor under the key `own`."""
+    """Strength requirement: quantity of a thing that may reach its breaking force over `factor`, with source; a scene
+    may override the factor by the key `own`."""
 
     of: Literal["sling", "hoist rope"]
     quantity: Quantity
@@ -110,7 +110,7 @@ Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with i
 def strength_limits(
     of: str, name: str, breaking: float, where: str, given: Own, note: str = ""
 ) -> Iterator[RatedLimit]:
-    """What a sling or hoist rope may carry by each standard; `breaking` [N], `given`: other factors than the rows'."""
+    """Limits of a sling or hoist rope by each standard; `breaking` [N], `given`: overriding factors."""
     for row in (row for row in STRENGTHS if row.of == of):
         factor, source, more = given.get(row.own) or (row.factor, row.source, note)
         yield RatedLimit(

@@ -11,14 +11,14 @@ from msgspec.structs import replace
 
 from .messages import WORDS, bound
 
-SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is told first
+SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
 
 
 def finding_of(plan: Plan, use: Use, *, dynamic: bool) -> Finding | None:
-    """What is to be said of a use at the worst of uncertain inputs, if anything: red beyond its limit, a warning beyond
-    what is told."""
+    """The finding of a use at the worst of uncertain inputs: red beyond its limit, a warning beyond its warning level,
+    else None."""
     limit, worst = use.limit, use.at_worst
-    told = f", at the worst of {limit.inputs}" if worst is not use else ""
+    message = f", at the worst of {limit.inputs}" if worst is not use else ""
     use, value = worst, worst.value
     if value is None:
         return None
@@ -30,7 +30,7 @@ def finding_of(plan: Plan, use: Use, *, dynamic: bool) -> Finding | None:
         severity="red" if use.beyond else "warning",
         kind=words.kind,
         subject=limit.subject,
-        sentence=words.sentence(use, dynamic) + told,
+        sentence=words.sentence(use, dynamic) + message,
         where=actions.get(use.action, "") or limit.where,
         stage=use.stage,
         t=use.t if dynamic else None,
@@ -46,7 +46,7 @@ def sorted_findings(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def likewise(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings of one kind, limit and stage as one, which tells the first in full and names the others."""
+    """Findings of one kind, limit and stage merged into one that names the others."""
     groups: dict[object, list[Finding]] = {}
     for f in findings:
         groups.setdefault((f.severity, f.kind, f.limit, f.unit, f.stage), []).append(f)

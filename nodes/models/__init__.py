@@ -35,12 +35,30 @@ from .assembly import (
 )
 from .parts.messages import Sample, SetPoint
 from .tree import tree, tree_data
-from .user_models import OwnModel, sample_port
+from .user_models import UserModelNode, sample_port
 
 __all__ = [
-    "COMMANDER", "KERNEL", "CommanderModel", "NodeModel", "OwnModel", "Sample", "SetPoint", "build",
-    "build_one", "couplings", "divided", "driving", "goes_on", "hooked_later", "node_names", "sample_port",
-    "subscriptions", "system", "together", "tree", "tree_data",
+    "COMMANDER",
+    "KERNEL",
+    "CommanderModel",
+    "NodeModel",
+    "Sample",
+    "SetPoint",
+    "UserModelNode",
+    "build",
+    "build_one",
+    "couplings",
+    "divided",
+    "driving",
+    "goes_on",
+    "hooked_later",
+    "node_names",
+    "sample_port",
+    "subscriptions",
+    "system",
+    "together",
+    "tree",
+    "tree_data",
 ]  # fmt: skip
 
 face(__name__)

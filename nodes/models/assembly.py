@@ -26,14 +26,14 @@ from heavylift.nodes.plan.plan import ActionList, Mechanism, Plan
 
 from .levels.listing import as_modelled
 from .machine import MachineModel
-from .user_models import OwnModel, aim_port, sample_port
+from .user_models import UserModelNode, aim_port, sample_port
 
 COMMANDER, KERNEL = "commander", "kernel"
 Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, target model, its in port
 
 
 class Ending(Atomic):
-    """Says that all action lists are finished once the last one is."""
+    """Reports that all action lists are finished after the last one."""
 
     heard, finished = In(m.Finished), Out(m.Finished)
 
@@ -47,7 +47,7 @@ class Ending(Atomic):
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        """One more is."""
+        """Count a finished list."""
         self.left -= len(x.get(self.heard, ()))
         if self.left == 0:
             self.hold_in(0)
@@ -62,7 +62,7 @@ class Ending(Atomic):
 
 
 class CommanderModel(Coupled):
-    """The commander with its action list, or one for each of several, and the actor of the Master "turn"."""
+    """The commander with one or several action lists, and the master actor "turn"."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)
@@ -84,7 +84,7 @@ class CommanderModel(Coupled):
             self._turning(self.actions)
 
     def _turning(self, commander: Commander) -> None:
-        """The actor of the Master of its turns."""
+        """The master actor of a commander's turns."""
         plan, master = commander.plan, commander.turn
         if turns(plan):
             turn = self.add(DriveActor(master, master, System(masters=(Master(master),)), start=plan.start))
@@ -93,7 +93,7 @@ class CommanderModel(Coupled):
             self.connect(turn.input, self.ports.get("input") or self.add_out("input", m.KernelInput))
 
     def _lists(self, plan: Plan) -> None:
-        """A commander for each action list, which hears and orders the machines of its own."""
+        """A commander for each action list, coupled with its machines."""
         ending = self.add(Ending(len(plan.lists)))
         self.connect(ending.finished, self.finished)
         ends = [*(each.first for each in plan.lists[1:]), len(plan.actions)]
@@ -118,7 +118,7 @@ class CommanderModel(Coupled):
                 self.connect(commander.to[name], self.ports.get(out) or self.add_out(out, m.Order))
 
     def _begin_others(self, whole: Commander, lists: tuple[ActionList, ...]) -> None:
-        """The commander of the whole scene's list hears of the lifts that its conditions are about, and begins some."""
+        """The commander of the whole scene receives the ends of lifts and begins them."""
         about = {whole.owners.get(name, name) for name in concerned(whole.plan)}
         begins = {order.lift for action in whole.plan.actions for order in action.orders if isinstance(order, Begin)}
         for each in (each for each in lists if each.machines):
@@ -131,20 +131,20 @@ class CommanderModel(Coupled):
                 self.connect(whole.ports["lists"], other.ports["report"])
 
     def waiting_for(self) -> str:
-        """What the action lists lack to go on, as a sentence; "" when they are done."""
+        """What the action lists still wait for, as a sentence; "" when they are done."""
         lists = [child for child in self.children.values() if isinstance(child, Commander)]
-        return "; ".join(told for each in lists if (told := each.waiting_for()))
+        return "; ".join(message for each in lists if (message := each.waiting_for()))
 
     def declare(self) -> System:
         """The Master."""
         return declared(list(self.children.values()))
 
 
-NodeModel: TypeAlias = CommanderModel | RealObject | OwnModel
+NodeModel: TypeAlias = CommanderModel | RealObject | UserModelNode
 
 
 def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel]:
-    """Models of a plan by node name, all or these, their actors with the logs that they follow."""
+    """Models of a plan by node name (all or `names`), with actors that follow logs."""
     names = names or (COMMANDER, *machines(plan), *(own.name for own in plan.models))
     crossed, known = watched(plan), {machine.name: machine for machine in plan.machines}
     models = {name: _built(plan, name, known.get(name), crossed.get(name, ())) for name in names}
@@ -160,12 +160,12 @@ def build_one(plan: Plan, name: str) -> NodeModel:
 
 
 def node_names(plan: Plan) -> tuple[str, ...]:
-    """All nodes of a run: the commander, the machines, models of a user's own, the kernel."""
+    """All nodes of a run: commander, machines, user models, kernel."""
     return (COMMANDER, *machines(plan), *(own.name for own in plan.models), KERNEL)
 
 
 def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
-    """What the models of each node need of a plan: the commander all of it, others what is theirs."""
+    """The part of a plan that each node needs: all of it for the commander."""
     waiting: dict[str, set[int]] = {}  # model -> actions for which it watches a threshold
     for number, action in enumerate(plan.actions):
         for crossing in crossed(action):
@@ -185,7 +185,7 @@ def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
 
 
 def _only(plan: Plan, machines: Collection[str], **more: Any) -> Plan:
-    """What these machines need of a plan, with `more` of it."""
+    """The part of a plan for some machines."""
     more["machines"] = tuple(each for each in plan.machines if each.name in machines)
     more["interlocks"] = tuple(each for each in plan.interlocks if each.machine in machines)
     return msgspec.structs.replace(plan, limits=(), **more)
@@ -198,22 +198,23 @@ def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
 
 
 def driving(plan: Plan) -> tuple[str, ...]:
-    """The nodes by which a run goes on until its action list is done: models of a user's own may never end."""
+    """Nodes whose events keep a run going until its action list is done; user models may run forever."""
     return (COMMANDER, *machines(plan))
 
 
 def goes_on(event: Event) -> bool:
-    """Whether it shows that the action list goes on: the commander says it, and no model's set-point is behind it."""
+    """Whether an event shows progress of the action list: it comes from the commander, and not from a user model's
+    set-point."""
     if event.source != COMMANDER:
         return False
     return event.type != m.Order.__name__ or not cast("m.Order", event.value).led
 
 
 def together(plan: Plan) -> Coupled:
-    """The models of a user's own, as siblings."""
+    """The user's models as siblings."""
     root = Coupled(plan.name)
     for own in plan.models:
-        root.add(OwnModel(own))
+        root.add(UserModelNode(own))
     return root
 
 
@@ -226,7 +227,7 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
     if name == COMMANDER:
         return CommanderModel(plan)
     if own := next((own for own in plan.models if own.name == name), None):
-        return OwnModel(own)
+        return UserModelNode(own)
     if machine is None:
         known = ", ".join([COMMANDER, *machines(plan)])
         raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
@@ -239,12 +240,12 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:
-    """The mechanics that all models declare together; `models`: of the plan, where they are built already."""
+    """The mechanics declared by all models; `models`: those of the plan, if already built."""
     return assembled([model.declare() for model in (models or build(plan)).values()], plan.gravity)
 
 
 def couplings(plan: Plan) -> list[Coupling]:
-    """All couplings between nodes, the kernel's included."""
+    """All couplings between nodes, including the kernel."""
     found: list[Coupling] = []
     if turns(plan):
         found.append((COMMANDER, "input", KERNEL, f"input_{COMMANDER}"))
@@ -263,7 +264,7 @@ def couplings(plan: Plan) -> list[Coupling]:
 
 
 def subscriptions(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> dict[str, tuple[str, ...]]:
-    """Which nodes hear the state events of which rope, support or threshold; `models` as for `system`."""
+    """Nodes that receive the state events of each rope, support or threshold; `models` as for `system`."""
     found: dict[str, tuple[str, ...]] = {}
     for name, model in (models or build(plan)).items():
         for element in sorted({e for actor in _actors(model) for e in actor.hears}):

@@ -19,13 +19,13 @@ from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
 from heavylift.nodes.models.parts.gauges import Inclinometer, LoadCell
 from heavylift.nodes.models.parts.messages import Latch as Latched
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, LawModel, RealObject
-from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, LatchActor, SlingActor, Stools
+from heavylift.nodes.models.parts.rigging import BlockSupports, BrakeActor, JointLockActor, LatchActor, SlingActor
 from heavylift.nodes.models.parts.winch import WinchActor
 from heavylift.nodes.plan.mechanism import Actuator, BrakeLatch, Cargo, Mechanism
 
 
 class MachineModel(RealObject):
-    """One machine of the plan."""
+    """A machine of the plan."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism.name)
@@ -57,7 +57,7 @@ class MachineModel(RealObject):
             self._latch(latch)
 
     def _latch(self, latch: BrakeLatch) -> None:
-        """Have the ties of a latch tell its brake when they are hooked and taken off."""
+        """Couple the slings of a latch with its brake."""
         groups = [group for group in self.children.values() if isinstance(group, Group)]
         actors = [(group, actor) for group in groups for actor in group.children.values()]
         locks = ((of, x) for of, x in actors if isinstance(x, LatchActor) and x.element == latch.brake)
@@ -81,11 +81,11 @@ class MachineModel(RealObject):
         return frozenset(rope.name for rope in self.system.all_ropes if rope.hooked and rope.name in latch.ties)
 
     def _name(self, element: str) -> str:
-        """A name for the model of a mechanical element; that of the machine goes where all of them begin with it."""
+        """Model name of a mechanical element, with the machine's name as common prefix removed."""
         return re.sub(r"[^A-Za-z0-9_-]", "-", element.removeprefix(self.common))
 
     def _act_on(self, name: str, actors: list[Actor]) -> None:
-        """What acts on a joint or body of the lift, if there is anything."""
+        """Add the actors of forces on a joint or body of the lift."""
         if actors:
             group = self.take(Group(f"{self._name(name)}-acted-on"))
             for actor in actors:
@@ -136,13 +136,13 @@ class MachineModel(RealObject):
             closed = frozenset(self.mechanism.closed) & frozenset(faces)
             laws = System(supports=supports, contacts=contacts)
             stands = self.mechanism.standing(body)
-            actors.append(Stools("supports", stands, laws, faces=faces, closed=closed))
+            actors.append(BlockSupports("supports", stands, laws, faces=faces, closed=closed))
         if cargo.turned is not None:
             actors.append(Inclinometer("attitude", body, cargo.turned))
         return actors
 
     def _rope(self, rope: Rope | RigidRope | Reeving, parts: tuple[Rope | RigidRope | Reeving, ...]) -> Actor:
-        """The actor of a rope; `parts`: all that is wound together, in pieces."""
+        """The actor of a rope; `parts`: its pieces, which are wound together."""
         laws = System(
             ropes=tuple(r for r in parts if isinstance(r, Rope)),
             rigid_ropes=tuple(r for r in parts if isinstance(r, RigidRope)),
@@ -161,7 +161,7 @@ class MachineModel(RealObject):
         )  # fmt: skip
 
     def _holds(self, rope: Rope | RigidRope | Reeving) -> str:
-        """The body whose actor a rope is, with all its pieces: that which the first of them leaves."""
+        """The body whose actor a rope belongs to: the first one of its first piece."""
         first = next(iter(self.mechanism.pieces.get(rope.name, {})), "")
         return _body(self.ropes.get(first, rope))
 
@@ -170,7 +170,7 @@ class MachineModel(RealObject):
         return DriveActor(name, element, laws, start=at.start, lower=at.lower, upper=at.upper, emergency=at.emergency)
 
     def _actuator(self, name: str) -> Actuator:
-        """Where an actuator starts and what it can do; a rope starts at its length, the rest at 0."""
+        """Start and limits of an actuator; a rope starts at its length, others at 0."""
         if name in self.actuators:
             return self.actuators[name]
         lengths = {rope.name: rope.L0 for rope in self.system.all_ropes}
@@ -178,7 +178,7 @@ class MachineModel(RealObject):
 
 
 def _body(rope: Rope | RigidRope | Reeving) -> str:
-    """The body whose actor a rope is."""
+    """The body whose actor a rope belongs to."""
     for line in rope.lines:
         for point in (line.a, line.b):
             if point.body != WORLD:
@@ -187,12 +187,12 @@ def _body(rope: Rope | RigidRope | Reeving) -> str:
 
 
 def _first(force: Force) -> str:
-    """The body whose actor a force is: the first one at its ends that is not the ground."""
+    """The body whose actor a force belongs to: the first of its ends that is not the ground."""
     return next((p.body for p in force.points if p.body != WORLD), "")
 
 
 def turning(system: System) -> list[str]:
-    """The drives and Masters of what a machine declares whose coordinate is an angle."""
+    """Drives and masters of a machine whose coordinate is an angle."""
     joints = {joint.name: JOINTS[joint.kind] for joint in system.joints}
     of = ((d.name, joints[d.joint], d.coordinate) for d in system.drives)
     found = [name for name, joint, at in of if joint.turns(joint.actable.index(at) if at else 0)]

@@ -12,12 +12,12 @@ from heavylift.nodes.plan.plan import Plan
 
 from .assembly import CommanderModel, build
 from .machine import MachineModel
-from .user_models import OwnModel
+from .user_models import UserModelNode
 
 KINDS: dict[type[Model], str] = {
     CommanderModel: "coupled: commander",
     MachineModel: "coupled: machine",
-    OwnModel: "own model",
+    UserModelNode: "own model",
     parts.JointCoupled: "joint coupled",
     parts.BodyCoupled: "body coupled",
     parts.Group: "actors on a part of the lift",
@@ -34,7 +34,7 @@ def tree(plan: Plan) -> str:
 
 
 def tree_data(plan: Plan) -> dict[str, object]:
-    """The same as plain data: name, kind, in and out ports and children of every model."""
+    """Plain data of the tree: name, kind, ports and children of every model."""
     return {"name": plan.name, "children": [_data(model) for model in build(plan).values()]}
 
 
@@ -68,7 +68,7 @@ def _kind(model: Model) -> str:
 
 
 def _elements(actor: parts.Actor) -> list[str]:
-    """Names of the laws that an actor declares; weight and nothing have none."""
+    """Names of the laws declared by an actor."""
     laws = actor.declare()
     names = [s.name for s in laws.springs] + [s.name for s in laws.stops] + [m.name for m in laws.measured]
     return [f"of {name}" for name in names]

@@ -22,25 +22,25 @@ from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out, O
 from heavylift.nodes.devs.references import imported, read
 from heavylift.nodes.fmi import Stepped
 from heavylift.nodes.models.parts.messages import Sample, SetPoint
-from heavylift.nodes.plan.user_models import Own
+from heavylift.nodes.plan.user_models import UserModel
 
 MOST = 100  # periods of a delay: so many set-points can be on their way
 
 
 def sample_port(model: str, port: str) -> str:
-    """The port of the kernel that says what a port of a model hears."""
+    """The port of the kernel with the signal for a port of a user model."""
     return f"sample_{model}_{port}"
 
 
 def aim_port(model: str, port: str) -> str:
-    """The port of the commander that hears the set-points of a port of a model."""
+    """The port of the commander for the set-points of a user model's port."""
     return f"aim_{model}_{port}"
 
 
-class OwnModel(Coupled):
+class UserModelNode(Coupled):
     """The node of one model of the plan; ModelError if it cannot be built, or may not."""
 
-    def __init__(self, own: Own) -> None:
+    def __init__(self, own: UserModel) -> None:
         super().__init__(own.name)
         if not 0 <= own.delay <= MOST * own.period or not own.period:
             raise ModelError(f"{own.name}: a delay has at most {MOST} periods; lengthen the period")
@@ -63,7 +63,7 @@ class OwnModel(Coupled):
 
 
 class Delay(Atomic):
-    """Says every so many-th set-point that it hears after a fixed time [ns], which is its lookahead.
+    """Sends every nth set-point after a fixed delay [ns], its lookahead.
 
     One at a time: what is said was scheduled when it was heard, as a lookahead demands.
     """
@@ -81,7 +81,7 @@ class Delay(Atomic):
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Those that are its own wait."""
+        """Keep set-points that are due."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:
@@ -96,15 +96,15 @@ class Delay(Atomic):
             self.out.send(self.point)
 
     def internal(self) -> None:
-        """Free for another one."""
+        """Free for the next set-point."""
         self.point = None
         self.passivate()
 
 
 class _Unit(Stepped):
-    """A unit of FMI: its inputs are signals, its outputs set-points, its step is the period."""
+    """An FMU: its inputs are signals, its outputs set-points, its step is the period."""
 
-    def __init__(self, own: Own) -> None:
+    def __init__(self, own: UserModel) -> None:
         given = {key: x for key, x in own.parameters.items() if not isinstance(x, str)}
         if text := sorted(own.parameters.keys() - given.keys()):
             raise ModelError(f"{own.name}: the parameter '{text[0]}' of a unit must be a number or a truth value")
@@ -118,12 +118,12 @@ class _Unit(Stepped):
         self.unit.hold((name, value.value) for name, port in self.heard.items() for value in x.get(port, ()))
 
     def output(self) -> None:
-        """Each output by its port."""
+        """Send each output on its port."""
         for name, value in self.said.values:
             self.says[name].send(SetPoint(value))
 
 
-def _made(own: Own) -> Model:
+def _made(own: UserModel) -> Model:
     if own.unit:
         return _Unit(own)
     where, name, arguments, _ = read(own.model)
@@ -145,11 +145,11 @@ def _made(own: Own) -> Model:
     return model
 
 
-def _port(own: Own, model: Model, name: str, kind: type, carries: type) -> InPort[Sample] | OutPort[SetPoint]:
+def _port(own: UserModel, model: Model, name: str, kind: type, carries: type) -> InPort[Sample] | OutPort[SetPoint]:
     """A port of the model that the scene binds."""
     port = model.ports.get(name)
     if port is None or not isinstance(port, kind) or port.type is not carries:
-        way, file = "in" if kind is InPort else "out", own.model.rpartition("/")[2]
+        distance, file = "in" if kind is InPort else "out", own.model.rpartition("/")[2]
         known = ", ".join(p.name for p in model.ports.values() if isinstance(p, kind) and p.type is carries) or "none"
-        raise ModelError(f"{own.name}: {file} has no {way} port '{name}' for a {carries.__name__}; it has {known}")
+        raise ModelError(f"{own.name}: {file} has no {distance} port '{name}' for a {carries.__name__}; it has {known}")
     return port  # type: ignore[return-value]

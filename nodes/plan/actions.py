@@ -30,7 +30,7 @@ class Term(Item, frozen=True, kw_only=True):
 
 
 class SlingsCondition(Term, frozen=True, kw_only=True, tag="slings"):
-    """All / any of the hooked ones among these slings (or a mechanism's ropes) are taut / slack."""
+    """All or any of the hooked slings (or a mechanism's ropes) are taut or slack."""
 
     names: tuple[str, ...]
     each: Literal["all", "any"] = "all"
@@ -38,8 +38,8 @@ class SlingsCondition(Term, frozen=True, kw_only=True, tag="slings"):
 
 
 class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
-    """The orders of the previous action are done (with verbs as "hoist" or "turn": those); `stopped`: or a limit
-    switch or an interlock has stopped them."""
+    """The orders of the previous action are done (of `verbs`, if given); `stopped`: or were stopped by a limit switch
+    or interlock."""
 
     verbs: tuple[str, ...] = ()
     stopped: bool = False
@@ -71,13 +71,13 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """So many seconds have passed since the previous action began (in `until`: since its own began)."""
+    """This many seconds have passed since the previous action (in `until`: the order) began."""
 
     seconds: float
 
 
 class BegunCondition(Term, frozen=True, kw_only=True, tag="begun"):
-    """The list of the whole scene has begun that of this lift."""
+    """The list of the whole scene has begun this lift's list."""
 
     lift: str
 
@@ -89,7 +89,7 @@ class EndedCondition(Term, frozen=True, kw_only=True, tag="ended"):
 
 
 class And(Term, frozen=True, kw_only=True, tag="and"):
-    """All of these hold at once."""
+    """All of these hold at the same time."""
 
     all: tuple[Condition, ...]
 
@@ -111,8 +111,8 @@ Condition: TypeAlias = (
 
 
 class Follow(Item, frozen=True, kw_only=True, tag="follow"):
-    """An actuator follows k1 s + kc cos s + ks sin s of a master, a turn or a measured angle, whose value is `s` as it
-    begins; `law` holds the three [m/rad, m, m]."""
+    """An actuator follows k1 s + kc cos s + ks sin s of a master (turn or measured angle) with start value `s`; `law`:
+    the three coefficients [m/rad, m, m]."""
 
     model: str
     actuator: str
@@ -121,13 +121,13 @@ class Follow(Item, frozen=True, kw_only=True, tag="follow"):
     s: float = 0.0
 
     def value(self, s: float) -> float:
-        """What it follows."""
+        """The value of the law."""
         k1, kc, ks = self.law
         return k1 * s + float(kc * cos(s) + ks * sin(s))
 
 
 class Motion(Item, frozen=True, kw_only=True, tag="motion"):
-    """By a signed distance, to a coordinate, or (both None) without end.
+    """Move by a signed distance, to a coordinate, or (both None) without end.
 
     Coordinates are the actuator's own: Drive: joint coordinate; winch: UNSTRETCHED LENGTH (hoisting is
     negative). `speed` is a magnitude where a distance or goal is given, signed for an endless move.  An
@@ -144,7 +144,7 @@ class Motion(Item, frozen=True, kw_only=True, tag="motion"):
 
 
 class Move(Motion, frozen=True, kw_only=True, tag="move"):
-    """One actuator moves, without `by` and `to` until a condition holds.
+    """Move one actuator; without `by` and `to` until a condition holds.
 
     `left`: swing that pulses leave since periods change meanwhile [rad].  `together`: actuators of which none goes on
     when another one is stopped.  `above`: lugs above which it ends, whose place becomes `to` as the list is followed.
@@ -180,8 +180,8 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """A sling is hooked to a lug of the block; a rope of a mechanism, without `lug`, to where its end is.  `p`: the lug
-    in the frame of its body [m], as it is told to the sling."""
+    """Hook a sling to a lug of the block, or a mechanism's rope, without `lug`, to its end point. `p`: the lug in its
+    body's frame [m]."""
 
     sling: str
     lug: str = ""
@@ -189,7 +189,7 @@ class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
 
 
 class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
-    """A sling is unhooked; `parted`: it breaks, and cannot be hooked again."""
+    """Unhook a sling; `parted`: it breaks and cannot be hooked again."""
 
     sling: str
     parted: bool = False
@@ -205,7 +205,7 @@ class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
 
 
 class StopOrder(Item, frozen=True, kw_only=True, tag="stop"):
-    """An actuator stops, whatever it does, with `accel` [m/s2 or rad/s2]; None: that of its move."""
+    """Stop an actuator with `accel` [m/s2 or rad/s2]; None: that of its move."""
 
     model: str
     actuator: str
@@ -219,7 +219,7 @@ class Wait(Item, frozen=True, kw_only=True, tag="wait"):
 
 
 class Begin(Item, frozen=True, kw_only=True, tag="begin"):
-    """The action list of a lift begins."""
+    """Begin the action list of a lift."""
 
     lift: str
 
@@ -227,40 +227,40 @@ class Begin(Item, frozen=True, kw_only=True, tag="begin"):
 Order: TypeAlias = Move | Turn | Hookup | UnhookSling | BrakeOrder | StopOrder | Wait | Begin
 
 
-# what an actor is told: an order without what the commander alone looks after, or one that it gives by itself
+# what an actor is reported: an order without what the commander alone looks after, or one that it gives by itself
 
 
 class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
-    """A threshold is watched, and reported once as it reaches `value`."""
+    """Watch a threshold, and report once when it reaches `value`."""
 
     value: float
     rising: bool
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """An order ends: a move ramps down, what follows holds its place (its master is at `s` now), nothing is watched."""
+    """End an order: a move ramps down, a follower holds its position (its master is at `s`), a threshold is dropped."""
 
     s: float = 0.0
 
 
-Told: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder | WatchThreshold | EndOrder
+ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder | WatchThreshold | EndOrder
 
 
-def told(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> Told:
-    """What an actor is told of an order, with `more`; no line of a file, on which a run must not depend."""
+def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
+    """What an actor is reported of an order, with `more`; no line of a file, on which a run must not depend."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two things that may touch, by their names ("world": the ground); `stays`: also after the stage that says so."""
+    """Two things that may touch, by name ("world": the ground); `stays`: also after this stage."""
 
     names: tuple[str, str]
     stays: bool = False
 
 
 class Action(Item, frozen=True, kw_only=True):
-    """What the commander does next, all orders at once.
+    """An action of the commander: orders given at the same time.
 
     It begins when `when` holds (None: the orders of the previous action are done).  `timeout` [s] bounds
     the wait, counted from the beginning of the previous action; then the run ends with a sentence.
@@ -274,5 +274,5 @@ class Action(Item, frozen=True, kw_only=True):
 
 
 def parts(action: Action) -> bool:
-    """Whether a sling or rope breaks with it."""
+    """Whether a sling or rope breaks in it."""
     return any(isinstance(order, UnhookSling) and order.parted for order in action.orders)

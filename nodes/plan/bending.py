@@ -14,7 +14,7 @@ from heavylift.kernel.description.mechanics import Body, Matrix, Vector
 
 
 def block_body(given: Body, flexible: Flexible | None) -> Body:
-    """A body of these mass properties with all that bends of it."""
+    """The body with these mass properties and its flexible part."""
     if flexible is None or flexible.beam is None:
         return replace(given, flexible=flexible)
     beam = flexible.beam
@@ -37,7 +37,7 @@ def block_body(given: Body, flexible: Flexible | None) -> Body:
 
 
 def _about_origin(mass: float, p: Vector) -> Matrix:
-    """What the moments of a mass at p are more about the origin than about its centre [kg m2]."""
+    """Moments of a point mass at p about the origin minus those about its centre [kg m2]."""
     square = sum(x * x for x in p)
     a, b, c = (
         (mass * ((i == 0) * square - p[i] * p[0]), mass * ((i == 1) * square - p[i] * p[1]),

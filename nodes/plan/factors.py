@@ -14,7 +14,7 @@ Place: TypeAlias = Literal["onshore", "inshore", "offshore"]
 
 
 class Factors(Item, frozen=True, kw_only=True):
-    """Factors of a lift; what is left out its practice says, where its clause was read."""
+    """Factors of a lift; omitted ones are taken from its practice if its clause was read."""
 
     place: Place | None = None  # where it is; left out: onshore, unless something floats
     weight: Positive | None = None  # contingency of the weight
@@ -35,7 +35,7 @@ class Factors(Item, frozen=True, kw_only=True):
 
 
 class Factor(Item, frozen=True, kw_only=True):
-    """One of them as it was taken: its name, value and source."""
+    """A factor in use: name, value and source."""
 
     name: str
     value: float

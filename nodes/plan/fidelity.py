@@ -65,7 +65,7 @@ class Fidelity(Item, frozen=True, kw_only=True):
 
 
 def group_of(joint: Joint) -> str:
-    """The group of joints that a joint is of, "" if it is of none."""
+    """The group of a joint, "" if it has none."""
     if joint.kind == "revolute":
         return "hinges" if joint.axis == (0.0, 1.0, 0.0) else ""
     along = {(1.0, 0.0, 0.0): "gantries", (0.0, 1.0, 0.0): "trolleys"}
@@ -73,7 +73,7 @@ def group_of(joint: Joint) -> str:
 
 
 def leaves(joint: Joint, axis: Vector, motion: str) -> bool:
-    """Whether a joint whose axis is that in the world takes its child out of the plane of a motion."""
+    """Whether a joint with this axis in the world moves its child out of the plane of motion."""
     along = abs(sum(a * n for a, n in zip(axis, NORMAL[motion], strict=True))) if motion in NORMAL else 1.0
     if motion not in NORMAL or joint.kind not in ("prismatic", "revolute"):
         return False
@@ -81,7 +81,7 @@ def leaves(joint: Joint, axis: Vector, motion: str) -> bool:
 
 
 def held_by(fidelity: Fidelity, joint: Joint) -> str:
-    """Why a locked joint cannot move, and what to name under `fidelity:` for it to move."""
+    """Why a locked joint cannot move, and the key of `fidelity:` that frees it."""
     group, name = group_of(joint), joint.name
     if leaves(joint, joint.axis, fidelity.motion):
         return f"{name} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
@@ -114,9 +114,9 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True):
     notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        told = ", ".join(f"{quantity} within {percent(e)}" for quantity, e in self.errors.items())
+        message = ", ".join(f"{quantity} within {percent(e)}" for quantity, e in self.errors.items())
         out = ", ".join(self.left_out) or "nothing"
-        return "; ".join([told + " (measured)" if told else "no error measured", f"left out: {out}", *self.notes])
+        return "; ".join([message + " (measured)" if message else "no error measured", f"left out: {out}", *self.notes])
 
 
 def percent(error: float) -> str:

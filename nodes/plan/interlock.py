@@ -11,7 +11,7 @@ from .mechanism import driven
 
 
 class BarredActuator(Item, frozen=True, kw_only=True):
-    """An actuator that is stopped, and the way along its coordinate that is barred: 1, -1, or 0 for both.
+    """An actuator stopped by an interlock, and the blocked direction: 1, -1, or 0 for both.
 
     `emergency`: with which deceleration [m/s2 or rad/s2]; None: that of the move.
     """
@@ -22,7 +22,8 @@ class BarredActuator(Item, frozen=True, kw_only=True):
 
 
 class Interlock(Item, frozen=True, kw_only=True):
-    """It trips while any guard is at or beyond `value` (rising: >=, else <=), until all are back behind `resets`.
+    """An interlock: trips while any guard is at or beyond `value` (rising: >=, else <=), until all are back beyond
+    `resets`.
 
     `machine`: the model that has it; `text`: the words of its condition; `tells`: what it says besides.
     """
@@ -38,10 +39,10 @@ class Interlock(Item, frozen=True, kw_only=True):
     text: str = ""
     tells: str = ""
     hooks: tuple[str, ...] = msgspec.field(default_factory=tuple)
-    """Ropes of hooks whose chart or load it watches: their limits are judged, and no reason to refuse a scene."""
+    """Ropes of hooks whose chart or load it watches: their limits are checked, and no reason to refuse a scene."""
 
-    def told(self, bypassed: bool = False) -> tuple[Severity, str]:
-        """The severity of its tripping, and the sentence about it."""
+    def message(self, bypassed: bool = False) -> tuple[Severity, str]:
+        """Severity of its tripping, and the sentence about it."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
         sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text

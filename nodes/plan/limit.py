@@ -1,7 +1,7 @@
 """What must not be exceeded: one row per subject and quantity, part of the plan, with where the number comes from.
 
 `check` judges the rows on the equilibrium path, `run` on what happened, the report shows them with their worst value.
-A row without a value is unknown: it is reported and not judged.
+A row without a value is unknown: it is reported and not checked.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What a part carries at rest where it uses its limit most, that limit, and in which stage; `alone`: what a run
-    adds is in the limit already."""
+    """Static load of a part at its highest utilisation, the limit and the stage; `alone`: the limit already includes
+    dynamics."""
 
     value: float
     bound: float
@@ -86,7 +86,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     though allowed.
     `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
     `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.  `spread`: by how much its use
-    grows at the worst corner of uncertain `inputs`, measured at rest: of loads a part of it, else itself.
+    grows at the worst corner of uncertain `inputs`, measured at rest: by a part of it, or (`adds`) by itself.
     """
 
     subject: str
@@ -101,27 +101,28 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     factor: float = 1.0
     breaking: float = 0.0
     elements: tuple[str, ...] = ()
-    signal: ScalarSignal | None = None  # that is judged, of the quantity "signal"
+    signal: ScalarSignal | None = None  # that is checked, of the quantity "signal"
     source: str = ""
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
     factors: tuple[Factor, ...] = ()  # by which what is read becomes a design load
     rest: RestLoad | None = None  # of a design load
     spread: float = 0.0
+    adds: bool = False
     inputs: str = ""
     where: str = ""
 
     @property
     def loads(self) -> bool:
-        """Whether the quantity grows in proportion to what is lifted."""
+        """Whether the quantity is proportional to the lifted load."""
         return self.unit in ("N", "kg") or self.quantity == "rope factor"
 
     @property
     def known(self) -> bool:
-        """Whether there is anything to judge by."""
+        """Whether a limit is known."""
         return self.value is not None or self.between is not None or bool(self.chart)
 
     def at(self, x: float = 0.0) -> float:
-        """The limit at x of its chart, beyond its ends that of the nearest end; raises ValueError if there is none.
+        """The limit at x of its chart, constant beyond its ends; raises ValueError if there is none.
 
         A chart over a radius or an angle is never interpolated: the next longer one counts, and beyond the last nothing
         may hang.
@@ -140,13 +141,13 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.chart[-1][1]
 
     def excess(self, value: float, x: float = 0.0) -> float:
-        """How far a value is beyond the limit, in its unit; negative within it."""
+        """Excess of a value over the limit in its unit; negative within it."""
         if self.between is not None:
             return max(value - self.between[1], self.between[0] - value)
         return self.at(x) - value if self.least else value - self.at(x)
 
     def use(self, value: float, x: float = 0.0) -> float:
-        """How much of the limit a value uses: 1 at the limit, more beyond it."""
+        """Utilisation of the limit by a value: 1 at the limit."""
         if self.between is not None:
             low, high = self.between
             return abs(2.0 * value - low - high) / (high - low)
@@ -158,7 +159,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 @dataclass(frozen=True)
 class Use:
-    """The highest use of a limit that occurred: value [unit of the limit], when [s], in which stage; None without data.
+    """The highest utilisation of a limit: value [its unit], time [s], stage; None without data.
 
     `use` is 1 at the limit and greater beyond it; None if the limit is unknown.
     """
@@ -185,7 +186,7 @@ class Use:
         limit, value = self.limit, self.value
         if not limit.spread or value is None or self.use is None:
             return self
-        use = self.use * (1.0 + limit.spread) if limit.loads else self.use + limit.spread
+        use = self.use + limit.spread if limit.adds else self.use * (1.0 + limit.spread)
         if limit.between is not None:
             low, high = limit.between
             middle, half = (low + high) / 2.0, (high - low) / 2.0
@@ -195,15 +196,15 @@ class Use:
 
     @property
     def excess(self) -> float:
-        """How far the value is beyond the limit and what is still at it [unit]; negative within it."""
+        """Excess of the value, with its margin, over the limit [unit]; negative within it."""
         if self.value is None or self.bound is None:
             return self.limit.excess(self.value or 0.0) - self.tolerance
         return (self.bound - self.value if self.limit.least else self.value - self.bound) - self.tolerance
 
 
 class Reach(msgspec.Struct, frozen=True, kw_only=True):
-    """At which radius [m] what hung on a hook [kg], what its chart allows there [kg], and when [s]: as a stage begins
-    with a load, where it uses most of the chart, and as it ends."""
+    """Load of a hook [kg] at a radius [m] and its chart's capacity [kg], at a time [s]: at the begin and end of a
+    loaded stage and at the highest utilisation."""
 
     hook: str
     stage: str
@@ -215,5 +216,5 @@ class Reach(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def use(self) -> float:
-        """1 at the chart, infinite beyond its last radius."""
+        """Utilisation of the chart, infinite beyond its last radius."""
         return self.load / self.capacity if self.capacity else inf

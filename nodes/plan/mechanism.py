@@ -36,7 +36,7 @@ class Actuator(Item, frozen=True, kw_only=True):
 
 
 class Hoist(Item, frozen=True, kw_only=True):
-    """A hook of a machine: its rope, which has all falls, and where that holds the hook block, a body of its own.
+    """A hook of a machine: its rope with all falls, and the point where it holds the hook block.
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured.
@@ -64,7 +64,7 @@ class Hoist(Item, frozen=True, kw_only=True):
 
 
 class Tie(Item, frozen=True, kw_only=True):
-    """A rope that is hooked and taken off; `lug` is where it hangs at the start: its name on what is lifted, or "".
+    """A sling that is hooked and unhooked; `lug`: its lug at the start, or "".
 
     `lower`: its end there, if it can be hooked nowhere else; `rated`: what counts as 100 % of its use [N]; `rigging`:
     the name by which several are ordered together; `spans`: its length under what it carries at the start, where that
@@ -81,7 +81,7 @@ class Tie(Item, frozen=True, kw_only=True):
 
 
 class Cell(Item, frozen=True, kw_only=True):
-    """A load cell on a body: it reports when ropes carry more than `rated` [N] together; `capacity`: below hooks."""
+    """A load cell: reports when its ropes carry more than `rated` [N] in total; `capacity`: below the hooks."""
 
     name: str
     body: str
@@ -91,16 +91,16 @@ class Cell(Item, frozen=True, kw_only=True):
 
 
 class BrakeLatch(Item, frozen=True, kw_only=True):
-    """A brake that is engaged as long as none of these ties is hooked."""
+    """A brake that is engaged while none of these slings is hooked."""
 
     brake: str
     ties: tuple[str, ...]
 
 
 class Cargo(Item, frozen=True, kw_only=True):
-    """A body that is lifted: its mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m]
-    (zeros: not given), the face that each support belongs to, and, where its attitude is reported, by how much
-    it is turned at the start [rad]; `marks`: where its lugs are written, and "" its centre of mass."""
+    """A lifted body: mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m] (zeros: not
+    given), face of each support, rotation at the start [rad] if its attitude is reported; `marks`: lines of its lugs
+    and, "", of its centre of mass."""
 
     body: str
     mass: float = 0.0
@@ -114,9 +114,8 @@ class Cargo(Item, frozen=True, kw_only=True):
 
 
 class Girder(Item, frozen=True, kw_only=True):
-    """The part of a body that bends as a beam along its y, from y = 0 to `span` [m], with the joints that slide on it:
-    mass [kg], stiffness at midspan [N/m], height of its neutral axis [m], part of critical damping of its first mode.
-    """
+    """The bending part of a girder along y, from 0 to `span` [m], with its sliding joints: mass [kg], midspan stiffness
+    [N/m], height of its neutral axis [m], damping ratio of the first mode."""
 
     body: str
     slides: tuple[str, ...]
@@ -128,7 +127,7 @@ class Girder(Item, frozen=True, kw_only=True):
 
 
 class Heavy(Item, frozen=True, kw_only=True):
-    """A rope that has a mass where a level models it: `line` of all its falls, which are the first of its lines [kg/m].
+    """A rope with mass at some model levels: `line` [kg/m] of all its falls, the first of its lines.
 
     At the start, in the world: `ends`, the middles of the falls above and below, `beside`, where each is from there,
     `lead`, what of the rope's length is in its other lines [m], and `below`, what hangs on it [kg]; `on`: the body that
@@ -146,8 +145,8 @@ class Heavy(Item, frozen=True, kw_only=True):
 
 
 class BeamLoad(Item, frozen=True, kw_only=True):
-    """A force on a beam at the start, in its body's frame [N]: at a station x, with its point [m]; `rope`: whose it is,
-    by a line with that `share`, "": a weight."""
+    """A force on a beam at the start in its body's frame [N], at station x; `rope`: its rope (line with that `share`),
+    "": a weight."""
 
     x: float
     p: Vector
@@ -157,8 +156,8 @@ class BeamLoad(Item, frozen=True, kw_only=True):
 
 
 class Bend(Item, frozen=True, kw_only=True):
-    """A body that bends where a level models it: what of its mass does [kg]; gravity in its frame [m/s2] and the forces
-    on it at the start."""
+    """A body that bends at some model levels: bending mass [kg], gravity in its frame [m/s2] and forces at the
+    start."""
 
     body: str
     mass: float
@@ -168,8 +167,8 @@ class Bend(Item, frozen=True, kw_only=True):
 
 
 class Shape(Item, frozen=True, kw_only=True):
-    """The box as which a body is drawn and collides: middle and edges in its frame [m]; `thing`: what planners call it,
-    if it is not the body's name, and which `part` of that it is."""
+    """Collision and drawing box of a body: centre and edges in its frame [m]; `thing`: name for planners, `part` of
+    it."""
 
     body: str
     centre: Vector
@@ -180,7 +179,7 @@ class Shape(Item, frozen=True, kw_only=True):
 
 
 class Footing(Item, frozen=True, kw_only=True):
-    """On what a machine stands: below `body`, with the middle of the base `at` a point of its frame.
+    """Base of a machine: below `body`, with its centre `at` a point of its frame.
 
     The base is `length` along the x of that body and `width` along its y [m]: of four outriggers or corners with wheels
     from middle to middle, of two tracks what bears of each and from middle to middle.  `each`: width of a track [m],
@@ -209,12 +208,12 @@ class Driven(Item, frozen=True, kw_only=True):
 
 
 class Mechanism(Item, frozen=True, kw_only=True):
-    """A machine or a researcher's own system, written as bodies, joints and laws; it becomes one coupled model.
+    """A machine or a user's system of bodies, joints and laws; becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
     supports that carry at the start.  `pieces`: of ropes with lumps, with their parts of the falls.  Its parts may name
-    bodies and joints of other machines.  `levels`: where its moves lead is known before, and judged; it begins at rest.
-    `configuration`: how it is set up, in words: boom, counterweight, falls, base.
+    bodies and joints of other machines.  `levels`: where its moves lead is known before, and checked; it begins at
+    rest. `configuration`: how it is set up, in words: boom, counterweight, falls, base.
     """
 
     name: str
@@ -243,12 +242,12 @@ class Mechanism(Item, frozen=True, kw_only=True):
         return {name: tuple(tie.rope for tie in self.ties if tie.rigging == name) for name in names}
 
     def standing(self, body: str) -> str:
-        """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
+        """Name under which its supports are reported; that of the block for bodies of the lift."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
 
 
 def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
-    """The ties that hang on a hook, on what is joined to it, and on frames below."""
+    """Slings below a hook, including those of frames and connected bodies."""
     joined, before, ties = {hook.eye.body}, 0, [tie for machine in machines for tie in machine.ties]
     loads = {cargo.body for machine in machines for cargo in machine.cargo}
     pairs = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
@@ -277,12 +276,12 @@ def is_root(machine: Mechanism, body: str) -> bool:
 
 
 def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
-    """Where the lugs of what is lifted are."""
+    """Lugs of lifted bodies with their points."""
     return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
 
 
 def driven(actuator: str) -> str:
-    """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
+    """What an actuator moves, for planners: a crane, a trolley, else its own name."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 

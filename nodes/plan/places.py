@@ -14,7 +14,7 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """`file:line:column` of an order at (action, order) or of an action; its numbers if it has none."""
+    """`file:line:column` of an order at (action, order) or of an action; its numbers if the plan has no lines."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND
@@ -23,7 +23,7 @@ def place(plan: Plan, at: tuple[int, ...]) -> str:
 
 
 def numbered(at: tuple[int, ...]) -> str:
-    """The same in numbers from 1: "order 2 of action 5"."""
+    """Numbers from 1: "order 2 of action 5"."""
     action, order = _split(at)
     if action < WHEN:
         return "a set-point" if action == LED else "an operator's command"
@@ -36,5 +36,5 @@ def located(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
 
 
 def _split(at: tuple[int, ...]) -> tuple[int, int | None]:
-    """Action and order; of an action's own condition no order."""
+    """Numbers of action and order; None for an action's own condition."""
     return at[0], at[1] if len(at) > 1 and at[1] != WHEN else None

@@ -29,15 +29,15 @@ from .mechanism import Mechanism as Mechanism
 from .mechanism import Shape as Shape
 from .mechanism import Tie as Tie
 from .mechanism import driven as driven
-from .user_models import Own
+from .user_models import UserModel
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
 LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wrong by a fifth, and steps are no cheaper
 
 
 class ActionList(Item, frozen=True, kw_only=True):
-    """One of several action lists: it begins with the action of number `first`, and orders these machines; without
-    any it is that of the whole scene, which begins others.  `fidelity`, `start`: as those of a plan, of this lift."""
+    """One of several action lists: it begins with action `first` and orders these machines; without machines it is the
+    list of the whole scene, which begins the others. `fidelity`, `start`: of this lift, as in a plan."""
 
     name: str
     first: int
@@ -47,8 +47,8 @@ class ActionList(Item, frozen=True, kw_only=True):
 
 
 class Gear(Item, frozen=True, kw_only=True):
-    """An item of rigging as riggers fetch it: what it is, how many, its working load limit and mass [kg] (0: not told),
-    by which standard, its termination, the date of its certificate, where it hangs."""
+    """An item of rigging: description, number, working load limit and mass [kg] (0: unknown), standard, termination,
+    date of its certificate, place."""
 
     name: str
     kind: str
@@ -62,7 +62,7 @@ class Gear(Item, frozen=True, kw_only=True):
 
 
 class Plan(Item, frozen=True, kw_only=True):
-    """A resolved scene.  With `end` [s] the run ends there, without it when the last action is done."""
+    """A resolved scene. The run ends at `end` [s], or without it after the last action."""
 
     name: str
     gravity: float = 9.80665
@@ -80,7 +80,7 @@ class Plan(Item, frozen=True, kw_only=True):
     gear: tuple[Gear, ...] = ()
     place: Place | None = "onshore"  # where it is lifted, if that is known
     accepts_assumed: bool = False  # limits that heavylift assumes count as the scene's own
-    models: tuple[Own, ...] = ()
+    models: tuple[UserModel, ...] = ()
     interlocks: tuple[Interlock, ...] = ()
     actions: tuple[Action, ...] = ()
     may_touch: tuple[Touch, ...] = ()  # at any time
@@ -89,7 +89,7 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def levelled(self) -> tuple[Mechanism, ...]:
-        """Cranes on rails, what hangs on them and the block: their moves are known and judged before a run."""
+        """Cranes on rails, their frames and the block: their moves are known and checked before a run."""
         return tuple(machine for machine in self.machines if machine.levels)
 
     @property
@@ -99,7 +99,7 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def first(self) -> int:
-        """The number of its first action, which in the part of one of several lists is that in the whole scene."""
+        """Number of its first action; in a part of several lists, that in the whole scene."""
         return self.lists[0].first if self.lists else 0
 
     def action(self, number: int) -> Action:
@@ -107,7 +107,7 @@ class Plan(Item, frozen=True, kw_only=True):
         return self.actions[number - self.first]
 
     def leader(self, actuator: str) -> str:
-        """The model whose set-points lead an actuator; "" if none does."""
+        """The user model whose set-points an actuator follows; "" if there is none."""
         return next((own.name for own in self.models for led in own.leads if led.move.actuator == actuator), "")
 
 
@@ -115,19 +115,19 @@ _DECODER = msgspec.json.Decoder(Plan)  # made where this is imported, before pro
 
 
 def encode(plan: Plan) -> bytes:
-    """The plan as canonical JSON: equal plans have equal bytes."""
-    once = _DECODER.decode(msgspec.json.encode(plan))  # defaults are told from equal values by identity
+    """Encode the plan as canonical JSON: equal plans have equal bytes."""
+    once = _DECODER.decode(msgspec.json.encode(plan))  # defaults are reported from equal values by identity
     return msgspec.json.encode(once)
 
 
 def decode(data: bytes) -> Plan:
-    """The plan from its canonical JSON, which is data of others; raises msgspec.ValidationError if it is none."""
+    """Decode a plan from canonical JSON of unknown origin; raises msgspec.ValidationError if it is none."""
     plan = _DECODER.decode(data)
     named(functions(plan))
     return plan
 
 
 def functions(plan: Plan) -> list[str]:
-    """The code that its laws and models name."""
+    """Names of the Python code used by its laws and models."""
     laws = [function for machine in plan.machines for function in machine.system.functions]
     return [*laws, *(own.reference for own in plan.models)]

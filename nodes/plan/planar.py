@@ -17,7 +17,7 @@ from .mechanism import Mechanism
 
 
 def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
-    """With what would leave the plane of a planar motion locked; the locked joints in one order, however named."""
+    """The fidelity with joints that leave the plane of motion locked, sorted by name."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     locked = {*fidelity.locked}
     if fidelity.motion in NORMAL:
@@ -61,7 +61,7 @@ def attitude(q: Sequence[float]) -> Matrix:
 
 
 def _axes(joints: Sequence[Joint]) -> Iterator[tuple[Joint, Vector]]:
-    """Each joint that turns or slides with its axis in the world at the start."""
+    """Each revolute or prismatic joint with its axis in the world at the start."""
     known: dict[str, Matrix] = {WORLD: IDENTITY}
     waiting = list(joints)
     while ready := [joint for joint in waiting if joint.parent in known]:

@@ -18,7 +18,7 @@ Speeds = tuple[tuple[int, float], ...]  # (time [ns], speed [m/s or rad/s]), str
 
 
 def ramp(pulses: int, speed: float, accel: float, period: float) -> tuple[tuple[float, float], ...]:
-    """(time [s], speed) from rest to a speed > 0, straight between them; of two pulses none exceeds `accel`.
+    """(time [s], speed) from rest to a speed > 0, piecewise linear; for two pulses at most `accel`.
 
     Pulses that would overlap have half the acceleration each.
     """
@@ -79,17 +79,17 @@ def stop(pulses: int, speed: float, accel: float, period: float, start: int) -> 
 
 
 def way(rows: Speeds) -> float:
-    """Where speeds lead to."""
+    """Distance covered by a speed profile."""
     return sum(0.5 * (v + w) * (b - a) * 1e-9 for (a, v), (b, w) in pairwise(rows))
 
 
 def _rounded(rows: list[tuple[float, float]], start: int) -> Speeds:
-    """At whole nanoseconds, of which each has one speed."""
+    """Times rounded to whole nanoseconds, each with one speed."""
     return tuple({start + round(t * 1e9): v for t, v in rows}.items())
 
 
 def residual(pulses: int, speed: float, accel: float, chosen: float, period: float, gravity: float) -> float:
-    """Swing that a ramp chosen for one period leaves in a pendulum of another [rad]."""
+    """Residual swing of a ramp chosen for one period in a pendulum of another period [rad]."""
     w = 2.0 * pi / period
     lasts = ramp(pulses, speed, accel, chosen)[-1][0] - 0.5 * chosen * (pulses == 2)  # one pulse
     left = 2.0 * speed / pulses / lasts / gravity * abs(sin(0.5 * w * lasts))

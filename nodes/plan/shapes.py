@@ -3,7 +3,7 @@
 A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
 stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a hook block, a boom.
 How two of them may meet follows from the joints, ropes and contacts between their bodies: they are kept apart, or
-allowed near but not through each other, or joined.  What the scene says may touch is told by the names of a shape.
+allowed near but not through each other, or joined.  What the scene says may touch is reported by the names of a shape.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from .plan import Mechanism, Plan
 Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
 Relation = Literal["apart", "through", "joined"]
 
-GROUND, STOOLS, HULL = "ground", "stools", "hull"
-STOOL = 1.0  # edge of a stool [m]
+GROUND, SUPPORTS, HULL = "ground", "stools", "hull"
+SUPPORT = 1.0  # edge of a support [m]
 E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circle around it: 44 mm 6x36, 890.6 mm2
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A box, edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its frame [m]; `machine`:
-    of which it is."""
+    """A box with edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its frame [m];
+    `machine`: its machine."""
 
     thing: str
     part: str
@@ -46,7 +46,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Strand:
-    """The lines of the rope `rope` are cylinders of this radius [m]; `ends`: bodies that they are fastened to."""
+    """The lines of the rope `rope` as cylinders of this radius [m]; `ends`: bodies at its ends."""
 
     thing: str
     kind: Kind
@@ -56,7 +56,7 @@ class Strand:
 
 
 class Shapes:
-    """The shapes of a plan, and how they may meet; of what lifts nothing, those alone with which bodies touch."""
+    """All shapes of a plan and their relations; without a lift only those of contacts."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.machines = plan, plan.machines
@@ -77,7 +77,7 @@ class Shapes:
 
     @cached_property
     def roots(self) -> list[str]:
-        """The bodies on which cranes with hooks that travel stand, each once."""
+        """Root bodies of travelling cranes with hooks, each once."""
         found = dict.fromkeys(self.root(hook.on) for hook in self.hooks.values())
         return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
 
@@ -89,21 +89,21 @@ class Shapes:
         return body
 
     def depth(self, body: str) -> int:
-        """How many joints carry a body."""
+        """Number of joints between a body and the ground."""
         joint = self._carried.get(body)
         return 0 if joint is None else 1 + self.depth(joint.parent)
 
     def hanging(self, body: str) -> bool:
-        """Whether a body hangs in ropes and is no load: a hook block, a frame."""
+        """Whether a body is suspended by ropes and is not a load: a hook block or frame."""
         return self.root(body) in self._hanging
 
     @property
     def afloat(self) -> bool:
-        """Whether something floats, so that the plane z = 0 is the sea."""
+        """Whether a vessel floats, so that the plane z = 0 is the sea."""
         return any(shape.part == HULL for machine in self.machines for shape in machine.shapes)
 
     def supports(self, body: str) -> list[Support]:
-        """The supports of a body that stand on the ground."""
+        """Supports of a body on the ground."""
         return [s for m in self.machines for s in m.system.supports if s.point.body == body and not s.on]
 
     # ---- shapes -------------------------------------------------------------------------------------------
@@ -126,11 +126,13 @@ class Shapes:
                 if support.name in machine.closed and not support.on and support.point.body == cargo.body:
                     (u, v, _), h = support.point.p, support.height
                     place = pose[0] + u, pose[1] + v, h / 2
-                    yield Solid(STOOLS, support.name, "stools", WORLD, place, (STOOL, STOOL, h), machine=machine.name)
+                    yield Solid(
+                        SUPPORTS, support.name, "stools", WORLD, place, (SUPPORT, SUPPORT, h), machine=machine.name
+                    )
 
     @cached_property
     def strands(self) -> dict[str, Strand]:
-        """Hook ropes and slings by the name of the rope; those over edges and sheaves have no straight lines."""
+        """Hook ropes and straight slings by rope name; those over edges and sheaves have no straight lines."""
         found = {}
         for rope in (rope for machine in self.machines for rope in machine.system.ropes):
             if rope.name not in self.hooks and rope.name not in self.slings:
@@ -145,14 +147,14 @@ class Shapes:
     # ---- how they meet ------------------------------------------------------------------------------------
 
     def called(self, x: Solid | Strand) -> set[str]:
-        """All names by which a scene may mean a shape."""
+        """All names of a shape in scenes."""
         if isinstance(x, Solid):
             return {x.thing, x.body, x.machine} - {"", WORLD}
         rigging = (tie.rigging for machine in self.machines for tie in machine.ties if tie.rope == x.rope)
         return {x.thing, x.rope, *rigging} - {""}
 
     def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
-        """Whether a contact of whole shapes keeps two out of each other, and whether they begin on each other."""
+        """Whether a contact of whole shapes prevents two from penetrating, and whether they touch at the start."""
         one, other = (getattr(x, "body", "") for x in (a, b))
         found = self._contacts.get(frozenset((one, other)), [])
         begins = any(contact.name in machine.closed for contact in found for machine in self.machines)
@@ -168,7 +170,7 @@ class Shapes:
         return "through" if kinds <= {"sling", "block", "stools"} else "apart"
 
     def _ends(self, x: Solid | Strand) -> set[str]:
-        """What a shape is part of or fastened to, but for loads, which others may come near."""
+        """What a shape belongs to or is fastened to, apart from loads."""
         bodies = (x.body,) if isinstance(x, Solid) else x.ends
         return {self.root(body) for body in bodies if body != WORLD and body not in self.cargo}
 
@@ -189,8 +191,7 @@ class Shapes:
         return "joined" if self._still(a.body) and self._still(b.body) else "apart"
 
     def overlap(self, a: Solid | Strand, b: Solid | Strand) -> float:
-        """By how much two shapes may be in each other [m]: what is meant where corners meet, and of a thick sling that
-        hangs on lugs which stand less proud of their block than it is thick."""
+        """Allowed penetration of two shapes [m]: of corner contacts, and of thick slings at lugs."""
         if isinstance(a, Strand) or isinstance(b, Strand):
             strand, solid = (a, b) if isinstance(a, Strand) else (b, a)
             cargo = self.cargo.get(solid.body) if isinstance(solid, Solid) else None
@@ -202,7 +203,7 @@ class Shapes:
         return max(meant.get(a.body, 0.0), meant.get(b.body, 0.0))
 
     def _siblings(self, a: str, b: str) -> bool:
-        """Whether two bodies slide on the same one."""
+        """Whether two bodies slide on the same body."""
         one, two = self._carried[a], self._carried[b]
         return one.parent == two.parent and one.kind == two.kind == "prismatic"
 
@@ -211,19 +212,19 @@ class Shapes:
         return joint is None or (joint.kind == "fixed" and self._still(joint.parent))
 
     def by_corners(self, a: str, b: str) -> bool:
-        """Whether two bodies touch by contacts of points alone, so that one may go through the other beside those."""
+        """Whether two bodies have point contacts only, and may penetrate elsewhere."""
         found = self._contacts.get(frozenset((a, b)), [])
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
     @cached_property
     def untouched(self) -> tuple[str, ...]:
-        """What `relation` does not check, for planners."""
+        """Pairs that `relation` does not check, for planners."""
         found, plan = [], self.plan
         if self.hooks:
             found.append("ropes beside parts of their own crane, whose openings no scene gives")
             found.append(f"what shakes faster than samples of places and speeds show, {plan.samples_hz:g} in a second")
         if self.cargo:
-            found.append("blocks beside their stools, and near the ground while they are lifted off or set down")
+            found.append("blocks beside their supports, and near the ground while they are lifted off or set down")
         if self.slings:
             found.append("slings while they are slack")
         reeved = [rope.name for machine in self.machines for rope in machine.system.reevings]
@@ -239,14 +240,14 @@ class Shapes:
 
     @cached_property
     def shapeless(self) -> tuple[str, ...]:
-        """What could be checked if the scene or a type gave its shape, for planners."""
+        """Things without shape, for planners."""
         shaped, found = {solid.body for solid in self.solids}, []
         for machine in self.machines:
             bare = [body.name for body in machine.system.bodies if body.name not in shaped]
             if bare:
                 more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
-                told = f"whether {', '.join(bare[:3])}{more} of {machine.name} meet anything: they have no shapes"
-                found.append(told)
+                message = f"whether {', '.join(bare[:3])}{more} of {machine.name} meet anything: they have no shapes"
+                found.append(message)
             if any(isinstance(contact.b, Plane) for contact in machine.system.contacts):
                 found.append(f"how near planes of {machine.name} come to anything, but for the ground")
             if any(rope.name not in self.strands for rope in machine.system.straight_ropes):
@@ -257,13 +258,13 @@ class Shapes:
 
 
 def _distance(p: Vector, solid: Solid) -> float:
-    """From a point of a body to one of its boxes [m]."""
-    aside = [max(0.0, abs(x - c) - size / 2) for x, c, size in zip(p, solid.centre, solid.size, strict=True)]
-    return sqrt(sum(d * d for d in aside))
+    """Distance of a point of a body from one of its boxes [m]."""
+    lateral = [max(0.0, abs(x - c) - size / 2) for x, c, size in zip(p, solid.centre, solid.size, strict=True)]
+    return sqrt(sum(d * d for d in lateral))
 
 
 def _contacts(machine: Mechanism) -> Iterator[Solid]:
-    """The boxes and balls with which bodies of a machine touch others."""
+    """Contact boxes and balls of a machine."""
     for shape in dict.fromkeys(s for c in machine.system.contacts for s in (c.a, c.b)):
         match shape:
             case Box():
@@ -274,12 +275,12 @@ def _contacts(machine: Mechanism) -> Iterator[Solid]:
 
 
 def wire_radius(EA: float) -> float:
-    """Radius of the steel wire rope of a stiffness [N], or of the bundle of falls that has it together [m]."""
+    """Radius of a steel wire rope with this stiffness EA [N], or of the bundle of falls [m]."""
     return sqrt(EA / (pi * FILL * E_STEEL))
 
 
 def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
-    """Middle and edges of the box around boxes that lie alike [m]."""
+    """Centre and edges of the bounding box of parallel boxes [m]."""
     if len(boxes) == 1:
         return boxes[0]
     low = [min(c[i] - s[i] / 2 for c, s in boxes) for i in range(3)]

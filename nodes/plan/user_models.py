@@ -9,14 +9,14 @@ from .actions import Item, Move
 
 
 class Led(Item, frozen=True, kw_only=True):
-    """An out port whose set-points lead an actuator: `move`, without end, with the ramp of each change and the highest
-    speed (0: none is known)."""
+    """An out port whose set-points drive an actuator: `move` without end, with its ramp and maximum speed (0:
+    unknown)."""
 
     port: str
     move: Move
 
 
-class Own(Item, frozen=True, kw_only=True):
+class UserModel(Item, frozen=True, kw_only=True):
     """A model that runs as a node: `model` is `module:name`, an absolute path `file.py:name`, or that of a unit of FMI.
 
     It hears its `signals`, by port, every `period` [ns]; what it says arrives `delay` [ns] later.
@@ -32,10 +32,10 @@ class Own(Item, frozen=True, kw_only=True):
 
     @property
     def unit(self) -> bool:
-        """Whether it is a unit of FMI."""
+        """Whether it is an FMU."""
         return self.model.endswith(".fmu")
 
     @property
     def reference(self) -> str:
-        """What is named, as the list of trusted folders is asked for it."""
+        """The reference as listed for trusted folders."""
         return f"{self.model}:" if self.unit else self.model

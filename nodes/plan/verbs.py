@@ -14,7 +14,7 @@ Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", 
 
 @dataclass(frozen=True)
 class Verb:
-    """`kinds` of actors can be given it, and it `becomes` such an order of the plan."""
+    """A verb: `kinds` of actors that accept it, and the order of the plan that it `becomes`."""
 
     name: str
     kinds: tuple[Kind, ...]

@@ -75,8 +75,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """The scene of a text with settings laid over it; `passing`: one of many that nobody loads again; without
-    `followed` its actions are not tried at rest."""
+    """Build the scene of a text with settings; `passing`: one of many variants; without `followed` its actions are not
+    simulated at rest."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -100,7 +100,7 @@ def _built(
     whole: str = "",
     followed: bool = True,
 ) -> LoadedScene:
-    """The scene of a source; the limits of one whose actions are tried also at the worst of its uncertain inputs."""
+    """Build the scene of a source; with actions simulated, limits also at the worst uncertain inputs."""
     given = deepcopy(source.data)
     stated = uncertainties(replace(source, data=given, faults=[])) if followed else {}
     scene = validate(source)
@@ -108,33 +108,33 @@ def _built(
     assert scene is not None
     if scene.lifts:
         return _side_by_side(source, scene, path, text, overrides, passing, whole)
-    yard = build_machines(source, scene)
+    builder = build_machines(source, scene)
     check_parts(source, scene)
     lift = plan.Plan(
         name=scene.name,
         gravity=scene.gravity,
-        machines=tuple(yard.machines),
-        fidelity=build_fidelity(yard, yard.machines),
+        machines=tuple(builder.machines),
+        fidelity=build_fidelity(builder, builder.machines),
     )
-    mechanisms = build_mechanisms(yard, lift)
+    mechanisms = build_mechanisms(builder, lift)
     raise_faults(source, source.faults)
-    mechanisms = measuring(yard, mechanisms)
-    everything = set_up(yard, (*yard.machines, *mechanisms))
-    check_locked(yard, everything)
-    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, everything))
-    yard.interlocks = build_interlocks(yard, mechanisms)
+    mechanisms = measuring(builder, mechanisms)
+    everything = set_up(builder, (*builder.machines, *mechanisms))
+    check_locked(builder, everything)
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(builder, everything))
+    builder.interlocks = build_interlocks(builder, mechanisms)
     loaded = LoadedScene(
         msgspec.structs.replace(
             lift,
             **_common(scene),
             machines=everything,
-            models=build_models(yard, mechanisms),
-            interlocks=yard.interlocks,
-            limits=build_limits(yard, mechanisms),
-            gear=tuple(gear_of(yard)),
+            models=build_models(builder, mechanisms),
+            interlocks=builder.interlocks,
+            limits=build_limits(builder, mechanisms),
+            gear=tuple(gear_of(builder)),
             place=scene.factors.place or (None if scene.vessels else "onshore"),
-            accepts_assumed=yard.scene.assumed == "accept",
-            actions=build_actions(yard, mechanisms),
+            accepts_assumed=builder.scene.assumed == "accept",
+            actions=build_actions(builder, mechanisms),
             may_touch=tuple(touches(source, (), scene.may_touch)),
         ),
         text,
@@ -165,7 +165,7 @@ def _built(
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """The scene with other values, its limits not judged before it is built."""
+        """The scene with other values, whose limits are not checked beforehand."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
@@ -187,7 +187,7 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
 def _side_by_side(
     source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, whole: str
 ) -> LoadedScene:
-    """A scene of several lifts, each built as if it were alone."""
+    """Build a scene of several lifts, each as if alone."""
 
     def alone(own: Source) -> LoadedScene:
         alike(own)
@@ -209,7 +209,7 @@ def _side_by_side(
 
 
 def _common(scene: schema.Scene) -> dict[str, Any]:
-    """What a scene says of its whole run."""
+    """Settings of a scene for its whole run."""
     return {
         "tolerance": scene.step_tolerance,
         "method": scene.method,
@@ -222,7 +222,7 @@ def _common(scene: schema.Scene) -> dict[str, Any]:
 
 
 def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
-    """Where it rests at the start, if it does."""
+    """Equilibrium at the start, if there is one."""
     if followed:
         return next(iter(loaded.statics.states), None)
     with suppress(HeavyliftError):
@@ -231,7 +231,8 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
 
 
 def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
-    """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
+    """Faults: what cannot be built or carried out, or is overloaded at rest; loads are checked if everything else
+    fits."""
     scene, built = loaded.scene, loaded.plan
     found = start_checks(scene, built) or held_orders(built)
     hooks = any(machine.hooks for machine in built.machines)

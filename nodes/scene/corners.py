@@ -7,7 +7,6 @@ the worse end of each input.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -20,9 +19,8 @@ from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
 from heavylift.nodes.scene.text.source import Data, Path, shown
-from heavylift.nodes.scene.text.spelling import tidy
+from heavylift.nodes.scene.text.spelling import unit_in
 from heavylift.nodes.scene.text.uncertainty import Stated, standard
-from heavylift.nodes.scene.text.units import NUMBER
 
 from .loaded_scene import LoadedScene
 
@@ -35,10 +33,10 @@ Build = Callable[[Values], LoadedScene]  # the scene with other values
 
 @dataclass(frozen=True)
 class Ends:
-    """An uncertain input: its path, what is stated of it, and both ends as a scene writes them."""
+    """An uncertain input: path, statement, and both ends as text."""
 
     path: Path
-    told: str
+    message: str
     texts: tuple[str, str]
 
 
@@ -51,8 +49,8 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
             continue
         value, quantity = at
         half = standard(each, quantity) * (sqrt(3.0) if each.kind == "uniform" else 2.0)
-        text, units = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", each.value), quantity.dimension.units
-        unit = tidy(text[1]) if text and tidy(text[1]) in units else next(iter(units))
+        units = quantity.dimension.units
+        unit = unit_in(each.value, units)
         texts = (f"{x / float(units[unit])!r} {unit}".strip() for x in (value - half, value + half))
         low, high = texts
         how = "+-" if each.kind == "uniform" else each.how
@@ -61,8 +59,8 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
 
 
 def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
-    """The limits of a scene with what each uses more at its worst corner; an input at whose end nothing is known is a
-    limit without a value."""
+    """The limits of a scene with the increase of utilisation at the worst corner of the uncertain inputs; an input
+    whose end cannot be evaluated gives a limit without value."""
     corners = _Corners(nominal, build)
     worse: dict[Key, dict[Path, str]] = {}
     moved: dict[Key, list[str]] = {}
@@ -71,7 +69,7 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[R
         for key, usual in corners.usual.items():
             text, use = max(((text, uses.get(key, usual)) for text, uses in found), key=lambda pair: pair[1])
             if any(abs(uses.get(key, usual) - usual) > NOISE * max(1.0, usual) for _, uses in found):
-                moved.setdefault(key, []).append(one.told)
+                moved.setdefault(key, []).append(one.message)
             if use > usual:
                 worse.setdefault(key, {})[one.path] = text
     for corner in dict.fromkeys(tuple(x.items()) for x in worse.values() if len(x) > 1):
@@ -81,16 +79,15 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[R
 
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[RatedLimit]:
-    """The design loads of a scene that names a practice or factors, with the worst corner of the box of the centre of
-    mass of each block; nothing else."""
+    """Design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of each block."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.factors.built(), _Corners(nominal, build)
     blocks: dict[Path, schema.Block] = {("blocks", name): block for name, block in scene.blocks.items()}
     blocks |= {("block",): scene.block} if scene.block else {}
     for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
-        way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
-        places = {path: [x + dx for x, dx in zip(b.com, way, strict=True)] for path, b in blocks.items()}
+        distance = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
+        places = {path: [x + dx for x, dx in zip(b.com, distance, strict=True)] for path, b in blocks.items()}
         corners.uses({(*path, "com"): [f"{x!r} m" for x in place] for path, place in places.items()})
     used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
     rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
@@ -98,14 +95,14 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Ra
 
 
 def _lost(nominal: LoadedScene, corners: _Corners) -> Iterator[RatedLimit]:
-    """Corners of which nothing is known."""
+    """Corners that could not be evaluated."""
     where = nominal.plan.limits[0].where if nominal.plan.limits else ""
-    for told, why in corners.lost:
-        yield RatedLimit(subject=told, quantity="inputs", unit="", note=why, where=where)
+    for message, why in corners.lost:
+        yield RatedLimit(subject=message, quantity="inputs", unit="", note=why, where=where)
 
 
 class _Corners:
-    """Uses of limits at corners that were looked at."""
+    """Utilisations at evaluated corners."""
 
     def __init__(self, nominal: LoadedScene, build: Build) -> None:
         self.usual = _uses(nominal)
@@ -116,7 +113,7 @@ class _Corners:
 
     def uses(self, values: Values) -> dict[Key, float]:
         """The use of each limit at a corner."""
-        told, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
+        message, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
         try:
             scene = self._build(values)
             found = _uses(scene)
@@ -125,25 +122,26 @@ class _Corners:
         except HeavyliftError as error:
             found, why = {}, str(error).partition("\n")[0]
         if why:
-            self.lost.append((told, f"limits are not known there: {why}"))
+            self.lost.append((message, f"limits are not known there: {why}"))
         for key, use in found.items():
             self.most[key] = max(self.most.get(key, use), use)
         return found
 
 
 def _uses(scene: LoadedScene) -> dict[Key, float]:
-    """The use of each limit, of one that is not known the value itself."""
+    """Utilisation of each limit; the value itself if the limit is unknown."""
     each = ((use.limit, use.value if use.use is None else use.use) for use in scene.uses)
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
 
 
 def _spread(limit: RatedLimit, corners: _Corners, moved: Mapping[Key, list[str]]) -> RatedLimit:
-    """A limit with how its use grows at the worst of the corners."""
+    """A limit with the increase of utilisation at the worst corner."""
     alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
     key = next((key for key in alike if key in corners.usual), None)
     if key is None or key not in moved or not limit.known:
         return limit
     usual, most = corners.usual[key], corners.most[key]
-    spread = (most / usual - 1.0 if usual else 0.0) if limit.loads else most - usual
+    adds = not limit.loads or most > 2.0 * usual  # what was slack, or pulled straight down, grows in no proportion
+    spread = most - usual if adds else most / usual - 1.0
     inputs = ", ".join(moved[key])
-    return msgspec.structs.replace(limit, spread=spread, inputs=inputs) if spread > NOISE else limit
+    return msgspec.structs.replace(limit, spread=spread, adds=adds, inputs=inputs) if spread > NOISE else limit

@@ -14,7 +14,7 @@ from heavylift.recordings.sheets.sheet import Table, columns, trimmed
 
 
 def hooks(plan: Plan) -> Table:
-    """Hooks as their cranes have them: what they may carry, at which radius by a chart, and how they are reeved."""
+    """Hooks: rated loads, radius charts, and reeving."""
     rows = []
     for machine in plan.machines:
         for hook in machine.hooks:
@@ -39,7 +39,7 @@ def charts_used(found: Sequence[Reach]) -> Table:
 def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
     """From loads at rest to design loads, factor by factor, with what a run has met; and what riggers fetch."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
-    for of, unit, told in (("", "kg", "t"), (" of slings", "N", "kN")):
+    for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []
         named = [name for name in NAMES if any(x.name == name for use in mine for x in use.limit.factors)]
         for use in mine:
@@ -53,7 +53,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
             used = None if use.use is None else 100.0 * use.use
             part = limit.quantity.partition(" ")[0]
             rows.append((part, limit.subject, rest.value / 1e3, *map(factors.get, named), *loads, used, use.stage))
-        form = f"[{told}] .1"
+        form = f"[{message}] .1"
         heads = columns("part", "", f"load at rest {form}", *(f"{name} .3" for name in named), f"design load {form}",
                         f"limit {form}", f"met {form}", "used [%] .1", "most loaded in")  # fmt: skip
         yield trimmed(Table(f"Design loads{of}", heads, tuple(rows), tuple(sources(mine))))
@@ -68,7 +68,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
 
 
 def sources(uses: Sequence[Use]) -> list[str]:
-    """Where the factors of a sheet come from, each once."""
+    """Sources of the factors of a sheet, each once."""
     found: dict[tuple[str, str], list[float]] = {}
     for x in (x for use in uses for x in use.limit.factors):
         found.setdefault((x.name, x.source), []).append(x.value)

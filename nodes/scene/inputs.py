@@ -11,7 +11,6 @@ of their distance.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -28,9 +27,9 @@ from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import made, next_key, parts
 from heavylift.nodes.scene.text.source import Path, Source, read
-from heavylift.nodes.scene.text.spelling import tidy
-from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
-from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity
+from heavylift.nodes.scene.text.spelling import spread_of, unit_in
+from heavylift.nodes.scene.text.uncertainty import Kind, Stated, standard
+from heavylift.nodes.scene.text.units import Limited, Quantity
 from pydantic import BaseModel
 
 from .loaded_scene import LoadedScene
@@ -39,7 +38,7 @@ from .loading import parse
 AXES = {"x": 0, "y": 1, "z": 2}
 LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
 SIGNED = ("length", "angle")
-FAR = 20.0  # times more or less: an input that leads there is not told by a log
+FAR = 20.0  # times more or less: an input that leads there is not reported by a log
 DIGITS = 6  # of a value without uncertainty
 KEPT = ("fidelity", "method", "tolerance", "step", "driven", "end")  # of a plan, whatever an input is
 USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depends on
@@ -48,13 +47,12 @@ USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depen
     *("mechanism.ropes.*.EA", "mechanism.ropes.*.length", "mechanism.ropes.*.damping", "mechanism.*.stiffness"),
     *("mechanism.ropes.*.over.*.efficiency", "mechanism.forces.*.speed"),
 )
-_NAMED = re.compile(rf"\s*(?P<name>.+?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
 
 
 @dataclass(frozen=True)
 class Input:
-    """An input: how it is named, value, scale and bounds in SI, its unit among those that it can have, its path in the
-    scene's data; `whole`: what must be written first for the path to be there."""
+    """An input: name, value, scale and bounds (SI), unit and allowed units, path; `whole`: the setting that must
+    precede it."""
 
     name: str
     value: float
@@ -67,11 +65,11 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """What its unit is in SI."""
+        """Its unit in SI."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
-        """A value and two standard uncertainties, as people write them, to two digits of the latter."""
+        """Value and two standard uncertainties as text, rounded to two digits of the latter."""
         half = 2.0 * sigma / self.factor
         places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
         texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))
@@ -81,8 +79,7 @@ class Input:
 
 @dataclass(frozen=True)
 class UncertainInput(Input):
-    """An input with its standard uncertainty in SI units; `kind`: of its distribution, normal, or uniform within half a
-    width of sqrt(3) standard uncertainties."""
+    """An input with its standard uncertainty (SI); `kind`: normal, or uniform within sqrt(3) standard uncertainties."""
 
     kind: Kind = "normal"
     sd: float = 0.0
@@ -105,7 +102,7 @@ class UncertainInput(Input):
 
 
 def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
-    """The inputs of these names; SceneError for one that the scene has not, or that is no quantity."""
+    """Inputs by name; raises SceneError for one that does not exist or is no quantity."""
     source, _ = _source(scene)
     found = [_input(scene, source, name)[0] for name in names]
     if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):
@@ -114,28 +111,24 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """All inputs of a scene with an uncertainty, as its file states it or `given`, such as `block.mass +- 3 %`, states
-    it instead; raises SceneError."""
+    """All uncertain inputs of a scene, as its file or `given` (`block.mass +- 3 %`) states them; raises SceneError."""
     source, stated = _source(scene)
     found = {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
     named: list[Path] = []
     for text in given:
-        form = _NAMED.fullmatch(text)
+        form = spread_of(text)
         if form is None:
             raise SceneError(f"input {text}: write its uncertainty behind it, such as 'block.mass +- 3 %'")
-        one, kind = _input(scene, source, form["name"])
+        one, kind = _input(scene, source, form[0])
         if one.path in named:
             raise SceneError(f"input {one.name}: is named twice; once is enough")
         named.append(one.path)
-        how = form["how"] if form["how"] in ("sd", "sigma") else "+-"
-        found[one.path] = _uncertain(
-            one, kind, Stated(f"{one.value / one.factor!r} {one.unit}", how, form["half"].strip())
-        )
+        found[one.path] = _uncertain(one, kind, Stated(f"{one.value / one.factor!r} {one.unit}", *form[1:]))
     return list(found.values())
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
-    """What a scene writes of an input with its uncertainty at 95 %; the value alone where that is beyond its ends."""
+    """Text of an input with its 95 % uncertainty; only the value if the uncertainty exceeds its range."""
     _, kind = _input(scene, _source(scene)[0], one.name)
     try:
         standard(Stated(value, "+-", half), kind)
@@ -145,7 +138,7 @@ def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
 
 
 def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
-    """The scene with other values, modelled and integrated as it was; SceneError if it is none."""
+    """The scene with other values at the same model level and steps; raises SceneError if it is invalid."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts), followed=False)
     kept = {x: getattr(scene.plan, x) for x in KEPT}
@@ -159,13 +152,13 @@ def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
 
 
 def _source(scene: LoadedScene) -> tuple[Source, dict[Path, Stated]]:
-    """The scene's data with nominal values, and what it states of their uncertainty."""
+    """Data of the scene with nominal values, and the stated uncertainties."""
     source = read(scene.merged or scene.text, scene.path.name)
     return source, uncertainties(source)
 
 
 def _name(scene: LoadedScene, path: Path) -> str:
-    """A path as users write it, with x, y and z where a place is meant."""
+    """A path as users write it, with x, y and z for coordinates."""
     at: object = scene.scene
     kind: object = None
     words = []
@@ -213,8 +206,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
     dimension = found.dimension
     source = made(source) if path[:1] == ("machines",) else source
-    text = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(source.at(path)))
-    unit = tidy(text[1]) if text and tidy(text[1]) in dimension.units else next(iter(dimension.units))
+    unit = unit_in(str(source.at(path)), dimension.units)
     scale = max(abs(at), LEAST.get(dimension.name, 0.0)) or 1.0
     bounds = (at / FAR, at * FAR) if at > 0.0 and dimension.name not in SIGNED else (-inf, inf)
     if isinstance(dimension, Limited):
@@ -224,7 +216,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
 
 
 def unstated(scene: LoadedScene, known: Sequence[Input]) -> list[str]:
-    """Inputs that are usually uncertain and of which no uncertainty is known, by name."""
+    """Inputs that are usually uncertain but state no uncertainty, by name."""
     paths = {part for each in known for part in (each.path, each.path[:-1])}
     found = []
 

@@ -20,7 +20,7 @@ from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
 from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
-from heavylift.nodes.plan.user_models import Own
+from heavylift.nodes.plan.user_models import UserModel
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.signals import build_interlocks
@@ -43,7 +43,7 @@ NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
 )  # fmt: skip
 WORDS = {  # fields that hold other words
     Characteristic: ("of",),
-    Own: ("model",),
+    UserModel: ("model",),
     Fidelity: ("ropes", "slings"),
 }
 MACHINES = (
@@ -54,8 +54,7 @@ EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
 
 def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> Source:
-    """What an instance is, as the source of a scene of its own: its keys laid over the scene that it extends; `at`:
-    where it is put [m]."""
+    """The source of an instance: its keys merged over the scene that it extends; `at`: its origin [m]."""
     base = ("lifts", name)
     keys, values = (
         {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)
@@ -92,8 +91,8 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     lifts: list[tuple[str, LoadedScene]] = []
     for name in scene.lifts:
         own = source_of(source, name, path, scene.lifts[name].at)
-        said = json.dumps(own.data, sort_keys=True)
-        lifts.append((name, alone.get(said) or alone.setdefault(said, built(own))))
+        text = json.dumps(own.data, sort_keys=True)
+        lifts.append((name, alone.get(text) or alone.setdefault(text, built(own))))
     raise_faults(source, source.faults)
     whole, acted = Plan(name=scene.name), list[Acted]()
     rests = {name: _rests(loaded, name, (*scene.lifts[name].at, 0.0)) for name, loaded in lifts}
@@ -124,10 +123,10 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    yard = SceneBuilder(source, scene, [*whole.levelled], limits=whole.limits)
-    hooks = [hook for crane in yard.cranes for hook in crane.hooks]
-    yard.hooks = {hook.eye.body.rpartition(".")[0]: _split(hook.rope) for hook in hooks}
-    between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)
+    builder = SceneBuilder(source, scene, [*whole.levelled], limits=whole.limits)
+    hooks = [hook for crane in builder.cranes for hook in crane.hooks]
+    builder.hooks = {hook.eye.body.rpartition(".")[0]: _split(hook.rope) for hook in hooks}
+    between, listed = build_interlocks(builder, whole.mechanisms), build_actions(builder, whole.mechanisms)
     _begins_each_once(source, scene, listed)
     raise_faults(source, source.faults)
     lists = (*whole.lists, ActionList(name=EVERY, first=len(whole.actions), machines=())) if listed else whole.lists
@@ -135,13 +134,13 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         whole, interlocks=whole.interlocks + between, actions=whole.actions + listed, lists=lists
     )
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
-    notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
+    notes = tuple((t, f"{name}: {sentence}") for name, x in lifts for t, sentence in x.statics.notes)
     unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)
     return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
 
 
 def _order(machine: Mechanism) -> tuple[bool, ...]:
-    """In the order of their nodes: cranes on levels, what hangs on their hooks, their loads, and the others."""
+    """Sort key of nodes: cranes with levels, their rigging, loads, others."""
     return not machine.levels, machine.levels and bool(machine.cargo), machine.levels and bool(machine.ties)
 
 
@@ -152,7 +151,7 @@ def _split(rope: str) -> tuple[str, str]:
 
 
 def _begins_each_once(source: Source, scene: Scene, listed: Sequence[Action]) -> None:
-    """Faults of a list that orders machines, or begins a lift twice, and of a lift that nothing begins."""
+    """Faults: a list that orders machines, a lift begun twice, a lift that is never begun."""
     begun: list[str] = []
     for order in (order for action in listed for order in action.orders):
         at = source.path_of(order.where)
@@ -161,12 +160,12 @@ def _begins_each_once(source: Source, scene: Scene, listed: Sequence[Action]) ->
                 source.fault(at, f"{order.lift} is begun twice", on_key=True)
             begun.append(order.lift)
         elif not isinstance(order, Wait):
-            told = "this list begins lifts (`b: begin`); their machines obey the lists of their own scenes"
-            source.fault(at, told, on_key=True)
+            message = "this list begins lifts (`b: begin`); their machines obey the lists of their own scenes"
+            source.fault(at, message, on_key=True)
     for name, lift in scene.lifts.items():
         if lift.start == ORDERED and name not in begun:
-            told = f"nothing begins {name}: write an action `{name}: begin` in this scene, with its condition `when`"
-            source.fault(("lifts", name, "start"), told)
+            message = f"nothing begins {name}: write an action `{name}: begin` in this scene, with its condition `when`"
+            source.fault(("lifts", name, "start"), message)
         if name == EVERY:
             source.fault(("lifts", name), f"a lift cannot be called '{EVERY}'", on_key=True)
 
@@ -181,7 +180,7 @@ def _numbered(state: StaticState, name: str, shift: int) -> StaticState:
 
 
 def _rests(loaded: LoadedScene, name: str, d: Vector) -> tuple[list[StaticState], list[Acted]]:
-    """The path of an instance in its place, and the states in which its actions began."""
+    """Path at rest of an instance at its place, and the states in which its actions began."""
     known: dict[int, StaticState] = {}
 
     def here(state: StaticState) -> StaticState:
@@ -196,7 +195,7 @@ PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds",
 
 
 def _together(states: list[StaticState]) -> StaticState:
-    """All that these states tell, the last one's words."""
+    """Merge of states, with the text of the last one."""
     whole: dict[str, Any] = {part: dict(getattr(states[0], part)) for part in PARTS}  # one copy: that is often done
     for state in states[1:]:
         for part, known in whole.items():
@@ -208,7 +207,7 @@ def _together(states: list[StaticState]) -> StaticState:
 
 
 def moved(x: Any, prefix: str, d: Vector) -> Any:
-    """A plan or description with a prefix before all names of its parts, moved by d [m] in the world."""
+    """A plan or description with prefixed names, moved by d [m] in the world."""
     if isinstance(x, tuple):
         return tuple(moved(each, prefix, d) for each in x)
     if isinstance(x, dict):
@@ -242,7 +241,7 @@ def _changed(name: str, value: Any, prefix: str, d: Vector) -> Any:
 
 
 def _renamed(value: Any, prefix: str) -> Any:
-    """Names with the prefix; the ground and what is empty have none."""
+    """Prefixed names; the ground and empty names stay."""
     if isinstance(value, str):
         return value if value in ("", WORLD, EVERY) else f"{prefix}{value}"
     if isinstance(value, dict):

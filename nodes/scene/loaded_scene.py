@@ -12,7 +12,7 @@ import msgspec
 from heavylift.kernel.description.findings import Check, Finding
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.judging import judge, uses_on_path
+from heavylift.nodes.limits.judging import findings_of, uses_on_path
 from heavylift.nodes.limits.table_rows import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import MEANT, OF_TENSIONS, USUAL, Answer, Asked, Question
@@ -26,12 +26,9 @@ if TYPE_CHECKING:
 
 
 class SceneFacts(msgspec.Struct, frozen=True):
-    """What a run asks of the keys of a scene besides its plan: what it asks itself, and its accuracy if that is
-    `written`; `named`: keys that say how it is to be run, those of its fidelity too, and that are never chosen
-    otherwise; `placement`: node -> process, for the nodes that the scene places; `remote`: processes that it places on
-    other hosts; `tandem`: what each crane may carry beside another; `project`: what the
-    document says of itself.
-    """
+    """Settings of a scene outside its plan: requested quantities and accuracy, if `written`; `named`: keys that fix how
+    it is run; `placement`: node -> process; `remote`: processes on other hosts; `tandem`: capacity of each crane beside
+    another; `project`: data for documents."""
 
     own: tuple[Asked, ...]
     written: float | None
@@ -43,18 +40,18 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def ask(self) -> tuple[Asked, ...]:
-        """What is asked of it: what is usually meant, if it names nothing of how it is to be run."""
+        """Requested quantities: the usual ones if it fixes nothing of how it is run."""
         return self.own if {*self.named} - {"samples"} else MEANT
 
     @property
     def accuracy(self) -> float:
-        """Of each quantity that is asked, or of the rope tensions (0.01: 1 %)."""
+        """Accuracy of each requested quantity, or of rope tensions (0.01: 1 %)."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A scene that can be run: its plan, its text as it stands in the file, its path, what a run asks of its keys."""
+    """A scene that can be run: plan, text, path and settings."""
 
     plan: plan.Plan
     text: str
@@ -78,14 +75,14 @@ class LoadedScene:
 
     @cached_property
     def statics(self) -> Followed:
-        """The action list followed at rest, as far as that goes."""
+        """The action list followed at rest, as far as possible."""
         if self.plan.lists:
             return self.apart or Followed((), (), (), "", None, "")  # of a recording, which has no scenes of each
         return follow(self.plan, keep=not self.passing)
 
     @property
     def states(self) -> Sequence[StaticState]:
-        """The points of the path at rest along the action list; none where nothing is lifted."""
+        """States of the path at rest; none where nothing is lifted."""
         return self.statics.states if self.lifts else ()
 
     @property
@@ -96,12 +93,12 @@ class LoadedScene:
 
     @property
     def question(self) -> Question | None:
-        """What it asks and how accurately, while nothing is chosen for it."""
+        """Requested quantities and accuracy, unless level and steps are chosen already."""
         return Question(self.facts.ask, self.facts.accuracy) if self.facts.ask and not self.chosen else None
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The worst of each limit on that path, of a lift also where its moves are to lead."""
+        """The highest utilisation of each limit on that path; for a lift also at the goals of moves."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         found = uses_on_path(self.plan, [*self.statics.states, *goal_states(self.plan, self.statics)])
@@ -111,11 +108,11 @@ class LoadedScene:
     @cached_property
     def findings(self) -> list[Finding]:
         """What is beyond a limit on that path, or should be reported."""
-        return sorted_findings([*self._others, *judge(self.plan, self.uses, dynamic=False)])
+        return sorted_findings([*self._others, *findings_of(self.plan, self.uses, dynamic=False)])
 
     @property
     def errors(self) -> Errors:
-        """By how much the figures of a run may be wrong, as far as that was measured."""
+        """Measured errors of the figures of a run."""
         return self.answer.figures if self.answer else {}
 
     @cached_property
@@ -124,11 +121,11 @@ class LoadedScene:
 
     @property
     def checks(self) -> list[Check]:
-        """All checks of that path, and what nobody checks there."""
+        """All checks of that path, including those not possible there."""
         return self.checked()
 
     def checked(self, near: Sequence[Finding] = ()) -> list[Check]:
-        """The same with what comes too `near` to what."""
+        """The same with clearances too `near`."""
         unread = {id(use.limit) for use in self.uses}
         uses = [
             *self.uses,

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def load(
     scene: str | Path, overrides: str | Sequence[str] | Mapping[str, object] = (), **settings: object
 ) -> LoadedScene:
-    """The scene of a path, or a bundled one by name, with settings laid over it, the last ones on top.
+    """Load a scene by path, or a bundled one by name, with settings applied in order.
 
     load("lift", "block.mass=280 t"), load("lift", ["block.mass=280 t", "end=30 s"]),
     load("lift", {"block.mass": "280 t"}), load("lift", block={"mass": "280 t"}, end="30 s")
@@ -47,7 +47,7 @@ def load(
 
 
 def _settings(given: object, within: str = "") -> list[str]:
-    """The same as `key=value`."""
+    """Settings as `key=value`."""
     if isinstance(given, str):
         return [given]
     if isinstance(given, Mapping):
@@ -69,7 +69,7 @@ def _said(key: str, x: object) -> str:
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
-    """The scene given, or that at a path or of a name; raises SceneError for anything else."""
+    """The given scene, or the one loaded by path or name; raises SceneError otherwise."""
     if isinstance(scene, LoadedScene):
         return scene
     if isinstance(scene, str | Path):
@@ -80,15 +80,15 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """The scene of a YAML text that stands in no file yet; `passing`: one of many that nobody loads again; without
-    `followed` its actions are not tried at rest."""
+    """The scene of a YAML text; `passing`: one of many variants; without `followed` its actions are not simulated at
+    rest."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)
 
 
 def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
-    """The scene of a plan that was made before, for it to be run again; needs no other file."""
+    """The scene of a stored plan; needs no other file."""
     from .building import facts
     from .keys.validate import validated
 
@@ -97,7 +97,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
 
 
 def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> SceneReport:
-    """Sizes, static loads, use of limits and findings of a scene; `near`: what comes too near on its path at rest."""
+    """Sizes, static loads, utilisation and findings of a scene; `near`: clearances on its path at rest."""
     from .report import report
 
     scene = loaded(scene)
@@ -114,9 +114,9 @@ class _CachedScene(msgspec.Struct):
 
 
 def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
-    """From the cache if it was built before; what lies in other files is read again."""
-    said = repr((name, text, [*overrides])).encode()
-    file = f"{hashlib.sha256(sources() + _code() + said).hexdigest()}.scene"
+    """Load from the cache if the scene was built before; other files are read again."""
+    answer = repr((name, text, [*overrides])).encode()
+    file = f"{hashlib.sha256(sources() + _code() + answer).hexdigest()}.scene"
     if data := read_cached(file):
         with suppress(msgspec.MsgspecError):
             x = msgspec.msgpack.decode(data, type=_CachedScene)
@@ -133,5 +133,5 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
 @cache
 def _code() -> bytes:
-    """All that makes a plan of a text, types of machines included."""
+    """All code and types that determine a plan."""
     return contents(Path(__file__).parent.parent, ".py", ".yaml")

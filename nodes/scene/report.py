@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import HEAD, line_of, state_of
+from heavylift.nodes.limits.checks import HEAD, governing, line_of, open_checks, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.reach import HookReach
-from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
+from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HookLoadRow:
-    """The load of one hook in one stage [kg], and what of its capacity it uses."""
+    """Load of a hook in a stage [kg], and its utilisation."""
 
     stage: str
     hook: str
@@ -53,7 +53,7 @@ class HookLoadRow:
 
 @dataclass(frozen=True)
 class SceneReport:
-    """The size of a scene and its static loads; `str` is the printed page."""
+    """Size of a scene and its static loads; `str` is the full report."""
 
     name: str
     bodies: int
@@ -65,6 +65,7 @@ class SceneReport:
     mobility: Mobility
     rows: tuple[HookLoadRow, ...]
     lines: tuple[str, ...]
+    brief: tuple[str, ...]  # of them what fits a screen
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
     findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be reported
     checks: tuple[Check, ...] = ()  # all of that, and what is not checked, worst first
@@ -83,7 +84,7 @@ def report(
     findings: Sequence[Finding],
     checks: Sequence[Check] = (),
 ) -> SceneReport:
-    """The report of a scene whose action list was followed."""
+    """The report of a scene with its path at rest."""
     mobility = _mobility(built)
     every: list[Rope | Reeving] = []
     for m in built.machines:
@@ -94,34 +95,38 @@ def report(
     models = len(built.machines) + len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
-    lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
-    lines += [f"  {line}" for line in mobility.lines]
-    lines += [
+    size = f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))
+    configured = [
         f"  {m.name}: {', '.join(f'{key} {x}' for key, x in m.configuration.items())}"
         for m in built.machines
         if m.configuration
     ]
     rows: list[HookLoadRow] = []
     hooks = [hook for machine in built.machines for hook in machine.hooks]
-    loads = any(machine.cargo for machine in built.machines) and not built.lists
-    if loads and hooks and all(hook.capacity for hook in hooks):
+    loaded = any(machine.cargo for machine in built.machines) and not built.lists
+    if loaded and hooks and all(hook.capacity for hook in hooks):
         rows = _rows(built, statics)
         loads_at_rest = _page(rows)
-        if not rows:
-            lines += ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
+        loads = (
+            [] if rows else ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
+        )
     else:
-        loads_at_rest = _ropes_at_rest(statics)
+        loads_at_rest, loads = _ropes_at_rest(statics), []
     first = [*loads_at_rest, _reached(built, statics)]
     then = [table for table in rigging(built, uses) if table.rows]
-    lines += _printed(first)
+    loads += _printed(first)
     if statics.why and not rows:
         ends = _ends(statics)
-        lines += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
-    lines += _limits(built, checks, findings) if checks else _lines(findings)
-    lines += [*_swing_free(built), *_printed(then), "", f"checks at rest: {(line := line_of(checks))}"]
-    judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
+        loads += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
+    listed, line = _limits(built, checks, findings) if checks else _lines(findings), line_of(checks)
+    verdict, ramps = f"checks at rest: {line}", _swing_free(built)
+    mobile = (f"  {line}" for line in mobility.lines)
+    lines = (size, *mobile, *configured, *loads, *listed, *ramps, *_printed(then), "", verdict)
+    known = [*governing(checks), *_lines(findings), *open_checks(checks)]
+    brief = (size, *configured, *loads, *ramps, "", verdict, *known, "", "all checks: --verbose")
+    checked = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
     tables = tuple(table for table in (*first, *then) if table.rows)
-    return SceneReport(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, tables=tables)
+    return SceneReport(built.name, *counts, mobility, tuple(rows), lines, brief, *checked, tables=tables)
 
 
 def _printed(tables: Sequence[Table]) -> list[str]:
@@ -129,7 +134,7 @@ def _printed(tables: Sequence[Table]) -> list[str]:
 
 
 def _mobility(built: plan.Plan) -> Mobility:
-    """Bodies and degrees of freedom of what is simulated, as the kernel counts them."""
+    """Bodies and degrees of freedom as counted by the kernel."""
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.model.reactions.mobility import mobility  # needs NumPy, which declaring a scene does not
     from heavylift.nodes.models import system
@@ -143,7 +148,7 @@ def _many(n: int, word: str) -> str:
 
 
 def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
-    """The hooks at the end of each stage in which the load hangs, in a turn every 30 degrees, too."""
+    """Hook loads at the end of each stage with suspended load, and every 30 degrees of a turn."""
     found = []
     for state, after in zip(path.states, (*path.states[1:], None), strict=True):
         stage = _turned(built, state)
@@ -158,7 +163,7 @@ def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
 
 
 def _turned(built: plan.Plan, state: StaticState) -> str:
-    """What a state is called in which a load has turned by a multiple of 30 degrees, else nothing."""
+    """Name of a state with the load turned by a multiple of 30 degrees, else ""."""
     action = built.actions[state.action - 1] if state.action else None
     if action is None or not any(isinstance(order, Turn) for order in action.orders):
         return ""
@@ -168,8 +173,8 @@ def _turned(built: plan.Plan, state: StaticState) -> str:
 
 
 def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
-    """What a load weighs on a hook [kg]: the vertical part of the tensions of its slings, or what is on its rope where
-    these bend over edges or hang on frames."""
+    """Load on a hook [kg]: vertical tension of its slings, or of its rope where they bend over edges or hang on
+    frames."""
     lugs, ties = lug_places(built.machines), [*ties_on(built.machines, hook)]
     straight = {rope.name for machine in built.machines for rope in machine.system.straight_ropes}
     ends = [(tie, lugs.get(state.hooked.get(tie.rope, "")) or tie.lower) for tie in ties]
@@ -177,16 +182,16 @@ def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
     if any(tie.rope not in straight or (tie.lower and tie.lower.body not in carried) for tie in ties):
         ropes = (rope for machine in built.machines for rope in machine.system.ropes if rope.name == hook.rope)
         lines = next((rope.lines for rope in ropes), ())
-        ways = [(world(state, x.a.body, x.a.p), world(state, x.b.body, x.b.p)) for x in lines]
-        way = [sum(a[i] - b[i] for a, b in ways) for i in range(3)]
-        up = way[2] / sqrt(sum(d * d for d in way)) if lines else 1.0
+        distances = [(world(state, x.a.body, x.a.p), world(state, x.b.body, x.b.p)) for x in lines]
+        distance = [sum(a[i] - b[i] for a, b in distances) for i in range(3)]
+        up = distance[2] / sqrt(sum(d * d for d in distance)) if lines else 1.0
         return max(0.0, state.tensions[hook.rope] * up / built.gravity - (hook.below or hook.block_mass))
     total = 0.0
     for tie, lug in ends:
         if lug is not None and tie.rope in state.hooked and (tension := state.tensions[tie.rope]) > 0.0:
             a, b = world(state, tie.upper.body, tie.upper.p), world(state, lug.body, lug.p)
-            way = [p - q for p, q in zip(a, b, strict=True)]
-            total += tension * way[2] / sqrt(sum(d * d for d in way)) / built.gravity
+            distance = [p - q for p, q in zip(a, b, strict=True)]
+            total += tension * distance[2] / sqrt(sum(d * d for d in distance)) / built.gravity
     return total
 
 
@@ -200,7 +205,7 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
     most: tuple[tuple[Cell, ...], ...] = (
         ("load of the rope [t]", *(x.on_rope / 1e3 for x in largest)),
         ("without the hook block [t]", *(x.below_hook / 1e3 for x in largest)),
-        ("use of the hook's capacity [%]", *(100.0 * x.use for x in largest)),
+        ("utilisation of the hook [%]", *(100.0 * x.use for x in largest)),
     )
     heads = [Column(hook, digits=1) for hook in hooks]
     return [
@@ -222,17 +227,17 @@ def _reached(built: plan.Plan, path: Followed) -> Table:
 
 
 def _limits(built: plan.Plan, checks: Sequence[Check], findings: Sequence[Finding]) -> list[str]:
-    """The list of checks, worst first, and what standards foresee."""
+    """The list of checks, worst first, and amplification factors of standards."""
     read = rows_of(checks)
     lines = _printed([words("Checks on the path at rest", HEAD, read)]) if read else [""]
-    foreseen = dynamics_foreseen(built)
-    lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
-    lines += [f"  {line}" for line in (*hoisting_foreseen(built), *shared(built))]
+    required = dynamics_required(built)
+    lines += [f"  dynamic amplification foreseen: {required[0]:g} ({required[1]})"] if required else []
+    lines += [f"  {line}" for line in (*hoisting_factors(built), *shared(built))]
     return lines + _lines(findings)
 
 
 def _swing_free(built: plan.Plan) -> list[str]:
-    """The ramps that leave no swing, as they were chosen; moves alike in one line."""
+    """Chosen ramps without swing; equal moves on one line."""
     found: dict[tuple[str, str], list[str]] = {}
     angular = {name for mechanism in built.machines for name in turning(mechanism.system)}
     for number, action in enumerate(built.actions, 1):
@@ -245,16 +250,16 @@ def _swing_free(built: plan.Plan) -> list[str]:
 
 
 def _chosen(move: Move, unit: str) -> str:
-    way, told = None if move.by is None else abs(move.by), []
-    speed, *_ = times(move.pulses, way, abs(move.speed), move.accel, move.periods)  # that is reached
+    distance, message = None if move.by is None else abs(move.by), []
+    speed, *_ = times(move.pulses, distance, abs(move.speed), move.accel, move.periods)  # that is reached
     for period in move.periods:
         accel = speed / period if move.pulses == 1 else move.accel
         lasts = ramp(move.pulses, speed, accel, period)[-1][0]
         how = f"{accel:.4g} {unit}{' in two pulses' * (move.pulses == 2)}"
-        told.append(f"{how}, {lasts:.2f} s (a swing of {period:.2f} s)")
-    same = told[0] == told[1]
+        message.append(f"{how}, {lasts:.2f} s (a swing of {period:.2f} s)")
+    same = message[0] == message[1]
     left = f"; as lengths change, about {degrees(move.left):.2g} deg of swing is left" if move.left else ""
-    return (f"{told[0]}, to start and to stop" if same else f"{told[0]}, to start; {told[1]}, to stop") + left
+    return (f"{message[0]}, to start and to stop" if same else f"{message[0]}, to start; {message[1]}, to stop") + left
 
 
 def _lines(findings: Sequence[Finding]) -> list[str]:

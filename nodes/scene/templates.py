@@ -20,8 +20,8 @@ from heavylift.nodes.scene.text.units import LENGTH, MASS
 
 from .loading import parse
 
-PORTAL_AT, STOOLS, BETWEEN = 60.0, 1.0, 4.0  # [m] x of a portal, height of stools, between the slings of a beam
-INSIDE, PADS, STEEP = 0.3, 0.35, 2.0  # of a block's sides: lugs and stools; of a sling over its reach
+PORTAL_AT, SUPPORTS, BETWEEN = 60.0, 1.0, 4.0  # [m] x of a portal, height of supports, between the slings of a beam
+INSIDE, PADS, STEEP = 0.3, 0.35, 2.0  # of a block's sides: lugs and supports; of a sling over its reach
 LUG, SHORT = 0.1, 3.0  # [m] of a lug above the upper face; of a sling
 G = 9.80665
 ROPES = (*range(16, 30, 2), *range(32, 64, 4), *range(72, 156, 12))  # [mm] 6x36 IWRC 1770, in thimbles up to 60 mm
@@ -29,9 +29,9 @@ THIMBLES = 60
 SHACKLES = {2.0: 0.36, 3.25: 0.72, 4.75: 1.23, 6.5: 1.79, 8.5: 2.57, 9.5: 3.75, 12.0: 5.31, 13.5: 7.18, 17.0: 9.43,
             25.0: 15.4, 35.0: 23.7, 55.0: 44.6, 85.0: 70.0, 120.0: 110.0, 150.0: 160.0, 200.0: 235.0,
             300.0: 340.0}  # fmt: skip  # [t] of makers' catalogues, with their masses [kg]
-MORE = {"rope": 8.5, "shackle": 1.7, "lug": 2.3, "stool": 2.0}  # over the share at rest: factors of design loads
+MORE = {"rope": 8.5, "shackle": 1.7, "lug": 2.3, "support": 2.0}  # over the share at rest: factors of design loads
 TEXT = """\
-# A lift to start from: {crane} picks up {block}. Lugs, stools, gear, factors and limits are chosen to begin with; put
+# A lift to start from: {crane} picks up {block}. Lugs, supports, gear, factors and limits are chosen to begin with; put
 # yours in their place.
 # See it: heavylift plot {name}.mcap --lift
 heavylift: 1
@@ -43,7 +43,7 @@ block:
   lug capacity: {lug} t
   lugs:
 {lugs}
-  supports: {{height: {stools}, at: [{pads}], capacity: {stool} t}}
+  supports: {{height: {supports}, at: [{pads}], capacity: {support} t}}
 
 ground: {{bearing: 400 kPa{mats}}}     # below tracks and outriggers
 
@@ -77,7 +77,7 @@ actions:
 
 
 def new_scene(name: str, like: str) -> str:
-    """The text of a scene of this name that begins as a copy of a bundled one; its recording has that name, too."""
+    """The text of a new scene copied from a bundled one; its recording has the new name."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
@@ -92,7 +92,7 @@ def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
 
 
 class Gear(NamedTuple):
-    """What slings, shackles, lugs and stools are chosen for a lift, as words of its text."""
+    """What slings, shackles, lugs and supports are chosen for a lift, as words of its text."""
 
     rope: int
     EA: float
@@ -103,7 +103,7 @@ class Gear(NamedTuple):
     shackle: float
     standard: str
     lug: int
-    stool: int
+    support: int
 
 
 def _gear(mass: float, share: float, length: float) -> Gear:
@@ -114,7 +114,7 @@ def _gear(mass: float, share: float, length: float) -> Gear:
     return Gear(
         rope, 0.0483 * rope * rope, 0.356e-3 * rope * rope * 1770.0, "ferrule" if rope <= THIMBLES else "resin",
         f"mass: {0.00409 * rope * rope * length:.3g} kg", WLL, SHACKLES[WLL], "EN 13889" if WLL <= 25.0 else "RR-C-271",
-        ceil(MORE["lug"] * leg), ceil(MORE["stool"] * mass / 4.0),
+        ceil(MORE["lug"] * leg), ceil(MORE["support"] * mass / 4.0),
     )  # fmt: skip
 
 
@@ -149,11 +149,11 @@ def _text(name: str, crane: str, table: str) -> str:
         crane=crane,
         block=table.partition("#")[2],
         table=table,
-        place=f"{x:.6g} m, {y:.6g} m, {STOOLS + w / 2:.6g} m",
+        place=f"{x:.6g} m, {y:.6g} m, {SUPPORTS + w / 2:.6g} m",
         lugs="\n".join(
             f"    {lug}: [{a:.4g} m, {b:.4g} m, {top:.4g} m]" for each in named.values() for lug, (a, b) in each.items()
         ),
-        stools=f"{STOOLS:g} m",
+        supports=f"{SUPPORTS:g} m",
         pads=", ".join(f"[{a:.4g} m, {b:.4g} m]" for a, b in pads),
         at=at,
         rigging=hung[0].format("".join(f"  {line}\n" for line in held))
@@ -177,7 +177,7 @@ def _block(table: str) -> tuple[tuple[float, float, float], float]:
 
 
 def _hooks(crane: str) -> dict[str, tuple[float, float]]:
-    """Where the hooks of a machine hang at the start, x and y [m]."""
+    """Horizontal positions x, y of hooks at the start [m]."""
     scene = parse(
         f"heavylift: 1\nname: new\nend: 1 s\ncranes: {{crane: {{type: {crane}}}}}\n", "new.yaml", passing=True
     )
@@ -197,7 +197,7 @@ def _above(crane: str, width: float) -> dict[str, list[tuple[float, float]]]:
 
 
 def _middle(crane: str) -> float:
-    """The middle of its girder, y [m]."""
+    """Middle of the girder, y [m]."""
     girder = machine_type(crane).parameters["girder"]
     assert isinstance(girder, list)
     return sum(LENGTH.read(str(end)) for end in girder) / 2

@@ -10,15 +10,15 @@ __all__ = ["bundled", "frames_folder", "types_folder"]
 
 
 def bundled() -> dict[str, Path]:
-    """The scenes that come with heavylift, by name."""
+    """Bundled scenes by name."""
     return {path.stem: path for path in sorted(Path(__file__).parent.glob("*.yaml"))}
 
 
 def types_folder() -> Path:
-    """The folder of the machine types that come with heavylift."""
+    """Folder of the bundled machine types."""
     return Path(__file__).parent / "types"
 
 
 def frames_folder() -> Path:
-    """The folder of the types of frames that come with heavylift."""
+    """Folder of the bundled frame types."""
     return Path(__file__).parent / "frames"

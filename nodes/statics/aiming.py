@@ -21,7 +21,7 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """The plan with the places of its moves to above lugs, and (where, sentence) of moves that find none."""
+    """The plan with goals of its moves to positions above lugs, and (where, sentence) of moves without one."""
     for i, action in enumerate(built.actions):
         moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:
@@ -31,8 +31,8 @@ def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
         for move in moves:
             to = _place(built, move, state) if state else None
             if to is None:
-                told = why or f"{move.actuator} does not come above {', '.join(move.above)}"
-                return built, [(move.where, told)]
+                message = why or f"{move.actuator} does not come above {', '.join(move.above)}"
+                return built, [(move.where, message)]
             orders[orders.index(move)] = msgspec.structs.replace(move, to=round(to, DIGITS))
         made = msgspec.structs.replace(action, orders=tuple(orders))
         built = msgspec.structs.replace(built, actions=(*built.actions[:i], made, *built.actions[i + 1 :]))
@@ -40,7 +40,7 @@ def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
 
 
 def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
-    """The rest in which an action begins; else why there is none."""
+    """The equilibrium before an action, or why there is none."""
     from .static_run import StaticRun  # compiles
 
     r = StaticRun(msgspec.structs.replace(at_rest(built), actions=built.actions[:number], end=None))
@@ -49,7 +49,7 @@ def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
 
 
 def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
-    """The coordinate of a drive at which what hangs on it is above the middle of lugs."""
+    """The drive coordinate at which the suspended parts are above the centre of lugs."""
     whole = system(built)
     drive = next(x for x in whole.drives if x.name == move.actuator)
     joint = next(x for x in whole.joints if x.name == drive.joint)
@@ -57,12 +57,12 @@ def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
     lugs = [_world(state, lug.body, lug.p) for name, lug in lug_places(built.machines).items() if name in move.above]
     if not tops:
         return None
-    way = _way(joint, state, _mean(tops), _mean(lugs))
-    return None if way is None else state.references[move.actuator] + way
+    distance = _way(joint, state, _mean(tops), _mean(lugs))
+    return None if distance is None else state.references[move.actuator] + distance
 
 
 def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> list[Vector]:
-    """Where the hook ropes leave what a body carries."""
+    """Rope exits on a body."""
     carried, before = {body}, 0
     while len(carried) > before:
         before = len(carried)
@@ -73,7 +73,7 @@ def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> lis
 
 
 def _way(joint: Joint, state: StaticState, top: Vector, to: Vector) -> float | None:
-    """How far a joint moves until a point that it carries is above another one."""
+    """Travel of a joint until a point that it carries is above another one."""
     own = tuple(sum(r * x for r, x in zip(row, joint.axis, strict=True)) for row in joint.R_PJ)
     axis = _turned(state, joint.parent, own)
     if joint.kind == "prismatic":
@@ -93,8 +93,8 @@ def _way(joint: Joint, state: StaticState, top: Vector, to: Vector) -> float | N
     if left < 0.0:
         return None
     low, half = float(atan2(q, p)), float(atan2(sqrt(left), far))
-    ways = [turn - 2.0 * pi * round(turn / (2.0 * pi)) for turn in (low + half, low - half)]
-    return min(ways, key=abs)
+    distances = [turn - 2.0 * pi * round(turn / (2.0 * pi)) for turn in (low + half, low - half)]
+    return min(distances, key=abs)
 
 
 def _mean(points: list[Vector]) -> Vector:

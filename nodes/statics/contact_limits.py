@@ -24,12 +24,12 @@ Poses = list[Pose]
 
 
 def apart(contact: Contact, a: Pose, b: Pose) -> bool:
-    """Whether shapes of bodies at these places are so far apart that the path does not begin with their contact."""
+    """Whether shapes are clearly apart at these poses."""
     return gap(contact, a, b) > DEEP
 
 
 def there(before: StaticState, after: StaticState, part: float) -> StaticState:
-    """What is at a part of the way from one point of the path to the next."""
+    """Interpolated state between two points of the path."""
     poses = {
         body: (tuple(a + part * (b - a) for a, b in zip(p, q, strict=True)), R if part > 0.5 else Q)
         for (body, (p, Q)), (q, R) in zip(before.poses.items(), after.poses.values(), strict=True)
@@ -38,22 +38,22 @@ def there(before: StaticState, after: StaticState, part: float) -> StaticState:
 
 
 def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
-    """At which part of the way from one point of the path to the next the shapes of a contact begin to go through each
-    other; None if they do not."""
+    """Fraction between two points of the path at which the shapes of a contact begin to penetrate; None if they do
+    not."""
     ends = _poses(contact, before), _poses(contact, after)
-    way = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
-    looks = max(1, ceil(way / STEP))
+    distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
+    candidates = max(1, ceil(distance / STEP))
 
     def deep(part: float) -> bool:
         here = [(a + part * (b - a), R if part > 0.5 else Q) for (a, Q), (b, R) in zip(*ends, strict=True)]
         return gap(contact, *here) < -DEEP
 
-    parts = np.arange(0 if before is after else 1, looks + 1) / looks
-    looked_at: list[float] = parts[_near(contact, ends, parts)].tolist()
-    for high in looked_at:
+    parts = np.arange(0 if before is after else 1, candidates + 1) / candidates
+    examined: list[float] = parts[_near(contact, ends, parts)].tolist()
+    for high in examined:
         if deep(high):
-            low = max(0.0, high - 1.0 / looks)
-            while way * (high - low) > DEEP:
+            low = max(0.0, high - 1.0 / candidates)
+            while distance * (high - low) > DEEP:
                 middle = (low + high) / 2
                 low, high = (low, middle) if deep(middle) else (middle, high)
             return high
@@ -61,7 +61,7 @@ def meets(contact: Contact, before: StaticState, after: StaticState) -> float | 
 
 
 def _near(contact: Contact, ends: tuple[Poses, Poses], parts: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(n,) where on the way the boxes along the world's axes around the two shapes overlap."""
+    """Where (n,) the axis-aligned boxes of two shapes overlap."""
     late = parts[:, None] > 0.5
     middles, reach = [], np.zeros((1, 3))
     for shape, (a, Q), (b, R) in zip((contact.a, contact.b), *ends, strict=True):

@@ -16,7 +16,7 @@ GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instab
 
 
 def path_findings(built: plan.Plan, path: Followed) -> list[Finding]:
-    """Findings of the path, in the order in which they come about."""
+    """Findings of the path in order."""
     checks = (_unstable, _falls, _at_once, _tripped, _cut, _unfollowed)
     return [finding for check in checks for finding in check(built, path)]
 
@@ -42,8 +42,7 @@ def _falls(built: plan.Plan, path: Followed) -> list[Finding]:
 
 
 def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
-    """Stages whose moves end where they begin, since what they wait for holds already; slings without slack may be
-    taut at the start."""
+    """Stages whose moves end at once because their condition holds already; slings without slack may begin taut."""
     found = []
     times = [x.before.t for x in path.acted] + ([path.states[-1].t] if path.known and path.states else [])
     for number, (begin, end) in enumerate(pairwise(times), 1):
@@ -62,11 +61,11 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
 
 
 def _tripped(built: plan.Plan, path: Followed) -> list[Finding]:
-    """Interlocks that trip at rest already, each once."""
+    """Interlocks that trip at rest, each once."""
     found, known = [], {x.name: x for x in built.interlocks}
     for name, t in {name: t for t, name in reversed(path.tripped)}.items():
         state = next((x for x in reversed(path.states) if x.t <= t), path.states[-1])
-        severity, sentence = known[name].told()
+        severity, sentence = known[name].message()
         found.append(_finding(built, state.action, severity, "interlock", name, sentence, t))
     return sorted(found, key=lambda finding: finding.t or 0.0)
 
@@ -81,18 +80,18 @@ def _cut(built: plan.Plan, path: Followed) -> list[Finding]:
 
 
 def _unfollowed(built: plan.Plan, path: Followed) -> list[Finding]:
-    """A lift that cannot be followed to its end is judged up to there only."""
+    """A finding for a lift that can be followed only in part."""
     if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
-    sentence = f"the lift is not judged at rest from here on: {path.why}"
+    sentence = f"the lift is not checked at rest from here on: {path.why}"
     return [_finding(built, action, "warning", "unfollowed", "scene", sentence, t)]
 
 
 def _finding(
     built: plan.Plan, action: int, severity: Severity, kind: str, who: str, sentence: str, t: float | None, **more: Any
 ) -> Finding:
-    """A finding with the line and the stage of an action; `more`: numbers behind it."""
+    """A finding with line and stage of an action; `more`: its numbers."""
     of = built.actions[action - 1] if action else None
     where, stage = (of.where, of.stage) if of else ("", "")
     return Finding(severity=severity, kind=kind, subject=who, sentence=sentence, where=where, stage=stage, t=t, **more)

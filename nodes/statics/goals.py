@@ -23,7 +23,7 @@ def world(x: StaticState, body: str, p: Vector) -> Vector:
 
 
 def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
-    """Where all stands at the start, and where the moves of each action were to lead: places only, nothing hangs."""
+    """States at the start and at the goals of each action's moves: positions only, without suspended parts."""
     found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
     for number, acted in enumerate(path.acted if not built.lists else (), 1):
         action = built.actions[number - 1]
@@ -34,8 +34,7 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
 
 
 def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
-    """Where moves whose ends are known lead what slides on straight drives and hooks of machines on levels, and the
-    references of all these; winches and drives of others stop by themselves."""
+    """The goals of moves with known ends, for straight drives and hooks of machines with levels."""
     own = [actuator.name for machine in built.levelled for actuator in machine.actuators]
     now = {name: before.references[name] for name in own if name in before.references}
     for move in (m for m in action.orders if isinstance(m, Move)):
@@ -49,8 +48,8 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
     drives = {drive.joint: drive.name for drive in machine.system.drives}
     carried = {joint.child: joint for joint in machine.system.joints}
 
-    def way(body: str) -> Vector | None:
-        """How a body is moved; None where something turns it."""
+    def distance(body: str) -> Vector | None:
+        """Displacement of a body; None if something turns it."""
         x, y, z = 0.0, 0.0, 0.0
         while (joint := carried.get(body)) is not None:
             drive = drives.get(joint.name, "")
@@ -65,10 +64,10 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
     for body in dict.fromkeys(
         [joint.child for joint in carried.values() if joint.name in drives and joint.kind == "prismatic"]
     ):
-        if (far := way(body)) is not None:
+        if (far := distance(body)) is not None:
             yield body, _pose(before, body, far)
     for hook in machine.hooks:
-        if (far := way(hook.on)) is not None and hook.rope in now:
+        if (far := distance(hook.on)) is not None and hook.rope in now:
             up = before.references[hook.rope] - now[hook.rope]
             yield hook.eye.body, _pose(before, hook.eye.body, (far[0], far[1], far[2] + up))
 

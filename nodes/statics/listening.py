@@ -14,7 +14,7 @@ At = tuple[int, int]  # numbers of an action and of an order in it, from 0
 
 
 @dataclass
-class Heard:
+class MoveModes:
     """When a move begins and stops [ns], and the small motions there."""
 
     times: list[int] = field(default_factory=list)
@@ -23,24 +23,23 @@ class Heard:
 
 
 class SignalsOnPath(StaticRun):
-    """Looks at the moves with these numbers of an action and an order in it, until the last stops; `heard`: what it
-    finds."""
+    """Observes the moves (action, order) until the last one stops; `heard`: results."""
 
     def __init__(self, plan: Plan, moves: frozenset[At]) -> None:
         super().__init__(plan)
         self._moves = moves
-        self.heard: dict[At, Heard] = {}
+        self.heard: dict[At, MoveModes] = {}
         self._known: tuple[int, Modes] | None = None  # when they were looked at last
 
-    def _obey(self, value: m.KernelInput) -> None:
+    def _execute(self, value: m.KernelInput) -> None:
         if isinstance(value, m.SetProfile):
             jobs = self.models.commander.actions.jobs
             at = next((job.at for job in jobs if job.actor == value.actuator and job.at in self._moves), None)
             if at is not None:
-                self._listen(self.heard.setdefault(at, Heard()), abs(value.speed))
-        super()._obey(value)
+                self._listen(self.heard.setdefault(at, MoveModes()), abs(value.speed))
+        super()._execute(value)
 
-    def _listen(self, heard: Heard, speed: float) -> None:
+    def _listen(self, heard: MoveModes, speed: float) -> None:
         begins, stops = not heard.times, len(heard.times) == 1 and speed < heard.speed
         if begins or stops:
             heard.times.append(self.path.epoch)

@@ -1,4 +1,4 @@
-"""Scenes as they rest at the start: blocks on their stools, hooks and frames below, bent as they hang."""
+"""Scenes as they rest at the start: blocks on their supports, hooks and frames below, bent as they hang."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """The plan with its blocks as they rest on their stools at the start, if they are not written so to `WRITTEN`."""
+    """The plan with its blocks at rest on their supports, unless written so to `WRITTEN`."""
     machines = tuple(_stands(x, first) if x.levels and x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
@@ -33,15 +33,14 @@ def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
 
 
 def settled(built: plan.Plan) -> plan.Plan:
-    """The plan with flexible blocks bent as they rest at the start: friction, which begins where they stand, holds them
-    less each time."""
+    """The plan with flexible blocks at rest, iterated as friction holds them where they begin."""
     for _ in range(SETTLES):
         built = rigged(built, first_rest(built))
     return built
 
 
 def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """The plan with blocks, hooks and frames as they rest at the start, and the ropes that carry there."""
+    """The plan with blocks, hooks and frames at rest, and the ropes that carry there."""
     machines = []
     for machine in standing(built, first).machines:
         if not machine.levels:
@@ -53,7 +52,7 @@ def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
 
 
 def _rested(machine: plan.Mechanism, bodies: set[str], first: StaticState) -> plan.Mechanism:
-    """A machine with these bodies where they rest."""
+    """A machine with bodies at their rest poses."""
 
     def joint(x: Joint) -> Joint:
         return replace(x, q0=_rest(first.poses[x.child])) if x.kind == "free" and x.child in bodies else x

@@ -12,7 +12,7 @@ Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]
 
 @dataclass(frozen=True)
 class StaticState:
-    """What a scene is at rest with its drives, winches and slings as they are commanded; names are the kernel's."""
+    """Equilibrium for commanded drives, winches and slings, by names of the kernel."""
 
     t: float  # [s] of the action list, followed without inertia
     action: int  # number of the action that led here, from 1; 0: the start
@@ -32,7 +32,7 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """The state in which an action began, reached earlier if it waited, the ropes that were taut then, and when [s]."""
+    """State at the begin of an action, earlier than the action if it waited, ropes taut then, and time [s]."""
 
     before: StaticState
     taut: tuple[str, ...]

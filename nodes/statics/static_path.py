@@ -19,7 +19,7 @@ from .state import Acted, StaticState
 
 @dataclass(frozen=True)
 class Followed:
-    """All states of the path; for each action that began the state then; notes with their times [s].
+    """All states of the path, the state at the begin of each action, notes with times [s].
 
     `why`: the sentence with which the following ended before the list did, "" if it came to its end.
     `unstable`: time from which the rest is unstable [s]; `cut`: what the list still waits for when the scene ends;
@@ -41,7 +41,7 @@ class Followed:
 
 
 def follow(built: plan.Plan, keep: bool = True) -> Followed:
-    """Follow the action list of a plan, as it is modelled without simplifications; from the cache if it was before.
+    """Follow the action list of a plan at the full model level; cached.
 
     `keep`: it is likely to be asked for again.
     """
@@ -50,7 +50,7 @@ def follow(built: plan.Plan, keep: bool = True) -> Followed:
 
 
 def first_rest(built: plan.Plan) -> StaticState:
-    """Where a plan rests at the start; raises KernelError where it does not."""
+    """Equilibrium of a plan at the start; raises KernelError if there is none."""
     from .static_run import StaticRun
 
     return StaticRun(at_rest(built)).rest()
@@ -68,8 +68,7 @@ def _walked(whole: plan.Plan) -> Followed:
 
 
 def at_rest(built: plan.Plan) -> plan.Plan:
-    """At rest nothing is gained by leaving something out: elastic ropes without lumps, all joints, all pads; and
-    nothing depends on how steps are taken; models beside the kernel hear nothing."""
+    """The plan for statics: elastic ropes without lumps, all joints and supports, no user models."""
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)
     steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "samples_hz")}
@@ -77,7 +76,7 @@ def at_rest(built: plan.Plan) -> plan.Plan:
 
 
 def plan_key(built: plan.Plan) -> str:
-    """By which a cache tells plans apart, and the code that follows them."""
+    """Cache key of a plan and of the code that follows it."""
     return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
 
 

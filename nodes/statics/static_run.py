@@ -33,7 +33,7 @@ WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
 
 
 class Models(Coupled):
-    """All models of a scene but the kernel, which is reached through the ports of this one."""
+    """All models of a scene except the kernel, reached by its ports."""
 
     stage = Out(m.Stage)
     finished = Out(m.Finished)
@@ -62,7 +62,7 @@ class Models(Coupled):
 
 
 class StaticRun:
-    """Carries out the action list of a plan along its equilibrium path.
+    """Executes the action list of a plan along its equilibrium path.
 
     `states`: all points so far; `why`: what ended it before the list did, a sentence; `cut`: what the list lacks when
     the scene ends; `after`: name of a stage at whose end it shall stop.
@@ -73,10 +73,10 @@ class StaticRun:
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
         self.models = Models(plan)
         self._lugs = first_lugs(self.models.commander.actions.known.parts)
-        self._hears = subscriptions(plan, self.models.models)
+        self._receives = subscriptions(plan, self.models.models)
         placed = _placed(system(plan, self.models.models))
         self._contacts = placed.contacts
-        self.path = EquilibriumPath(_simulation(placed), frozenset(self._hears))
+        self.path = EquilibriumPath(_simulation(placed), frozenset(self._receives))
         self.states: list[StaticState] = []
         self.acted: list[Acted] = []
         self.stages: list[str] = []
@@ -88,13 +88,13 @@ class StaticRun:
         self._turned: list[int] = []
 
     def rest(self) -> StaticState:
-        """The first rest, from which the list begins."""
+        """The first equilibrium, from which the list begins."""
         self.path.start()
         self._collect()
         return self.states[0]
 
     def walk(self) -> None:
-        """Go to the end of the list, of the scene or of the stage, or to where no rest is known."""
+        """Run to the end of the list or stage, or to where no equilibrium exists."""
         end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
         self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
         try:
@@ -123,7 +123,7 @@ class StaticRun:
                 self.acted.append(self._begun())  # the action that was refused
             self.why = str(error)
         if self.states and not self.why:
-            self._judge_stability()
+            self._check_stability()
         if not self.why and not self.over:
             waits = self.models.commander.waiting_for()
             self.cut, self.why = (waits, "") if self.ended else ("", waits)
@@ -131,26 +131,26 @@ class StaticRun:
     # ---- models and path ----------------------------------------------------------------------------------
 
     def _tight(self) -> list[Switched]:
-        """Slings that begin taut, which the models take for slack."""
+        """Slings that are taut at the start, which models assume slack."""
         carried = self.states[-1].tensions
         hooked = [tie.rope for x in self.plan.machines for tie in x.ties if tie.lug and tie.rope not in x.taut]
         return [Switched(name, "taut", carried[name]) for name in hooked if carried.get(name, 0.0) > 0.0]
 
     def _transit(self, tag: Tag) -> list[Switched]:
-        """Let the models speak at a tag; what that changes at rest."""
-        said = self.simulator.outputs()
-        stages = [e.value.name for e in said if isinstance(e.value, m.Stage)]
-        if any(isinstance(e.value, m.Finished) for e in said) or (stages and self.after in self.stages):
+        """Execute the transitions of the models at a tag; returns the resulting changes."""
+        text = self.simulator.outputs()
+        stages = [e.value.name for e in text if isinstance(e.value, m.Stage)]
+        if any(isinstance(e.value, m.Finished) for e in text) or (stages and self.after in self.stages):
             self.over = True
             return []
         self.stages += stages
         number, begun = self.models.commander.actions.index, len(self.acted)
         self._advance(tag)
-        inputs = [e.value for e in said if isinstance(e.value, m.KernelInput)]
+        inputs = [e.value for e in text if isinstance(e.value, m.KernelInput)]
         before = len(self.path.command.log)
         for value in inputs:
-            self._obey(value)
-        changed = [x for _, x in self.path.command.log[before:] if x.name in self._hears]
+            self._execute(value)
+        changed = [x for _, x in self.path.command.log[before:] if x.name in self._receives]
         if not inputs:
             return []
         settled = self.path.settle()
@@ -158,15 +158,15 @@ class StaticRun:
         self.acted[begun:] = [self._begun()] * (len(self.acted) - begun)
         return [*changed, *settled]
 
-    def _obey(self, value: m.KernelInput) -> None:
+    def _execute(self, value: m.KernelInput) -> None:
         """Give an input to the path."""
         value.apply(self.path.command)
         if isinstance(value, m.SetProfile) and value.actuator == TURN:
             self._turned = self._waypoints()
 
     def _tell(self, happened: list[Switched]) -> list[Switched]:
-        """Let the models hear what has happened; what they change by that."""
-        heard = [(model, e) for e in happened for model in self._hears.get(e.name, ())]
+        """Pass events to the models; returns the resulting changes."""
+        heard = [(model, e) for e in happened for model in self._receives.get(e.name, ())]
         if not heard:
             return []
         for model, e in heard:
@@ -178,7 +178,7 @@ class StaticRun:
         return []
 
     def _advance(self, tag: Tag) -> None:
-        """Let the models do a tag; actions that begin there begin in the present state."""
+        """Advance the models to a tag; actions that begin there begin in the present state."""
         commander = self.models.commander.actions
         before, tripped = commander.index, commander.picture.tripped
         self.simulator.advance(tag)
@@ -186,11 +186,11 @@ class StaticRun:
         self.tripped += [(self.path.epoch * 1e-9, name) for name in sorted(new)]
         self._last = tag
         if commander.index > before:
-            self._judge_stability()
+            self._check_stability()
         self.acted += [self._begun()] * (commander.index - before)
 
-    def _judge_stability(self) -> None:
-        """At the end of an action it is looked whether the rest is stable."""
+    def _check_stability(self) -> None:
+        """Check stability of the equilibrium at the end of an action."""
         self.states[-1] = dataclasses.replace(self.states[-1], stiffness=self.path.stiffness())
 
     def _begun(self) -> Acted:
@@ -200,19 +200,19 @@ class StaticRun:
         return Acted(dataclasses.replace(self.states[-1], hooked=dict(commander.lugs)), taut, self.path.epoch * 1e-9)
 
     def _waypoints(self) -> list[int]:
-        """Times at which the block is turned by whole steps [ns]."""
+        """Times at which a turn reaches whole steps [ns]."""
         a = self.path.command.references.actuators[TURN]
         if not a.move.duration < 1e9:
             return []
-        start, way = a.start_ns, a.move.displacement(a.move.duration)
-        first, last = sorted((a.x0, a.x0 + way))
+        start, distance = a.start_ns, a.move.displacement(a.move.duration)
+        first, last = sorted((a.x0, a.x0 + distance))
         angles = [k * WAYPOINT for k in range(ceil(first / WAYPOINT), ceil(last / WAYPOINT))]
         times = []
-        for part in sorted((angle - a.x0) / way for angle in angles if first < angle < last):
+        for part in sorted((angle - a.x0) / distance for angle in angles if first < angle < last):
             low, high = 0, seconds(a.move.duration)
             while high - low > 1:
                 middle = (low + high) // 2
-                behind = a.move.displacement(middle * 1e-9) / way < part
+                behind = a.move.displacement(middle * 1e-9) / distance < part
                 low, high = (middle, high) if behind else (low, middle)
             times.append(start + high)
         return times
@@ -220,7 +220,7 @@ class StaticRun:
     # ---- points -------------------------------------------------------------------------------------------
 
     def _collect(self, number: int | None = None) -> None:
-        """New points of the path as states of an action, or of that which the commander is at."""
+        """Store new points of the path as states of an action."""
         commander = self.models.commander.actions
         number = getattr(commander, "index", 0) if number is None else number
         action = self.plan.actions[number - 1] if number else None
@@ -232,7 +232,7 @@ class StaticRun:
             self.states.append(state)
 
     def _look(self, state: StaticState) -> None:
-        """Raises KernelError where shapes go through each other on the way to a state, in a last one there."""
+        """Raise KernelError if shapes penetrate on the way to a state."""
         before = self.states[-1] if self.states else state
         found = [(part, x.name) for x in self._contacts if (part := meets(x, before, state)) is not None]
         if found:
@@ -277,8 +277,8 @@ def _pose(x: list[float]) -> Pose:
 
 
 def _simulation(system: System) -> Simulation:
-    """Only contacts that touch at the start can press: what is at rest never comes with a speed, and the path ends
-    where shapes meet.  All are kept where loops decide where bodies are."""
+    """Simulation for statics: only contacts that touch at the start can carry, and the path ends where shapes meet; all
+    are kept if loops determine positions."""
     if system.contacts:
         free = dataclasses.replace(system, contacts=())
         program = Program(free)
@@ -295,6 +295,6 @@ def _begins(program: Program, body: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _placed(system: System) -> System:
-    """Drives that follow a speed alone hold nothing at rest: they go where their speed leads."""
+    """The system with speed-controlled drives as position-controlled ones."""
     drives = tuple(dataclasses.replace(d, kind="prescribed") if d.kind == "speed" else d for d in system.drives)
     return dataclasses.replace(system, drives=drives)

@@ -24,7 +24,7 @@ from .static_path import at_rest, plan_key
 if TYPE_CHECKING:
     from heavylift.kernel.analysis.modes import Modes
 
-    from .listening import At, Heard
+    from .listening import At, MoveModes
     from .state import StaticState
 
 PASSES = 4  # times that a list is followed until the periods are those of the moves with them
@@ -35,7 +35,7 @@ ALONG = {"x": 0, "y": 1}
 
 
 class RampTiming(msgspec.Struct, frozen=True):
-    """For a move: periods as it begins and as it stops [s], seconds between the two; or `why` it has none."""
+    """Swing periods at begin and stop of a move [s], and seconds between; or `why` there are none."""
 
     periods: tuple[float, float] = (0.0, 0.0)
     between: float = 0.0
@@ -43,7 +43,7 @@ class RampTiming(msgspec.Struct, frozen=True):
 
 
 def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """The plan with the periods of its ramps that leave no swing, and (where, sentence) of moves that have none.
+    """The plan with swing periods of its ramps without swing, and (where, sentence) of moves without one.
 
     A move that the scene ends before keeps its provisional acceleration.
     """
@@ -57,7 +57,7 @@ def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tup
 
 
 def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, RampTiming]:
-    """From the cache if it was found before."""
+    """Cached periods."""
     whole = at_rest(built)
     if not keep:
         return _sought(whole, moves)
@@ -65,7 +65,7 @@ def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, 
 
 
 def _sought(whole: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
-    """What swings at each move, which follows from when the moves begin, and so from what swings."""
+    """Periods at each move; they depend on when moves begin, and so on the periods."""
     found = _listened(_with(whole, dict.fromkeys(moves, RampTiming((1.0, 1.0)))), moves)
     for _ in range(PASSES - 1):
         if any(x.why for x in found.values()) or all(_near(*x.periods) for x in found.values()):
@@ -118,28 +118,28 @@ def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming
     for at, move in moves.items():
         heard = r.heard.get(at)
         if heard is not None:
-            found[at] = _choice(heard, _ways(move, r.states, heard.times[0]))
+            found[at] = _choice(heard, _displacements(move, r.states, heard.times[0]))
         elif why:
             found[at] = RampTiming(why=f"no length is known for this ramp, write an acceleration: {why}")
     return found
 
 
-def _ways(move: Move, states: list[StaticState], begun: int) -> dict[str, list[float]]:
+def _displacements(move: Move, states: list[StaticState], begun: int) -> dict[str, list[float]]:
     """How each body goes along a move that begins then, the longest way being 1; nothing if none goes anywhere."""
     at = [x for x in states if x.t <= begun * 1e-9][-1]
     went = (x for x in states if abs(x.references[move.actuator] - at.references[move.actuator]) > STILL)
     later = next((x for x in went if x.t > at.t), at)
     axis = ALONG.get(VERBS[move.verb].along)
     counts = [axis in (None, i) for i in range(3)]
-    ways = {
+    distances = {
         body: [(q - p) * x for p, q, x in zip(pose[0], later.poses[body][0], counts, strict=True)]
         for body, pose in at.poses.items()
     }
-    longest = max(abs(x) for way in ways.values() for x in way)
-    return {body: [x / longest for x in way] for body, way in ways.items()} if longest else {}
+    longest = max(abs(x) for distance in distances.values() for x in distance)
+    return {body: [x / longest for x in distance] for body, distance in distances.items()} if longest else {}
 
 
-def _choice(heard: Heard, ways: Mapping[str, list[float]]) -> RampTiming:
+def _choice(heard: MoveModes, ways: Mapping[str, list[float]]) -> RampTiming:
     periods = [_period(modes, ways) for modes in heard.modes]
     if not all(periods):
         return RampTiming(why="nothing swings that it moves: write an acceleration behind 'ramp'")
@@ -147,10 +147,12 @@ def _choice(heard: Heard, ways: Mapping[str, list[float]]) -> RampTiming:
 
 
 def _period(modes: Modes, ways: Mapping[str, list[float]]) -> float:
-    """Of what swings widest as bodies go these ways [s]; 0 if nothing does."""
+    """Period of the mode with the largest motion along these displacements [s]; 0 if there is none."""
     moved = []
     for mode in modes.oscillations:
-        p = abs(sum(d * p for body, way in ways.items() for d, p in zip(way, mode.momenta[body], strict=True)))
+        p = abs(
+            sum(d * p for body, distance in ways.items() for d, p in zip(distance, mode.momenta[body], strict=True))
+        )
         moved.append((p * p, mode.frequency))
     least = max([FAINT * max((p for p, _ in moved), default=0.0), STILL])
     swinging = [(p / (f * f * f * f), f) for p, f in moved if p > least]

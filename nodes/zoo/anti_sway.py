@@ -16,7 +16,7 @@ from heavylift.nodes.models import Sample, SetPoint
 
 
 class Damper(Atomic):
-    """Goes by `distance` [m] with `speed` [m/s] and `ramp` [m/s2], from `begin` [s] on.
+    """Moves by `distance` [m] with `speed` [m/s] and `ramp` [m/s2] from `begin` [s], damping the swing.
 
     `gain` [m/s per rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] bounds
     what is said, `still` [m/s] is a change too small to be said.
@@ -45,7 +45,7 @@ class Damper(Atomic):
         self.gains, self.most, self.still = (gain, integral, derivative), most or 2.0 * speed, still
 
     def start(self) -> None:
-        """Nothing has been heard."""
+        """Start without measurement."""
         self.last: tuple[int, float] | None = None  # time [ns] and angle [rad]
         self.sum = self.said = self.asked = 0.0
         self.passivate()
@@ -67,10 +67,10 @@ class Damper(Atomic):
             self.hold_in(0)
 
     def output(self) -> None:
-        """The speed, if it is another one."""
+        """Send the speed if it has changed."""
         self.speed.send(SetPoint(self.asked))
 
     def internal(self) -> None:
-        """It is said."""
+        """The speed was sent."""
         self.said = self.asked
         self.passivate()

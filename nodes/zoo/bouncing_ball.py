@@ -10,14 +10,14 @@ G = 9.81  # [m/s2]
 
 
 class Bounce(Message):
-    """A bounce by number, and the speed after it [m/s]."""
+    """A bounce: number, and speed after it [m/s]."""
 
     number: int
     speed: float
 
 
 class FallingBall(Hybrid):
-    """Falls from a height [m]; a bounce leaves the part e of its speed, and less than 1 mm/s leaves it at rest."""
+    """Falls from a height [m]; a bounce keeps the fraction e of its speed, below 1 mm/s it rests."""
 
     bounce = Out(Bounce)
 
@@ -26,12 +26,12 @@ class FallingBall(Hybrid):
         self.height, self.e = height, e
 
     def start(self) -> None:
-        """At its height, at rest."""
+        """Start at its height, at rest."""
         self.bounced, self.rests = 0, False
         self.go(self.height, 0.0)
 
     def flow(self, x: State) -> State:
-        """Of height and speed."""
+        """Derivative of height and speed."""
         return (0.0, 0.0) if self.rests else (x[1], -G)
 
     def guards(self, x: State) -> State:
@@ -49,7 +49,7 @@ class FallingBall(Hybrid):
         self.go(0.0, 0.0 if self.rests else speed)
 
     def result(self) -> Bounce:
-        """How often it has bounced, and its present speed."""
+        """Number of bounces and present speed."""
         return Bounce(self.bounced, self.present[1])
 
 

@@ -10,7 +10,7 @@ from heavylift.nodes.zoo.queue import Job, PoissonGenerator
 
 
 class QueueStatistics(Message):
-    """Jobs that have left, the mean of their times here [s], and of the jobs here over time."""
+    """Number of served jobs, mean time in the station [s], mean number of jobs."""
 
     left: int
     stay: float
@@ -18,7 +18,7 @@ class QueueStatistics(Message):
 
 
 class Station(Atomic):
-    """One queue, c servers, each at a rate [1/s]; a job that is served joins the queue `again` with a probability."""
+    """One queue with c servers of a rate [1/s]; a served job returns with the probability `again`."""
 
     into, left = In(Job), Out(Job)
 
@@ -32,11 +32,11 @@ class Station(Atomic):
         self.queue, self.busy = list[tuple[int, Job]](), list[tuple[int, bool, tuple[int, Job]]]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Jobs queue, each with the time [ns] at which it came."""
+        """Queue jobs with their arrival time [ns]."""
         self.serve([(self.now.t, job) for job in x[self.into]])
 
     def output(self) -> None:
-        """The job that is ready first, if it leaves."""
+        """Send the first finished job, if it leaves."""
         if self.busy[0][1]:
             self.left.send(self.busy[0][2][1])
 
@@ -48,7 +48,7 @@ class Station(Atomic):
         self.serve([] if leaves else [job])
 
     def serve(self, more: list[tuple[int, Job]]) -> None:
-        """Free servers take jobs; when one will be ready, and whether it will leave then, is drawn now."""
+        """Assign jobs to free servers; draws when each is finished and whether it leaves."""
         self.queue += more
         while self.queue and len(self.busy) < self.c:
             ready = self.now.t + seconds(self.random.expovariate(self.rate))

@@ -17,14 +17,14 @@ class Stop(Message):
 
 
 class Counted(Message):
-    """What came and what was solved while somebody counted."""
+    """Arrived and solved jobs during the observation."""
 
     arrivals: int
     solutions: int
 
 
 class Generator(Atomic):
-    """Gives job 0 at once and the next one every `period` [ns], until it is stopped."""
+    """Sends job 0 at once and further ones every `period` [ns], until stopped."""
 
     stop, job = In(Stop), Out(Job)
 
@@ -33,7 +33,7 @@ class Generator(Atomic):
         self.period = period
 
     def start(self) -> None:
-        """The first job comes at time 0."""
+        """Schedule the first job at time 0."""
         self.number = 0
         self.hold_in(0)
 
@@ -52,14 +52,14 @@ class Generator(Atomic):
 
 
 class PoissonGenerator(Generator):
-    """Gives jobs at a rate [1/s], the first one after a random time as well."""
+    """Sends jobs at a rate [1/s], beginning after a random time."""
 
     def __init__(self, name: str, rate: float, seed: int) -> None:
         super().__init__(name, 0)
         self.rate, self.seed = rate, seed
 
     def start(self) -> None:
-        """The same times for the same seed."""
+        """Draw from the start, so that equal seeds give equal times."""
         self.number, self.random = -1, stream(self.seed, self.path)
         self.internal()
 
@@ -70,7 +70,7 @@ class PoissonGenerator(Generator):
 
 
 class Processor(Atomic):
-    """Works `duration` [ns] at one job; what comes meanwhile is lost."""
+    """Works `duration` [ns] at one job; jobs that arrive meanwhile are lost."""
 
     into, done = In(Job), Out(Job)
 
@@ -83,7 +83,7 @@ class Processor(Atomic):
         self.job: Job | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Take the first job if there is none in hand."""
+        """Take the first job if idle."""
         if self.job is None:
             self.job = x[self.into][0]
             self.hold_in(self.duration)
@@ -94,13 +94,13 @@ class Processor(Atomic):
             self.done.send(self.job)
 
     def internal(self) -> None:
-        """Idle again."""
+        """Become idle."""
         self.job = None
         self.passivate()
 
 
 class Transducer(Atomic):
-    """Counts what arrives and what is solved for `span` [ns], then says stop."""
+    """Counts arrived and solved jobs for `span` [ns], then sends stop."""
 
     arrived, solved, stop = In(Job), In(Job), Out(Stop)
 

@@ -10,7 +10,7 @@ class Token(Message):
 
 
 class RingStation(Atomic):
-    """Holds what arrives together for `hold` [ns], then passes it on; `first`: a token that it starts with."""
+    """Holds tokens for `hold` [ns], then passes them on; `first`: a token at the start."""
 
     into, out = In(Token), Out(Token)
 
@@ -26,12 +26,12 @@ class RingStation(Atomic):
             self.hold_in(self.hold)
 
     def external(self, e: int, x: Bag) -> None:
-        """Take tokens; those in hand wait with them."""
+        """Receive tokens; they wait with those held."""
         self.tokens = (*self.tokens, *x[self.into])
         self.hold_in(self.hold)
 
     def output(self) -> None:
-        """Pass on what is in hand."""
+        """Pass on the held tokens."""
         for token in self.tokens:
             self.out.send(token)
 

@@ -44,7 +44,7 @@ BLINKS = seconds(0.5)
 
 
 class Light(Atomic):
-    """The light says each colour when it begins."""
+    """Sends each colour when it begins."""
 
     take, show = In(Take), Out(Show)
 
@@ -54,11 +54,11 @@ class Light(Atomic):
         self.hold_in(0)
 
     def output(self) -> None:
-        """The colour that begins."""
+        """Send the colour that begins."""
         self.show.send(Show(self.coming))
 
     def internal(self) -> None:
-        """Wait as long as this colour lasts."""
+        """Wait for the duration of this colour."""
         shown = self.coming
         if self.mode == LightMode.AUTO:
             self.coming = TURN[shown]
@@ -68,7 +68,7 @@ class Light(Atomic):
             self.hold_in(BLINKS)
 
     def external(self, e: int, x: Bag) -> None:
-        """The operator takes the light, or gives it back, at once."""
+        """Handle the operator's taking or releasing of the light."""
         mode = x[self.take][-1].mode
         if mode != self.mode:
             self.mode, self.coming = mode, Colour.RED if mode == LightMode.AUTO else Colour.YELLOW

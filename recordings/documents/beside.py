@@ -48,19 +48,19 @@ def _names(a: Facts, b: Facts) -> tuple[str, str]:
 
 
 def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
-    """What differs of scene and block, and how long it takes."""
-    told = [{"duration": duration(f.rec.fact("sim_s", 0.0))} for f in (a, b)]
-    for known, f in zip(told, (a, b), strict=True):
+    """Differences of scene, block and durations."""
+    message = [{"duration": duration(f.rec.fact("sim_s", 0.0))} for f in (a, b)]
+    for known, f in zip(message, (a, b), strict=True):
         known |= {what: f"{', '.join(f'{x:g}' for x in values)} {unit}" for what, values, unit in block_rows(f.plan)}
         known |= dict(scene_table(f.rec, f.plan))
-    for name in dict.fromkeys([*told[0], *told[1]]):
-        one, other = (x.get(name, "") for x in told)
+    for name in dict.fromkeys([*message[0], *message[1]]):
+        one, other = (x.get(name, "") for x in message)
         if one != other or name == "duration":
             yield name, one, other
 
 
 def _uses(a: Facts, b: Facts, names: tuple[str, str]) -> Table:
-    """Of each quantity the check that stands worst in each."""
+    """For each quantity, the worst check in each recording."""
     one, other = (_worst(f.verdict.checks if f.verdict else ()) for f in (a, b))
     each = (heading for name in names for heading in (f"{name}: worst of", "value", "use [%] .1", "state"))
     rows = tuple((quantity, *_cells(one.get(quantity)), *_cells(other.get(quantity))) for quantity in {**one, **other})

@@ -13,7 +13,7 @@ from heavylift.recordings.drawings import drawings, write_dxf
 from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_verdict
+from heavylift.recordings.read.verdict import AGAIN, RecordedVerdict, as_recorded, complaints, opened, recorded_verdict
 from heavylift.recordings.render.plot import plot
 from heavylift.recordings.render.storyboard import storyboard
 from heavylift.recordings.sheets.sheet import Chart, Column, Part, Sheet, Table
@@ -27,7 +27,7 @@ DRAWN = (".dxf",)
 
 
 class Project(NamedTuple):
-    """What the document says of itself, as the scene or the command line gives it."""
+    """Project data of the document, from the scene or the command line."""
 
     name: str = ""
     number: str = ""
@@ -37,7 +37,7 @@ class Project(NamedTuple):
 
 
 def project_of(rec: Recording, **given: str) -> Project:
-    """That of the scene, with what is `given` beside it."""
+    """Project data of the scene, overridden by `given`."""
     known = {name: str(text) for name, text in rec.fact("project", {}).items() if name in Project._fields}
     stated = Project(**known | {name: text for name, text in given.items() if text})
     return stated if stated.date else stated._replace(date=datetime.date.today().isoformat())
@@ -46,7 +46,7 @@ def project_of(rec: Recording, **given: str) -> Project:
 def report(
     path: str | Path | Recording,
     out: str | Path,
-    verdict: Judged | None = None,
+    verdict: RecordedVerdict | None = None,
     force: bool = False,
     **given: str,
 ) -> Path:
@@ -65,8 +65,8 @@ def report(
     return write(report_sheet(opened(path), verdict, drawn, **given), out, "a report", force)
 
 
-def report_sheet(rec: Recording, verdict: Judged | None = None, pictures: bool = False, **given: str) -> Sheet:
-    """The document of a recording; pictures only where they can be printed."""
+def report_sheet(rec: Recording, verdict: RecordedVerdict | None = None, pictures: bool = False, **given: str) -> Sheet:
+    """The document of a recording; pictures only for printable formats."""
     found, project = facts(rec, verdict), project_of(rec, **given)
     lead, state = _lead(rec, found)
     first, *rest = tables_of(found) or [Table("", ())]
@@ -94,34 +94,34 @@ def _issue(rec: Recording, project: Project) -> Table:
 
 
 def _origin(rec: Recording) -> str:
-    told = [f"{duration(rec.fact('sim_s', 0.0))} simulated", *settings(rec.run).values()]
-    told += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
-    told += [f"{' and '.join(known)} as recorded; {AGAIN}"] if (known := as_recorded(rec)) else []
+    message = [f"{duration(rec.fact('sim_s', 0.0))} simulated", *settings(rec.run).values()]
+    message += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
+    message += [f"{' and '.join(known)} as recorded; {AGAIN}"] if (known := as_recorded(rec)) else []
     versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
-    return "; ".join([*told, *filter(None, versions), f"from {path_text(rec.path.name)}"])
+    return "; ".join([*message, *filter(None, versions), f"from {path_text(rec.path.name)}"])
 
 
 def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
     """The document in a few sentences, and their state: that of the verdict, or `bad`."""
     status, verdict = rec.result.get("status", "cut off"), found.verdict
-    told = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
+    message = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
     recorded = ", as recorded" if "verdict" in rec.result else ""
     line = f"Verdict{recorded}: {verdict.line}." if verdict else "It has no verdict."
-    told = f"{line} {told}" if verdict else f"{told} {line}"
-    told += " The kernel has notes on how it was computed, listed below." if rec.notes() and not verdict else ""
+    message = f"{line} {message}" if verdict else f"{message} {line}"
+    message += " The kernel has notes on how it was computed, listed below." if rec.notes() and not verdict else ""
     rated = rec.fact("rated", {})
     uses = {name: peak.tension / rated[name] for name, peak in found.peaks.items() if rated.get(name)}
     if uses:
         most = max(uses, key=lambda name: uses[name])
-        told += f" Governing rope: {most}, {100 * uses[most]:.0f} % of its rated tension."
+        message += f" Governing rope: {most}, {100 * uses[most]:.0f} % of its rated tension."
     wrong = complaints(rec)
     bad = wrong or status != "finished" or (not verdict and (rec.notes() or max(uses.values(), default=0.0) > 1.0))
     state = "bad" if bad else verdict.state if verdict else ""
-    return " ".join([*(f"Wrong: {what}." for what in wrong), told]), state
+    return " ".join([*(f"Wrong: {what}." for what in wrong), message]), state
 
 
 def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
-    """A figure as PNG; none of what a recording has nothing of."""
+    """A figure as PNG; none if the recording lacks the data."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             yield Chart(title, draw(rec, Path(folder) / "drawn.png").read_bytes())

@@ -17,7 +17,7 @@ from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import REEVING, reeved
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
-from heavylift.recordings.read.verdict import Judged, recorded_peaks, recorded_verdict
+from heavylift.recordings.read.verdict import RecordedVerdict, recorded_peaks, recorded_verdict
 from heavylift.recordings.write.rows import Peak
 from numpy.typing import NDArray
 
@@ -29,8 +29,8 @@ Floats = NDArray[np.float64]
 
 
 class StageUse(NamedTuple):
-    """A stage from when to when [s]; the rope that is used most, its use; per crane the dynamic factor; of the block,
-    if there is one, the lowest point [m], least and largest tilt [rad], and the centre of mass at the end [m]."""
+    """A stage with begin and end [s], governing rope and utilisation, dynamic factor of each crane; for a block its
+    lowest point [m], smallest and largest tilt [rad], and centre of mass at the end [m]."""
 
     name: str
     start: float
@@ -45,10 +45,10 @@ class StageUse(NamedTuple):
 
 @dataclass(frozen=True)
 class Facts:
-    """A recording with its verdict, if it has one, and its plan as plain data."""
+    """A recording with its verdict, if any, and its plan as plain data."""
 
     rec: Recording
-    verdict: Judged | None
+    verdict: RecordedVerdict | None
     plan: dict[str, Any] = field(repr=False)
 
     @cached_property
@@ -58,7 +58,7 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """The largest tension of each rope, as its result tells it."""
+        """Peak tension of each rope in its result."""
         return recorded_peaks(self.rec)
 
     @property
@@ -68,23 +68,23 @@ class Facts:
 
     @cached_property
     def _begins(self) -> list[tuple[float, str]]:
-        """When each stage begins [s], and its name."""
+        """Begin of each stage [s], and its name."""
         return [(t, name) for t, name in self.rec.stages()]
 
     def stage_at(self, t: float) -> str:
-        """The name of the stage in which a time [s] is."""
+        """Name of the stage at a time [s]."""
         return next((name for at, name in reversed(self._begins) if at <= t), "")
 
     @cached_property
     def stages(self) -> list[StageUse]:
-        """All stages in turn."""
+        """All stages in order."""
         borne, tension = self.loads, self._tensions()
         end = tension.t[-1] if len(tension.t) else 0.0
         spans = pairwise([*((name, t) for t, name in self._begins), ("", end)])
         return [_of_block(self._stage(name, a, b, tension), borne) for (name, a), (_, b) in spans]
 
     def _tensions(self) -> Signal:
-        """The tension of every rope; over sheaves that of its most loaded part."""
+        """Tension of every rope; over sheaves that of its most loaded part."""
         signals = [self.rec.signal(name) for name in ("rope/tension", REEVING) if name in self.rec.signals()]
         found: dict[str, Floats] = {}
         for signal in signals:
@@ -95,7 +95,7 @@ class Facts:
         return Signal(t, np.column_stack([*found.values()]) if found else np.zeros((len(t), 0)), [*found], "N")
 
     def _stage(self, name: str, start: float, end: float, tension: Signal) -> StageUse:
-        """What a stage asked for; a crane whose hooks are empty has no dynamic factor."""
+        """Loads of a stage; cranes with empty hooks have no dynamic factor."""
         inside = (tension.t >= start) & (tension.t <= end)
         late, dynamic = inside & (tension.t >= end - SETTLED * (end - start)), {}
         rated = self.rec.fact("rated", {})
@@ -112,18 +112,18 @@ class Facts:
         return StageUse(name, start, end, rope, uses.get(rope, 0.0), dynamic)
 
 
-def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
-    """Those of a recording; `verdict`: where it has none of its own.  RecordingError for a DEVS model."""
+def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
+    """Facts of a recording; `verdict`: replaces a missing one. Raises RecordingError for a DEVS model."""
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(
-                f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results"
+                f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` prints its results"
             )
         return Facts(rec, verdict or recorded_verdict(rec), machines.plan_of(rec.attachments))
 
 
 def _of_block(stage: StageUse, borne: Loads) -> StageUse:
-    """The same with what the block did in it."""
+    """The same with the motion of the block."""
     inside = (borne.t >= stage.start) & (borne.t <= stage.end)
     if not inside.any():
         return stage

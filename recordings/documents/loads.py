@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 class Borne(NamedTuple):
-    """The largest force [N] on something at a place [m], when [s], and its parts along three axes [N] or None."""
+    """The largest force [N] on something at a place [m], its time [s], and components [N] or None."""
 
     name: str
     place: tuple[float, float, float] | None
@@ -31,7 +31,7 @@ class Borne(NamedTuple):
 
 
 class SlingUse(NamedTuple):
-    """A sling: its lugs, angle to the vertical [rad] at its largest tension, and the largest one that it carries at."""
+    """A sling: lugs, angle to the vertical [rad] at peak tension, and the largest angle while carrying."""
 
     name: str
     lugs: list[str]
@@ -40,8 +40,8 @@ class SlingUse(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Of lugs (along the axes u, v, w of the block) and supports (in the world); slings; and over time: t (n,) [s],
-    tilt of the block (n,) [rad], its centre of mass (n, 3) and its lowest point (n,) [m]."""
+    """Loads of lugs (axes u, v, w of the block) and supports (world); slings; over time: t (n,) [s], tilt (n,) [rad],
+    centre of mass (n, 3) and lowest point (n,) [m] of the block."""
 
     lugs: list[Borne]
     slings: list[SlingUse]
@@ -53,17 +53,17 @@ class Loads(NamedTuple):
 
 
 class _Largest(dict[str, tuple[float, float, Floats]]):
-    """Of each name the largest value so far, when it was [s], and what was then."""
+    """Running maximum by name, with its time [s] and data at that time."""
 
     def see(self, name: str, t: Floats, values: Floats, beside: Floats) -> None:
-        """Values (n,) at times (n,) with `beside` (n, k) to remember."""
+        """Add values (n,) at times (n,), with data `beside` (n, k)."""
         k = int(np.argmax(values))
         if name not in self or values[k] > self[name][0]:
             self[name] = float(values[k]), float(t[k]), np.array(beside[k])
 
 
 class _Stretch(NamedTuple):
-    """Samples while the same ropes hang: times [s], ropes, tensions and support forces by name, poses by signal."""
+    """Samples with constant rope lines: times [s], ropes, tensions and support forces by name, poses by signal."""
 
     t: Floats
     rig: Rig
@@ -73,8 +73,8 @@ class _Stretch(NamedTuple):
 
 
 def loads_of(rec: Recording, plan: dict[str, Any]) -> Loads:
-    """All of them, in one pass over the samples; empty for what a recording has not."""
-    rigging, course = _Rigging(plan), _Course(rec, plan)
+    """All loads in one pass over the samples; empty for missing signals."""
+    rigging, course = _Rigging(plan), _BlockMotion(rec, plan)
     pads = [s for s in rec.fact("supports", []) if POSE + s["body"] in rec.signals()]
     supports = _Largest()
     for x in _stretches(rec):
@@ -87,7 +87,7 @@ def loads_of(rec: Recording, plan: dict[str, Any]) -> Loads:
     return Loads(rigging.lugs(), rigging.slings(), _placed(supports), *course.joined())
 
 
-class _Course:
+class _BlockMotion:
     """Where the block was."""
 
     def __init__(self, rec: Recording, plan: dict[str, Any]) -> None:
@@ -150,7 +150,7 @@ class _Rigging:
         ]
 
     def _widest(self, name: str, most: float) -> float:
-        """The largest angle at which a sling carries."""
+        """Largest angle at which a sling carries."""
         return max(float(angle[CARRIES * most < T].max(initial=0.0)) for T, angle in self._angles[name])
 
 
@@ -185,9 +185,9 @@ def _stretches(rec: Recording) -> Iterator[_Stretch]:
 
 
 def _pull(line: RopeLine, poses: Mapping[str, Floats]) -> Floats:
-    """(n, 3) the direction from the lower end of a line to its upper one."""
-    way = _end(line.a_body, line.a, poses) - _end(line.b_body, line.b, poses)
-    out: Floats = way / np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
+    """Direction (n, 3) from the lower to the upper end of a line."""
+    distance = _end(line.a_body, line.a, poses) - _end(line.b_body, line.b, poses)
+    out: Floats = distance / np.maximum(np.linalg.norm(distance, axis=1), 1e-12)[:, None]
     return out
 
 

@@ -14,13 +14,13 @@ COMPUTED = ("samples_hz", "seed")
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
     """Rows of the table."""
     rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
-    if told := machines.unread(plan):
-        rows.append(("plan", told))
+    if message := machines.unread(plan):
+        rows.append(("plan", message))
     block = machines.block(plan)
     if block:
         x, y, z = block["pose"][:3]
-        told = f"{block['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block.get('lugs', ()))} lugs"
-        rows.append(("block" if block["body"] == "block" else f"block {block['body']}", told))
+        message = f"{block['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block.get('lugs', ()))} lugs"
+        rows.append(("block" if block["body"] == "block" else f"block {block['body']}", message))
     machined, slings = machines.cranes(plan), machines.ties(plan)
     cranes = [crane.name for crane in machined]
     rows += [("cranes", ", ".join(cranes))] if cranes else []
@@ -33,19 +33,19 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
     named = {*cranes, block.get("name", "")}
     for machine in (x for x in plan.get("machines", []) if x["name"] not in named and not x.get("levels")):
         system = machine["system"]
-        told = f"{len(system['bodies'])} bodies, {len(system['joints'])} joints"
-        rows.append((f"mechanism {machine['name']}", told))
+        message = f"{len(system['bodies'])} bodies, {len(system['joints'])} joints"
+        rows.append((f"mechanism {machine['name']}", message))
     if plan:
         rows.append(("gravity", f"{plan.get('gravity', 9.80665):g} m/s2"))
     rows += settings(rec.run).items()
     fidelity = rec.fact("fidelity", {})
     if any(x.get("levels") for x in plan.get("machines", [])) and isinstance(fidelity, dict):
-        rows.append(("fidelity", ", ".join(f"{k.replace('_', ' ')} {_told(v)}" for k, v in fidelity.items())))
+        rows.append(("fidelity", ", ".join(f"{k.replace('_', ' ')} {_described(v)}" for k, v in fidelity.items())))
     return rows + [(name.replace("_", " "), rec.run[name]) for name in COMPUTED if name in rec.run]
 
 
 def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
-    """The block's data, what, one number or three, unit: u, v, w are its own axes."""
+    """Data of the block: name, one or three numbers, unit; u, v, w are its axes."""
     block = machines.block(plan)
     if not block:
         return []
@@ -62,5 +62,5 @@ def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
     return [row for row in rows if any(row[1]) or row[0].startswith("centre")]
 
 
-def _told(value: object) -> str:
+def _described(value: object) -> str:
     return ", ".join(map(str, value)) or "none" if isinstance(value, list) else str(value)

@@ -33,10 +33,10 @@ def _findings(f: Facts) -> Iterator[Table]:
     """What was found, red ones first."""
     rows: list[tuple[Cell, ...]] = []
     for x in f.verdict.findings if f.verdict else ():
-        told = f"{x.sentence} [{x.where}]" if x.where else x.sentence
-        rows.append((x.severity, Marked(told) if x.severity == "red" else told, x.t, x.stage))
+        message = f"{x.sentence} [{x.where}]" if x.where else x.sentence
+        rows.append((x.severity, Marked(message) if x.severity == "red" else message, x.t, x.stage))
     yield Table("Findings", columns("", "what", "at [h:min:s]", "stage"), tuple(rows))
-    notes = ((Marked(told), t) for t, told in f.rec.notes())
+    notes = ((Marked(message), t) for t, message in f.rec.notes())
     yield Table("Notes of the kernel", columns("what", "at [h:min:s]"), tuple(notes))
 
 
@@ -44,7 +44,7 @@ def _checks(f: Facts) -> Iterator[Table]:
     """All checks in short, the worst of each quantity."""
     if f.verdict:
         rows: list[list[Cell]] = [[Marked(row[0], _colour(row[0])), *row[1:]] for row in f.verdict.rows]
-        yield words("Checks", f.verdict.head, rows, *f.verdict.told)
+        yield words("Checks", f.verdict.head, rows, *f.verdict.message)
 
 
 def _clearances(f: Facts) -> Iterator[Table]:
@@ -68,7 +68,7 @@ def _scene(f: Facts) -> Iterator[Table]:
 
 
 def _ropes(f: Facts) -> Iterator[Table]:
-    """The peak of every rope, with its limit; of slings what they hang on and how they lie."""
+    """Peak tension of each rope with its limit; for slings attachments and angles."""
     limits = {c.subject: c for c in (f.verdict.checks if f.verdict else ()) if c.quantity in ELSEWHERE[:2]}
     rated, slings = f.rec.fact("rated", {}), {s.name: s for s in f.loads.slings}
     rows: list[tuple[Cell, ...]] = []
@@ -88,14 +88,14 @@ def _ropes(f: Facts) -> Iterator[Table]:
 
 
 def _quantities(f: Facts) -> Iterator[Table]:
-    """A table for each quantity that has limits, from hook to ground, as they are checked."""
+    """A table for each limited quantity, from hook to ground."""
     groups: dict[tuple[str, str], list[Check]] = {}
     for c in f.verdict.checks if f.verdict else ():
         if c.basis and c.quantity not in ELSEWHERE and c.value is not None:
             groups.setdefault((c.quantity, c.unit), []).append(c)
     for (quantity, unit), checks in groups.items():
-        told, factor, digits = UNITS.get(unit, (unit, 1.0, 2))
-        form = f"[{told}] .{digits}" if told else f".{digits}"
+        message, factor, digits = UNITS.get(unit, (unit, 1.0, 2))
+        form = f"[{message}] .{digits}" if message else f".{digits}"
         heads = columns("item", f"worst {form}", f"limit {form}", "allowed", "use [%] .1", f"error {form}",
                         "at [h:min:s]", "stage", "state", "basis")  # fmt: skip
         bases = list(dict.fromkeys(c.basis for c in checks))
@@ -125,16 +125,16 @@ def _borne(f: Facts) -> Iterator[Table]:
 
 def _stages(f: Facts) -> Iterator[Table]:
     cranes = list(dict.fromkeys(crane for s in f.stages for crane in s.dynamic))
-    foreseen = f.verdict.dynamic if f.verdict else None
+    required = f.verdict.dynamic if f.verdict else None
     rows = []
     for s in f.stages:
         known = (s.dynamic.get(crane) for crane in cranes)
-        marked = (Marked(x) if x is not None and foreseen and x > foreseen[0] else x for x in known)
+        marked = (Marked(x) if x is not None and required and x > required[0] else x for x in known)
         use = 100.0 * s.use if s.rope else None
         rows.append((s.name, s.start, s.end - s.start, s.rope, use, *marked))
     factors = (f"dynamic factor of {crane} .3" for crane in cranes)
     heads = columns("stage", "from [h:min:s]", "lasts [s] .1", "governing rope", "use [%] .1", *factors)
-    notes = [f"Dynamic factor required: {foreseen[0]:g} ({foreseen[1]}); more is marked."] if foreseen else []
+    notes = [f"Dynamic factor required: {required[0]:g} ({required[1]}); more is marked."] if required else []
     yield Table("Stages", heads, tuple(rows), tuple(notes if cranes else []))
     path = tuple((s.name, s.start, s.lowest, *map(degrees, s.tilt), *s.com) for s in f.stages if s.com and s.tilt)
     heads = columns("stage", "from [h:min:s]", "lowest point [m] .2", "least tilt [deg] .1", "largest tilt [deg] .1")
@@ -143,14 +143,14 @@ def _stages(f: Facts) -> Iterator[Table]:
 
 
 def _errors(f: Facts) -> Iterator[Table]:
-    """How sure the figures are."""
+    """Error estimates of the figures."""
     errors = ((name, 100.0 * x) for name, x in f.rec.fact("errors", {}).items() if isinstance(x, float))
     yield Table("Errors of figures", columns("figure", "error [%] .3"), tuple(errors))
     for fact, head, title in (
         ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
         ("certified", "figures, with half-widths at 95 %", "Certificate"),
     ):
-        yield words(title, (head,), ([line] for line in f.rec.told(fact)))
+        yield words(title, (head,), ([line] for line in f.rec.message(fact)))
 
 
 TABLES: tuple[Callable[[Facts], Iterable[Table]], ...] = (
@@ -159,7 +159,7 @@ TABLES: tuple[Callable[[Facts], Iterable[Table]], ...] = (
 
 
 def tables_of(found: Facts) -> list[Table]:
-    """All tables that have rows, in the order in which a planner reads them."""
+    """All tables with rows, in reading order."""
     with found.rec.reading():
         return [table for make in TABLES for table in make(found) if table.rows]
 

@@ -36,7 +36,7 @@ class Text(NamedTuple):
 
 
 class DimensionLine(NamedTuple):
-    """A distance between two points along h (horizontal) or v, its line at y or x = `at`."""
+    """A dimension between two points along h (horizontal) or v, its line at y or x = `at`."""
 
     a: tuple[float, float]
     b: tuple[float, float]
@@ -50,7 +50,7 @@ Item = Path | Text | DimensionLine
 
 @dataclass
 class View:
-    """Items of one view at a scale 1 : `scale`, in its own coordinates, whose origin is put at `place`."""
+    """Items of a view at scale 1 : `scale`, in its own coordinates with origin `place`."""
 
     title: str
     scale: float
@@ -64,7 +64,7 @@ class View:
         return out
 
     def length(self, mm: float) -> str:
-        """A distance on paper as the one in the world."""
+        """World length of a distance on paper."""
         return f"{abs(mm) * self.scale / 1e3:.2f}"
 
     def across(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
@@ -81,7 +81,7 @@ def _pair(p: Floats) -> tuple[float, float]:
 
 
 def fitting(width: float, height: float, room: tuple[float, float]) -> float:
-    """The first scale at which width x height [m] fit in a room [mm]."""
+    """The largest standard scale at which width x height [m] fits a room [mm]."""
     fits = (s for s in SCALES if width * 1e3 / s <= room[0] and height * 1e3 / s <= room[1])
     return next(fits, SCALES[-1])
 
@@ -101,7 +101,7 @@ def hull(points: Floats) -> Floats:
 
 
 def within(outline: Floats, p: Floats) -> bool:
-    """Whether a point is in a convex outline that runs counterclockwise."""
+    """Whether a point is inside a convex counterclockwise outline."""
     along, to = np.roll(outline, -1, axis=0) - outline, p - outline
     return bool((along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]).all())
 
@@ -111,7 +111,7 @@ def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> f
 
 
 def clipped(outline: Floats, low: Floats, high: Floats) -> Floats:
-    """The part of a convex outline within a box (Sutherland and Hodgman); empty if there is none."""
+    """Clip a convex outline to a box (Sutherland and Hodgman); empty if nothing is left."""
     for axis in (0, 1):
         for sign, bound in ((1.0, high[axis]), (-1.0, -low[axis])):
             kept = list[Floats]()
@@ -142,7 +142,7 @@ def parts(item: Item) -> Sequence[Path | Text]:
 
 
 def _dimension(d: DimensionLine) -> list[Path | Text]:
-    """A dimension as lines with slashes and its number above; beside it where there is no room."""
+    """A dimension as lines with slashes and its number, beside it if there is no room."""
     flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
     a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))
     ends = [(a[0], d.at), (b[0], d.at)]

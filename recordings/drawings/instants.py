@@ -15,7 +15,7 @@ from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.viewer_messages import Box, corners, turned
 from heavylift.recordings.read.part import HANGING
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import Clearance, Judged, recorded_peaks
+from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_peaks
 from numpy.typing import NDArray
 
 MOST = 5  # ends of stages
@@ -29,7 +29,7 @@ Kind = Literal["block", "deck", "hook", "frame", "crane", "world"]
 
 
 class DrawnSolid(NamedTuple):
-    """The corners (8, 3) of a shape, what it is, and its body; a deck marks the upper face of a block."""
+    """Corners (8, 3) of a shape, its label and body; `deck`: the upper face of a block."""
 
     kind: Kind
     body: str
@@ -37,7 +37,7 @@ class DrawnSolid(NamedTuple):
 
 
 class DrawnLine(NamedTuple):
-    """A straight part of a rope; its tension [N], and whether it is a sling's."""
+    """A straight part of a rope with tension [N]; `sling`: whether it is one."""
 
     rope: str
     a: Floats
@@ -47,7 +47,7 @@ class DrawnLine(NamedTuple):
 
 
 class DrawnHook(NamedTuple):
-    """Where a hook block hangs, and the axis about which its crane slews, if it does."""
+    """Position of a hook block, and the slewing axis of its crane, if any."""
 
     rope: str
     eye: Floats
@@ -55,7 +55,7 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """What is where at a time [s]; mass [kg] of the block, and the smallest clearance if it is then."""
+    """Positions at a time [s]; mass [kg] of the block, smallest clearance if it occurs then."""
 
     title: str
     t: float
@@ -73,8 +73,8 @@ class DrawnInstant(NamedTuple):
         return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
 
 
-def instants_of(rec: Recording, verdict: Judged | None) -> list[DrawnInstant]:
-    """Those of a recording in which something hangs on a hook; none of any other."""
+def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnInstant]:
+    """Drawn instants of a recording with suspended loads; else none."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
         return []
@@ -96,12 +96,12 @@ def instants_of(rec: Recording, verdict: Judged | None) -> list[DrawnInstant]:
 
 
 def _hooks(plan: dict[str, Any]) -> list[dict[str, Any]]:
-    """Hooks of which is known on which body they are."""
+    """Hooks with known bodies."""
     return [hook for machine in plan.get("machines", []) for hook in machine.get("hooks", []) if "eye" in hook]
 
 
 def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Clearance | None]]:
-    """Times [s] with what they are."""
+    """Times [s] with their captions."""
     stages = rec.stages()
     end = rec.fact("sim_s", 0.0)
     found: list[tuple[float, str, Clearance | None]] = [
@@ -118,7 +118,7 @@ def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Cl
 
 
 def _thinned(frames: Sequence[DrawnInstant]) -> list[DrawnInstant]:
-    """Without ends of stages in which nothing has moved, and no more of them than are looked at."""
+    """Without stage ends at which nothing has moved, limited in number."""
     ends = list[DrawnInstant]()
     for x in (x for x in frames if x.title.startswith("end of")):
         if not ends or _moved(ends[-1], x) > MOVED:

@@ -19,7 +19,7 @@ from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError, extra
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.sheets.sheet import Chart
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
@@ -87,12 +87,12 @@ class Drawing(NamedTuple):
     views: list[View]
 
 
-def drawings(rec: Recording, verdict: Judged | None, project: Mapping[str, str]) -> list[Chart]:
-    """The drawings of a recording, as far as something hangs on hooks."""
+def drawings(rec: Recording, verdict: RecordedVerdict | None, project: Mapping[str, str]) -> list[Chart]:
+    """Drawings of a recording with suspended loads."""
     return [Chart(x.title, svg_of(x.views, SIZE, x.title)) for x in drawn(rec, verdict, project)]
 
 
-def drawn(rec: Recording, verdict: Judged | None, project: Mapping[str, str]) -> list[Drawing]:
+def drawn(rec: Recording, verdict: RecordedVerdict | None, project: Mapping[str, str]) -> list[Drawing]:
     """The same as views."""
     with rec.reading():
         found = instants_of(rec, verdict)
@@ -129,7 +129,7 @@ def _drawing(x: DrawnInstant, number: int, of: int, rec: Recording, project: Map
 
 
 def _extent(view: View) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Low and high corner of all items of a view, its title above them."""
+    """Lower and upper corner of all items of a view, including its title."""
     points = np.concatenate([points_of(item) for item in view.items])
     (x, y), (right, top) = points.min(axis=0), points.max(axis=0)
     view.items.append(Text((x, top + 3.0), view.title, size=3.0, bold=True))
@@ -162,7 +162,11 @@ METRES = 6  # $INSUNITS
 
 
 def write_dxf(
-    rec: Recording, out: str | FilePath, verdict: Judged | None, project: Mapping[str, str], force: bool = False
+    rec: Recording,
+    out: str | FilePath,
+    verdict: RecordedVerdict | None,
+    project: Mapping[str, str],
+    force: bool = False,
 ) -> FilePath:
     """Write the drawings of a recording to a .dxf file; RecordingError if the library for it is not installed, or
     nothing hangs on hooks."""

@@ -30,16 +30,16 @@ def main_axis(x: DrawnInstant) -> Floats:
     """The horizontal direction (3,) that lies to the right in all views."""
     hook = next((hook for hook in x.hooks if hook.axis is not None), None)
     if hook is not None and hook.axis is not None:
-        way = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
-        size = float(np.linalg.norm(way))
+        distance = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
+        size = float(np.linalg.norm(distance))
         if size > SAME:
-            return way / size
+            return distance / size
     size_x, size_y, _ = np.ptp(x.of("crane", "block"), axis=0)
     return np.array([1.0, 0.0, 0.0] if size_x >= size_y else [0.0, 1.0, 0.0])
 
 
 def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
-    """Plan and elevation, one above the other at one scale, within a room [mm] that has their dimensions, too."""
+    """Plan and elevation at one scale, one above the other within a room [mm] including dimensions."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -53,7 +53,7 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
-    """Solids from far to near and the ropes; low and high corner on paper [mm] of what is drawn."""
+    """Solids from far to near and ropes; lower and upper corner on paper [mm]."""
     axes, ahead = np.column_stack([right, up]), np.cross(right, up)
     seen = view.paper(x.of("crane", "block", "hook", "frame") @ axes)
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -90,7 +90,7 @@ def _elevation(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
 
 
 def _heights(x: DrawnInstant, view: View, h: Floats, eyes: list[Floats], low: Floats, high: Floats) -> None:
-    """Of block, hooks and crane above the ground: on the side where the hooks are, the crane's on the other."""
+    """Heights of block, hooks and crane above ground: hooks on one side, crane on the other."""
     right = sum(p[0] for p in eyes) / len(eyes) > (low[0] + high[0]) / 2
     side, other = (high[0], low[0]) if right else (low[0], high[0])
     out = 1.0 if right else -1.0
@@ -143,12 +143,12 @@ def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def _cross(view: View, p: Floats, size: float = 1.6) -> None:
-    for way in (np.array([size, 0.0]), np.array([0.0, size])):
-        view.items.append(Path(np.array([p - way, p + way]), "axis"))
+    for distance in (np.array([size, 0.0]), np.array([0.0, size])):
+        view.items.append(Path(np.array([p - distance, p + distance]), "axis"))
 
 
 def _near(x: DrawnInstant, view: View, right: Floats, up: Floats) -> None:
-    """The smallest clearance between its two nearest points, in the views that show it at some length."""
+    """The smallest clearance between its nearest points, in views that show it."""
     if x.near is None:
         return
     a, b = (view.paper(np.array([np.dot(p, right), np.dot(p, up)])) for p in (x.near.p_WA, x.near.p_WB))
@@ -156,25 +156,27 @@ def _near(x: DrawnInstant, view: View, right: Floats, up: Floats) -> None:
         return
     middle, ring = (a + b) / 2, np.array([[cos(k), sin(k)] for k in np.linspace(0.0, 2.0 * pi, 25)])
     outlines = [item.points for item in view.items if isinstance(item, Path) and item.closed]
-    ways = [length * np.array([i, j]) for length in (5.0, 9.0, 14.0) for i, j in ((1, 1), (-1, 1), (1, -1), (-1, -1))]
+    distances = [
+        length * np.array([i, j]) for length in (5.0, 9.0, 14.0) for i, j in ((1, 1), (-1, 1), (1, -1), (-1, -1))
+    ]
     texts = [points_of(x) for item in view.items for x in parts(item) if isinstance(x, Text)]
-    told = f"{x.near.distance:.2f}"
-    made = [_beside(middle + w, float(np.sign(w[0])), told) for w in ways]
+    message = f"{x.near.distance:.2f}"
+    made = [_beside(middle + w, float(np.sign(w[0])), message) for w in distances]
     free = (k for k, text in enumerate(made) if not _covered(points_of(text), outlines, texts))
     k = next(free, 0)
-    way = ways[k]
+    distance = distances[k]
     view.items += [Path(np.array([a, b]), "near"), Path(middle + 2.2 * ring, "near")]
-    view.items.append(Path(np.array([middle + way / np.hypot(*way) * 2.2, middle + way]), "near"))
+    view.items.append(Path(np.array([middle + distance / np.hypot(*distance) * 2.2, middle + distance]), "near"))
     view.items.append(made[k])
 
 
-def _beside(p: Floats, side: float, told: str) -> Text:
+def _beside(p: Floats, side: float, message: str) -> Text:
     """Words to the right (1) or left (-1) of a point."""
-    return Text((float(p[0] + side * 0.6), float(p[1] - 0.8)), told, "start" if side > 0 else "end", bold=True)
+    return Text((float(p[0] + side * 0.6), float(p[1] - 0.8)), message, "start" if side > 0 else "end", bold=True)
 
 
 def _covered(box: Floats, outlines: list[Floats], texts: list[Floats]) -> bool:
-    """Whether a text with these two corners lies on an area or over another text."""
+    """Whether a text box covers an area or another text."""
     low, high = box.min(axis=0), box.max(axis=0)
     over = any((low < o.max(axis=0)).all() and (high > o.min(axis=0)).all() for o in texts)
     return over or any(within(o, (low + high) / 2) for o in outlines)
@@ -190,7 +192,7 @@ def _spread(points: list[Floats], axis: int) -> list[Floats]:
 
 
 def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
-    """Block, slings and hooks close by, with what each rope pulls and how it leans."""
+    """Block, slings and hooks in detail, with tension and angle of each rope."""
     h = main_axis(x)
     axes = np.column_stack([h, UP])
     seen = np.concatenate(
@@ -199,7 +201,7 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
     top = float(seen[:, 2].max()) + STRETCH
     wide, high = float(np.ptp(seen @ h)), top - float(seen[:, 2].min())
     notes = _named(x)
-    labels = WIDE * TEXT * max((len(told) for _, told in notes), default=0) + ROW
+    labels = WIDE * TEXT * max((len(message) for _, message in notes), default=0) + ROW
     scale = fitting(wide, high, (room[0] - labels - 3 * ROW, room[1] - 4 * ROW))
     view = View(f"Rigging 1 : {scale:g}", scale)
     for solid in sorted(x.solids, key=lambda s: LAST.index(s.kind)):
@@ -211,7 +213,9 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
     if x.com is not None:
         _gravity(view, view.paper(x.com @ axes))
     low, right = view.paper(np.array([(seen @ h).min(), seen[:, 2].min()])), float(view.paper((seen @ h).max()))
-    _labels(view, [(view.paper(p @ axes), told) for p, told in notes], right + ROW, float(view.paper(np.array(top))))
+    _labels(
+        view, [(view.paper(p @ axes), message) for p, message in notes], right + ROW, float(view.paper(np.array(top)))
+    )
     block = view.paper(x.of("block") @ axes)
     if len(block):
         one, other = block.min(axis=0), block.max(axis=0)
@@ -225,7 +229,7 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
 
 
 def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
-    """The part of a rope that a rigging sketch shows: slings whole, of hook ropes what is next to the hook."""
+    """The drawn part of a rope in a rigging sketch: slings completely, hook ropes near the hook."""
     if line.sling:
         return line.a, line.b
     if all(np.linalg.norm(line.b - hook.eye) > STRETCH for hook in x.hooks):
@@ -234,15 +238,15 @@ def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
 
 
 def _named(x: DrawnInstant) -> list[tuple[Floats, str]]:
-    """Where (3,) in the rigging what is said: ropes with lug, tension and angle, the centre of gravity."""
+    """Labels of a rigging sketch with places (3,): ropes with lug, tension and angle, centre of gravity."""
     found: dict[str, tuple[Floats, str]] = {}
     for line in x.lines:
         if line.rope not in found and (ends := _close(x, line)) is not None:
-            way = line.a - line.b
-            lean = degrees(np.arccos(min(1.0, abs(way[2]) / max(float(np.linalg.norm(way)), 1e-9))))
+            distance = line.a - line.b
+            lean = degrees(np.arccos(min(1.0, abs(distance[2]) / max(float(np.linalg.norm(distance)), 1e-9))))
             lug = next((f" ({name})" for name, p in x.lugs.items() if np.linalg.norm(p - line.b) < SAME), "")
-            told = f"{line.rope}{lug} {line.tension / 1e3:.0f} kN" + (f", {lean:.1f} deg" if line.sling else "")
-            found[line.rope] = ((ends[0] + ends[1]) / 2 if line.sling else ends[0], told)
+            message = f"{line.rope}{lug} {line.tension / 1e3:.0f} kN" + (f", {lean:.1f} deg" if line.sling else "")
+            found[line.rope] = ((ends[0] + ends[1]) / 2 if line.sling else ends[0], message)
     return [*found.values(), *([(x.com, f"centre of gravity, {x.mass / 1e3:g} t")] if x.com is not None else [])]
 
 
@@ -253,7 +257,7 @@ def _gravity(view: View, p: Floats) -> None:
 
 
 def _labels(view: View, notes: list[tuple[Floats, str]], x: float, top: float) -> None:
-    """Labels in a column, each with a line to what it names: the shortest lines in all, which do not cross."""
+    """Labels in a column with leader lines of least total length, which do not cross."""
     if not notes:
         return
     from scipy.optimize import linear_sum_assignment
@@ -263,6 +267,6 @@ def _labels(view: View, notes: list[tuple[Floats, str]], x: float, top: float) -
     ends = [np.array([x - 1.0, first - LINE * k + 0.7]) for k in range(len(notes))]
     lengths = np.array([[float(np.hypot(*(p - end))) for end in ends] for p, _ in notes])
     for i, k in zip(*linear_sum_assignment(lengths), strict=True):
-        p, told = notes[i]
+        p, message = notes[i]
         view.items.append(Path(np.array([p, ends[k], ends[k] + [1.0, 0.0]]), "thin"))
-        view.items.append(Text((x + 0.6, float(ends[k][1]) - 0.7), told))
+        view.items.append(Text((x + 0.6, float(ends[k][1]) - 0.7), message))

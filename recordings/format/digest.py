@@ -27,7 +27,7 @@ IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 
 
 class Spool:
-    """Bytes that are only appended; `what` they are, for the sentence of a RecordingError if there is no room."""
+    """Append-only storage; `what`: its content, for the error of a full disk."""
 
     def __init__(self, what: str) -> None:
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
@@ -49,7 +49,7 @@ class Spool:
         self._size += len(data)
 
     def read(self, size: int, at: int | None = None) -> bytes:
-        """So many bytes from a place on, or after those that were read last; fewer at the end."""
+        """`size` bytes from a place, or after the last read ones; fewer at the end."""
         self._end = False
         if at is not None:
             self._file.seek(at)
@@ -63,7 +63,7 @@ _BLOCK = 4096  # rows that are read back at once
 
 
 class Digest:
-    """Incremental and independent of the order of its calls."""
+    """Incremental, independent of the order of calls."""
 
     def __init__(self) -> None:
         self._events, self._rows = _Sorted(), _Rows()
@@ -88,7 +88,7 @@ class Digest:
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 
     def hexdigest(self) -> str:
-        """SHA-256 of all that was added so far, in hexadecimal."""
+        """SHA-256 of everything added so far, hexadecimal."""
         if self._total:
             return self._total
         total = hashlib.sha256(_NUMBERS.pack(self._events.count, self._rows.count))
@@ -107,7 +107,7 @@ class Digest:
 
 
 class _Sorted:
-    """Tuples in their order; those that come in order wait on disk."""
+    """Tuples in order; those added in order are stored on disk."""
 
     def __init__(self) -> None:
         self._file = Spool("what the digest is made of")
@@ -135,7 +135,7 @@ class _Sorted:
 
 
 class _Rows:
-    """Hashes by their numbers; those that come in order wait on disk."""
+    """Hashes by number; those added in order are stored on disk."""
 
     def __init__(self) -> None:
         self._file = Spool("what the digest is made of")

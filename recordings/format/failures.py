@@ -32,8 +32,8 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """The library that an error is about, whatever the file holds: one that cannot be imported, lacks something or
-    stumbles; "" if it is one of those that read the bytes."""
+    """The library that caused an error regardless of the file: import failure or defect; "" for errors of reading
+    bytes."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
@@ -47,7 +47,7 @@ def failing(error: BaseException) -> str:
 
 
 def refused(error: BaseException) -> str:
-    """What the system refuses to give: a disk that fails, memory; "" if that is not what an error is about."""
+    """A refusal of the system: disk failure, memory; "" for other errors."""
     if isinstance(error, MemoryError):
         return "there is too little memory; end other programs and try again"
     if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):

@@ -16,7 +16,7 @@ Data = dict[str, Any]
 
 
 class HookMachine(NamedTuple):
-    """A machine with hooks: what always hangs on each of its ropes [kg], and its set-up in words."""
+    """A machine with hooks: permanent mass on each rope [kg], and its configuration in words."""
 
     name: str
     dead: dict[str, float]
@@ -24,7 +24,7 @@ class HookMachine(NamedTuple):
 
 
 def cranes(plan: Data) -> list[HookMachine]:
-    """All of them."""
+    """All machines with hooks."""
     found = []
     for machine in (machine for machine in plan.get("machines", []) if machine.get("hooks")):
         hooks = sorted(machine["hooks"], key=lambda hook: str(hook["rope"]))
@@ -34,13 +34,13 @@ def cranes(plan: Data) -> list[HookMachine]:
 
 
 def plan_of(attachments: Mapping[str, bytes]) -> Data:
-    """The recorded plan; empty where there is none."""
+    """The recorded plan; empty if there is none."""
     found: Data = msgspec.json.decode(attachments.get("resolved.json") or b"{}")
     return found
 
 
 def unread(plan: Data) -> str:
-    """A sentence where an earlier version wrote the plan, in which no crane, sling and block is found; else ""."""
+    """A sentence for a plan of an earlier version, without readable cranes, slings and block; else ""."""
     if not plan or "machines" in plan:
         return ""
     return "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
@@ -52,7 +52,7 @@ def ties(plan: Data) -> list[Data]:
 
 
 def block(plan: Data) -> Data:
-    """What is lifted, with its pose at the start and how many supports it has; empty if that is nothing or several."""
+    """The lifted block, with start pose and number of supports; empty for none or several."""
     found = [(machine, cargo) for machine in plan.get("machines", []) for cargo in machine.get("cargo", [])]
     if len(found) != 1:
         return {}
@@ -65,13 +65,13 @@ FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
-    """The lines by name, from the facts of a run; those are left out of which it says nothing."""
+    """Lines by name from the facts of a run; missing ones are omitted."""
     asked = run.get("asked", "")
     found = {}
     if asked:
         found["asked"] = f"{asked} to {run['accuracy']}" if run.get("accuracy") else asked
-    if told := _answer(run.get("answer", "")) or run.get("modelled", ""):
-        found["modelled"] = told
+    if message := _answer(run.get("answer", "")) or run.get("modelled", ""):
+        found["modelled"] = message
     steps = f"steps of {run['step']}" if run.get("step") else f"integrator's tolerance {run.get('tolerance', '')}"
     if run.get("step") or run.get("tolerance"):
         found["steps"] = ", ".join(part for part in (run.get("method", ""), steps) if part)
@@ -79,7 +79,7 @@ def settings(run: Mapping[str, str]) -> dict[str, str]:
 
 
 def _answer(text: str) -> str:
-    """What was measured for what was asked, in words."""
+    """Measured errors of the requested quantities, in words."""
     try:
         return str(json.loads(text)["told"])
     except (ValueError, KeyError, TypeError):

@@ -71,13 +71,13 @@ class McapFile:
         )
 
     def schema(self, name: str, language: str, data: bytes) -> int:
-        """Announce a schema; its number."""
+        """Add a schema; returns its number."""
         self._schemas.append(r.Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
         self._chunk += _bytes(self._schemas[-1])
         return len(self._schemas)
 
     def channel(self, topic: str, encoding: str, schema: int, facts: Mapping[str, str]) -> int:
-        """Announce a channel of messages that follow the schema of this number; its number."""
+        """Add a channel of messages with the schema of this number; returns its number."""
         number = len(self._channels) + 1
         record = r.Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
         self._channels.append(record)
@@ -105,7 +105,7 @@ class McapFile:
             self._close_chunk()
 
     def flush(self) -> None:
-        """Put all that was written so far on disk."""
+        """Write all data to disk."""
         self._close_chunk()
         self._stream.flush()
 

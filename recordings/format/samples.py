@@ -37,7 +37,7 @@ _PAIRS = {"m or rad": ("m", "rad"), "m/s or rad/s": ("m/s", "rad/s"), POSE_UNIT:
 
 
 class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
-    """A sentence of the sampler that the user must know: its number, the simulation time that it tells of [ns]."""
+    """A sentence of the sampler for the user: number and simulation time [ns]."""
 
     number: int
     t_ns: int
@@ -45,7 +45,7 @@ class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
 
 
 class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """A batch as it travels."""
+    """Wire form of a batch."""
 
     first: int
     times: list[int]
@@ -73,7 +73,7 @@ def unit_of(unit: str, column: str) -> str:
 
 
 class SampleChannel(msgspec.Struct, frozen=True):
-    """Columns start to stop of a row: topic such as "rope/tension", one name per column, one unit for all."""
+    """Columns start to stop of a row: topic such as "rope/tension", a name per column, a common unit."""
 
     topic: str
     names: list[str]
@@ -83,9 +83,8 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """All channels of a row; the first `recalled` rows are those of another recording, whose columns were as large as
-    `most` by then.  `lifts`: of those whose events leave rows of their own.
-    """
+    """All channels of a row; the first `recalled` rows come from another recording with columns up to `most`. `lifts`:
+    those whose events leave rows of their own."""
 
     channels: list[SampleChannel]
     recalled: int = 0
@@ -102,7 +101,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
     def check(self) -> "SampleLayout":
-        """This layout, or a RecordingError if topics repeat or names and columns do not fit."""
+        """The layout, after checking that topics are unique and names match columns; raises RecordingError."""
         topics: set[str] = set()
         for channel in self.channels:
             columns = channel.stop - channel.start
@@ -137,7 +136,7 @@ class Batch(msgspec.Struct, frozen=True):
 
 
 def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
-    """A batch from its wire form; RecordingError if it does not hold whole rows of the layout's columns."""
+    """Decode a batch; raises RecordingError unless it holds complete rows."""
     try:
         wire = _decode_batch(payload)
     except UNREADABLE as error:
@@ -157,7 +156,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
 
 
 class Field(msgspec.Struct, frozen=True):
-    """A signal in the messages of `/samples`: its name, the message's field, unit, a name per column."""
+    """A signal in the messages of `/samples`: name, message field, unit, name per column."""
 
     signal: str
     field: str
@@ -180,9 +179,7 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
-    """Numbers of at most `rows` of all rows: the first, the last, and the least and the largest value that each of
-    these columns has in equal parts of them.
-    """
+    """Numbers of at most `rows` rows: first, last, and the minima and maxima of these columns in equal parts."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)
@@ -219,18 +216,18 @@ class Columns:
         return len(self._columns)
 
     def spread(self, recorded: NDArray[np.float64], width: int) -> NDArray[np.float64]:
-        """(n, width) rows of recorded ones; what is not recorded is 0."""
+        """Full rows (n, width) from recorded ones; missing columns are 0."""
         rows = np.zeros((len(recorded), width))
         rows[:, self._columns] = recorded
         return rows
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n, recorded columns) of rows (n, width); all rows of a run one after the other."""
+        """Recorded columns (n, recorded columns) of consecutive rows (n, width)."""
         return self._rounded(rows[:, self._columns])
 
 
 def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
-    """The channel without the coordinates of free joints, and the columns of the row that it keeps."""
+    """The channel without coordinates of free joints, and the columns that it keeps."""
     parts, names = [name.rpartition(".") for name in channel.names], {*channel.names}
     free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in names for x in POSE_COLUMNS)}
     if channel.topic != "joint/position":
@@ -244,7 +241,7 @@ class Rounding:
     """Rounds the columns of these channels, side by side in their order, row after row of a run."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
-        """The first `recalled` rows are rounded already, from columns that were as large as `most`."""
+        """The first `recalled` rows are rounded already, with columns up to `most`."""
         steps: list[tuple[int, int] | None] = []
         for channel in channels:
             pose = channel.topic.startswith(POSE)
@@ -259,7 +256,7 @@ class Rounding:
         self._scale = self._scaled(self._largest)
 
     def _scaled(self, largest: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Steps in a unit, where the largest values so far are of these powers of two."""
+        """Rounding steps in a unit, for largest values of these powers of two."""
         scale: NDArray[np.float64] = np.ldexp(1.0, np.maximum(self._finest, self._digits - largest))
         return scale
 

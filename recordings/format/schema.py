@@ -49,7 +49,7 @@ def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
 
 
 class Template:
-    """`build(timestamp, numbers)` makes the message with the library; `stamps` says how often it uses the time."""
+    """`build(timestamp, numbers)` makes the message with the library; `stamps`: occurrences of the time."""
 
     def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
         markers = b"".join(struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers))  # finite doubles
@@ -80,7 +80,7 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """(n, numbers) of messages (n, bytes) made by `encode`, for each of these places; ValueError if one was not."""
+        """Numbers (n, numbers) of messages (n, bytes) made by `encode`; raises ValueError for others."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
         starts = (self._starts[x] for x in wanted)
@@ -109,7 +109,7 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descript
 
 
 def samples_template(fields: Sequence[Field]) -> Template:
-    """The form of all `heavylift.Samples` messages of a run; numbers are the columns of its fields, side by side."""
+    """Template of all `heavylift.Samples` messages of a run; numbers are the columns of its fields in order."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
     def build(_: Timestamp, numbers: list[float]) -> Message:
@@ -120,7 +120,7 @@ def samples_template(fields: Sequence[Field]) -> Template:
 
 
 def field_places(fields: Sequence[Field]) -> dict[str, slice]:
-    """Where the columns of each signal stand among the numbers of such a message."""
+    """Places of each signal among the numbers of such a message."""
     ends = [*accumulate((len(field.columns) for field in fields), initial=0)]
     return {field.signal: slice(*place) for field, place in zip(fields, pairwise(ends), strict=True)}
 
@@ -143,8 +143,7 @@ def file_descriptor_set(descriptor: Descriptor) -> bytes:
 
 
 class RecordedEvent(msgspec.Struct, frozen=True):
-    """An event on a port of a coupled model, or of a System what happened to whom; `value`: its message as plain
-    data."""
+    """An event on a port of a coupled model, or a change in a System; `value`: its message as plain data."""
 
     t_ns: int
     microstep: int
@@ -161,7 +160,7 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """JSON Schema of an event record whose `value` follows the one given; its $defs move to the root."""
+    """JSON Schema of an event record with this schema of `value`; its $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner

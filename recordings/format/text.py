@@ -13,8 +13,8 @@ MOST = 30  # names in a sentence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
-    """Columns side by side, `numeric` ones (else those of digits) to the right, each cell as it may be printed; nothing
-    if there are no rows."""
+    """Columns side by side, `numeric` ones (default: columns of digits) right-aligned, cells printable; empty without
+    rows."""
     if not rows:
         return ""
     head, rows = shown(head), shown(rows)
@@ -31,7 +31,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[
 
 
 def shown(data: T) -> T:
-    """Plain data of others, with each text in it as one line that may be printed."""
+    """Foreign data with every text as a printable line."""
     made: Any = data
     if isinstance(data, str):
         made = printable(data, keep=SPACES)
@@ -43,14 +43,14 @@ def shown(data: T) -> T:
 
 
 def cell(value: object) -> object:
-    """A cell of a CSV file: one line, and with an apostrophe where a spreadsheet would run a text as a formula."""
+    """A CSV cell: one line, with an apostrophe before text that a spreadsheet would evaluate."""
     if not isinstance(value, str):
         return value
     return f"'{shown(value)}" if value.lstrip()[:1] in FORMULAS else shown(value)
 
 
 def meant(name: str, names: Sequence[str]) -> str:
-    """The names most like the one given, or those that there are, as many as people read."""
+    """The names most similar to the given one, or a list of names."""
     lower = {x.lower(): x for x in names}
     near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
     if near:

@@ -36,7 +36,7 @@ READERS: dict[int, Callable[[ReadDataStream], object]] = {
 
 
 class RawMessage(NamedTuple):
-    """A message as it stands in the file."""
+    """A message as stored in the file."""
 
     channel: int
     sequence: int
@@ -46,7 +46,7 @@ class RawMessage(NamedTuple):
 
 
 class MessageTable(NamedTuple):
-    """Messages of a channel that have one length: when they were published (n,) [ns], and their bytes (n, length)."""
+    """Messages of equal length of a channel: times (n,) [ns] and bytes (n, length)."""
 
     channel: int
     times: NDArray[np.int64]
@@ -54,7 +54,7 @@ class MessageTable(NamedTuple):
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """The records of a chunk; ValueError if it is too large, damaged or packed in a way of others."""
+    """Records of a chunk; raises ValueError if it is too large, damaged or compressed by an unknown method."""
     size = chunk.uncompressed_size
     if size > LIMIT:
         raise ValueError(f"a chunk of {size} bytes is beyond the limit")
@@ -72,8 +72,8 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Opcode, begin and end of the content of each record of an unpacked chunk from a place on; ValueError if they are
-    not whole."""
+    """Opcode, begin and end of the content of each record of an unpacked chunk; raises ValueError for incomplete
+    records."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -83,7 +83,7 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
 
 
 def attached(body: bytes) -> Attachment:
-    """An attachment from the body of its record; ValueError if its checksum is wrong."""
+    """An attachment from its record; raises ValueError for a wrong checksum."""
     if body[-4:] not in (bytes(4), struct.pack("<I", zlib.crc32(body[:-4]))):
         raise ValueError("an attachment's checksum is wrong")
     found: Attachment = Attachment.read(ReadDataStream(BytesIO(body)))
@@ -104,7 +104,7 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """The same by tables: what a sampler writes repeats after a few records, and is then taken as rows of bytes."""
+    """The same as tables: repeating records of a sampler are read as rows of bytes."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
@@ -136,8 +136,8 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
-    """The known records of the data section in order, those in chunks as well, from where the stream stands, and
-    `beyond` it; `lost` hears what is unreadable."""
+    """Readable records of the data section in order, including those in chunks, from the stream's position and `beyond`
+    it; `lost` receives what is unreadable."""
     room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)
@@ -171,7 +171,7 @@ def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False)
 
 
 def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
-    """Whether so many records can follow one another from this place on, or up to the end; the stream is then at it."""
+    """Whether a chain of records begins at this place; the stream is then at it."""
     at, opcode, sound = place, 0, True
     while sound and chain and at != size and opcode != Opcode.DATA_END:
         stream.seek(at)
@@ -184,14 +184,14 @@ def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
 
 
 def _next(stream: BinaryIO, place: int, size: int) -> int | None:
-    """Where the next record begins behind which there are others."""
+    """The next record followed by others."""
     stream.seek(place)
     rest = stream.read(2 * LIMIT)
     return next((place + x.start() for x in NEXT.finditer(rest) if _begins(stream, place + x.start(), size, 3)), None)
 
 
 def _span(opcode: int, body: bytes) -> str:
-    """How much of the run a damaged chunk held, as far as its first bytes tell."""
+    """Time span of a damaged chunk, from its first bytes."""
     if opcode != Opcode.CHUNK or len(body) < CHUNK.size:
         return ""
     first, last, _ = (x * 1e-9 for x in CHUNK.unpack_from(body))
@@ -199,7 +199,7 @@ def _span(opcode: int, body: bytes) -> str:
 
 
 def _parsed(opcode: int, record: bytes) -> Iterator[object]:
-    """A record, or those of a chunk; raises one of BROKEN if it is damaged."""
+    """A record, or those of a chunk; raises one of BROKEN for damage."""
     stream = ReadDataStream(BytesIO(record[RECORD.size :]))
     if opcode in READERS:
         yield READERS[opcode](stream)

@@ -45,11 +45,11 @@ from .chunks import (
 FOOTER = struct.Struct("<BQQQI")
 HEAD = HEADER + len(GENERATOR)  # bytes from which it is known who has made a file
 INDEX, ENTRY = struct.Struct("<BQHI"), 16  # of the messages of a channel in a chunk; bytes for each of them
-SAID = 300  # characters of what a library says of an error
+STATED = 300  # characters of what a library says of an error
 
 
 class FileChannel(NamedTuple):
-    """A channel of the file: topic, schema name, message encoding, its metadata, number of messages, the schema."""
+    """A channel of the file: topic, schema name, encoding, metadata, number of messages, schema."""
 
     name: str
     schema: str
@@ -60,7 +60,7 @@ class FileChannel(NamedTuple):
 
 
 def is_recording(head: bytes) -> bool:
-    """Whether these first bytes are those of an MCAP file, or of one of heavylift whose very first are damaged."""
+    """Whether bytes begin an MCAP file, or one of heavylift with damaged first bytes."""
     return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
@@ -76,7 +76,7 @@ class Container:
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """Turns whatever goes wrong inside into a sentence about this file."""
+        """Convert errors inside into sentences about this file."""
         try:
             yield
         except RecordingError:
@@ -85,16 +85,16 @@ class Container:
             raise self._sentence(error) from None
 
     def _sentence(self, error: Exception) -> RecordingError:
-        told = printable(str(error), SAID) or type(error).__name__
+        message = printable(str(error), STATED) or type(error).__name__
         if why := refused(error):
             return self.error(f"cannot be read: {why}")
         if library := failing(error):
-            return self.error(f"cannot be used, for the library {library} fails ({told}); another version may not")
-        if why := self.damage() if self._opened else told:
-            told = told if why == told else f"{told}; {why}"
-            return self.error(f"is damaged ({told}); `heavylift recover {self.path}` saves what can be read")
+            return self.error(f"cannot be used, for the library {library} fails ({message}); another version may not")
+        if why := self.damage() if self._opened else message:
+            message = message if why == message else f"{message}; {why}"
+            return self.error(f"is damaged ({message}); `heavylift recover {self.path}` saves what can be read")
         return self.error(
-            f"holds what no run records ({told}), though no byte is damaged: another program has changed it; "
+            f"holds what no run records ({message}), though no byte is damaged: another program has changed it; "
             "run the scene again"
         )
 
@@ -164,7 +164,7 @@ class Container:
             raise ValueError("the summary's checksum is wrong")
 
     def damage(self) -> str:
-        """Which of its bytes are not what was written, as far as checksums and indexes tell; "" if none are."""
+        """Damaged bytes by checksums and indexes; "" if there are none."""
         try:
             self._check_data()
             found: Counter[int] = Counter()
@@ -185,7 +185,7 @@ class Container:
             return str(error) or type(error).__name__
 
     def _check_data(self) -> None:
-        """ValueError if the records of the data section are not those of the summary, or their checksum is wrong."""
+        """Raise ValueError if data records and summary differ, or a checksum is wrong."""
         indexed = {
             Opcode.CHUNK: {x.chunk_start_offset for x in self.summary.chunk_indexes},
             Opcode.METADATA: {x.offset for x in self.summary.metadata_indexes},
@@ -202,8 +202,8 @@ class Container:
             found.get(opcode, set()).add(place)
             crc = zlib.crc32(self._stream.read(length), zlib.crc32(head, crc))
             place += RECORD.size + length
-        told = self._stream.read(4)
-        if length != len(told) or told not in (bytes(4), struct.pack("<I", crc)):
+        message = self._stream.read(4)
+        if length != len(message) or message not in (bytes(4), struct.pack("<I", crc)):
             raise ValueError("the checksum of its data is wrong")
         if found != indexed:
             raise ValueError("its summary does not tell of all records")
@@ -260,8 +260,8 @@ class Container:
             yield from found
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
-        """The same, those of a channel that have one length together; `only`: of each channel those of these numbers,
-        rising.  Chunks without any of them are not unpacked."""
+        """The same as tables of equal length; `only`: numbers of messages by channel, rising. Other chunks are not
+        unpacked."""
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
         for index in self._chunks(channels):
             with self.reading():
@@ -277,13 +277,13 @@ class Container:
                 before[channel] += len(times)
 
     def _chunks(self, channels: set[int]) -> Iterator[ChunkIndex]:
-        """Those that may hold messages of these channels, in the order of the file."""
+        """Chunks that may hold messages of these channels, in file order."""
         for index in sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
             if not index.message_index_offsets or not channels.isdisjoint(index.message_index_offsets):
                 yield index
 
     def _count(self, offset: int, channel: int) -> int:
-        """How many messages of a channel the index of a chunk at this place tells of."""
+        """Number of messages of a channel by the index of a chunk."""
         self._stream.seek(offset)
         opcode, _, found, size = INDEX.unpack(self._stream.read(INDEX.size))
         if opcode != Opcode.MESSAGE_INDEX or found != channel:
@@ -301,6 +301,6 @@ class Container:
 
 
 def _between(numbers: NDArray[np.int64], first: int, count: int) -> NDArray[np.int64]:
-    """Those of rising numbers that are among so many from `first` on, counted from there."""
+    """Those of rising numbers within `count` from `first` on, relative to it."""
     found: NDArray[np.int64] = numbers[slice(*np.searchsorted(numbers, (first, first + count)))] - first
     return found

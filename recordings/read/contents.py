@@ -25,13 +25,12 @@ EVENT = msgspec.json.Decoder(RecordedEvent).decode
 
 
 class Unknown(ValueError):
-    """The file does not tell what a value was."""
+    """The file does not determine a value."""
 
 
 class Contents:
-    """Takes the messages of a file in their order until `end`; then `digest`, `peaks` of ropes from the rounded rows,
-    `events` and `rows`.  No digest can be computed where the file does not tell enough (`unknown`) or its rows are not
-    whole (`torn`), both sentences."""
+    """Reads the messages of a file in order until `end`; then `digest`, `peaks` of ropes from rounded rows, `events`
+    and `rows`. No digest if values are `unknown` or rows `torn`, both sentences."""
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}
@@ -42,14 +41,14 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """The next message of a topic with these facts, published at this simulation time [ns]; one of the errors of
-        bytes that are not what was written if it cannot be read."""
+        """The next message of a topic with these facts, published at this time [ns]; raises an error of damaged
+        bytes."""
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
             self._event(schema, data)
         elif topic == "/log":
-            if told := sampler_note(data):
-                self._notes.append(told)
+            if message := sampler_note(data):
+                self._notes.append(message)
         elif kind in ("samples", "poses"):
             rows = self._lifts.setdefault(lift, _Lift(lift))
             rows.take(kind, facts, t_ns, data)
@@ -63,11 +62,11 @@ class Contents:
 
     @property
     def digest(self) -> str:
-        """That of all that was taken."""
+        """Digest of all messages."""
         return "" if self.unknown or self.torn else self._digest.hexdigest()
 
     def agrees(self, result: Mapping[str, str]) -> bool:
-        """Whether the digest of a result is that of all that was taken."""
+        """Whether the digest of a result equals that of the messages."""
         return bool(self.digest) and self.digest == result.get("digest")
 
     def _event(self, schema: bytes, data: bytes) -> None:
@@ -83,7 +82,7 @@ class Contents:
         self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
 
     def end(self) -> None:
-        """Nothing comes any more."""
+        """End of the messages."""
         for lift in self._lifts.values():
             self._add(lift)
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
@@ -103,7 +102,7 @@ class Contents:
 
 
 class _Lift:
-    """Messages of samples and poses that wait, of all or of one lift alone; `count`: of rows before these."""
+    """Pending samples and poses of all or of a single lift; `count`: rows before these."""
 
     def __init__(self, name: str = "") -> None:
         self.name, self.count = name, 0
@@ -135,8 +134,7 @@ class _Lift:
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Times [ns] of the rows that wait, their numbers, and these with the poses, None if they are not of one time
-        each."""
+        """Times [ns] of pending rows, numbers, and numbers with poses, None if their times differ."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []
@@ -156,7 +154,7 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
 
 
 def sampler_note(data: bytes) -> tuple[int, int, str] | None:
-    """Number, time [ns] and sentence of a line of the log, if the sampler has noted it for people."""
+    """Number, time [ns] and sentence of a log line of the sampler."""
     line = Log.FromString(data)
     if line.name != SAMPLER or line.level != Log.Level.WARNING:
         return None
@@ -164,7 +162,7 @@ def sampler_note(data: bytes) -> tuple[int, int, str] | None:
 
 
 def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Any:
-    """A value from JSON as it was before: bytes where the schema says so; Unknown where null stands for a number."""
+    """A value from JSON as it was: bytes where the schema has them; raises Unknown for null in place of a number."""
     while "$ref" in schema:
         schema = defs[schema["$ref"].rpartition("/")[2]]
     if "anyOf" in schema:
@@ -189,7 +187,7 @@ KINDS: dict[str, type | tuple[type, ...]] = {
 
 
 def _fits(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> bool:
-    """Whether a value can be of this part of a union."""
+    """Whether a value matches this part of a union."""
     while "$ref" in schema:
         schema = defs[schema["$ref"].rpartition("/")[2]]
     kind = schema.get("type")

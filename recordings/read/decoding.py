@@ -20,7 +20,7 @@ Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signal
 
 
 def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
-    """Rows of each of these channels, as many of one as of the others while there are any."""
+    """Rows of these channels in equal numbers."""
     waiting: dict[int, list[MessageTable]] = {channel: [] for channel in forms}
     counts = dict.fromkeys(forms, 0)
     for table in tables:
@@ -49,7 +49,7 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Columns of a signal, those of one lift with its own rows among those of all; at one time these come last."""
+    """Columns of a signal, with additional rows of single lifts merged; these come last at equal times."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:
@@ -66,7 +66,7 @@ def with_own_rows(
 
 
 def _form(topic: str, facts: dict[str, str], signal: Signal) -> tuple[Form, list[str]] | None:
-    """How the rows of a lift are read, and the columns of the signal there, if it has all that are asked for."""
+    """Format of the rows of a lift, and its columns of the signal, if complete."""
     if topic.startswith("/samples/"):
         fields = msgspec.json.decode(facts["signals"], type=list[Field])
         columns = next((x.columns for x in fields if x.signal == signal.name), [])

@@ -34,11 +34,11 @@ HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 
 def silent(rec: Recording) -> bool:
-    """Whether it has no samples, only what was said."""
+    """Whether it has events only, no samples."""
     return "model" in rec.run and not rec.signals()
 
 
-def said(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
+def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
     """A signal for each port that has spoken, with the columns that match one of the patterns (all without one)."""
     found = [_signal(name, events) for name, events in _ports(rec).items()]
     chosen = {id(x): [c for c in x.names if _fits(x.name, c, patterns)] for x in found}
@@ -54,7 +54,7 @@ def said(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
     """Heads and rows of a table of all events in total order, a column for each field; those of ports that match."""
-    names = {x.name: x.names for x in said(rec, patterns)} if patterns else {}
+    names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
     for e in rec.events():
@@ -99,7 +99,7 @@ def _numbers(value: object) -> Iterator[tuple[str, float]]:
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """The fields of a message; those of messages in it, and values by their names, with a dot; other tuples as JSON."""
+    """Fields of a message; nested messages and named values with a dot; other tuples as JSON."""
     if value and isinstance(value, list) and all(isinstance(x, list) and len(x) == 2 for x in value):
         value = dict(value) if all(isinstance(name, str) for name, _ in value) else value
     if isinstance(value, dict):
@@ -161,7 +161,7 @@ def _parquet_rows(stream: BinaryIO, heads: list[str], rows: list[list[object]]) 
 
 
 def _alike(column: list[object]) -> list[object]:
-    """Of one type, as a table wants it: fields of one name in messages of several classes may differ."""
+    """Column of a single type: fields of one name in several message classes may differ."""
     kinds = {type(x) for x in column if x is not None}
     return column if len(kinds) < 2 or kinds == {int, float} else [None if x is None else str(x) for x in column]
 

@@ -32,8 +32,7 @@ def extended(
 
 
 def amended(path: str | Path, facts: Mapping[str, object]) -> Path:
-    """Put further facts into the result of a recording; all else stays, and so does the file until the new one is
-    whole."""
+    """Add facts to the result of a recording; the file is replaced atomically."""
     return _copied(path, file_path(path), (), facts, {}, force=True)
 
 

@@ -12,11 +12,11 @@ from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.text import duration, table
 
 from .reader import Recording
-from .verdict import AGAIN, Judged, as_recorded, complaints, contents, opened, recorded_peaks, recorded_verdict
+from .verdict import AGAIN, RecordedVerdict, as_recorded, complaints, contents, opened, recorded_peaks, recorded_verdict
 
 
-def info(path: str | Path | Recording, verdict: Judged | None = None) -> str:
-    """The recording at `path` described in lines of text; `verdict`: where the recording has none of its own."""
+def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> str:
+    """Describe the recording at `path` in lines of text; `verdict`: replaces a missing one."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
@@ -34,9 +34,9 @@ def info(path: str | Path | Recording, verdict: Judged | None = None) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def info_data(path: str | Path | Recording, verdict: Judged | None = None) -> dict[str, Any]:
-    """The same as plain data: facts of run and result, verdict, file, signals, channels, attachments; SI units.
-    `wrong`: in which it contradicts itself; `as_recorded`: what is not computed again."""
+def info_data(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> dict[str, Any]:
+    """Plain data in SI units: facts of run and result, verdict, file, signals, channels, attachments. `wrong`:
+    contradictions; `as_recorded`: values not computed again."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
@@ -59,7 +59,7 @@ def info_data(path: str | Path | Recording, verdict: Judged | None = None) -> di
         }
 
 
-def _head(rec: Recording, verdict: Judged | None) -> str:
+def _head(rec: Recording, verdict: RecordedVerdict | None) -> str:
     run = rec.run
     lines = [("model", run["model"]) if "model" in run else ("scene", run.get("scene", "without a name"))]
     lines += [("settings", f"seed {run['seed']}")] if run.get("seed") else []
@@ -77,7 +77,7 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
         lines.append(("time", f"{duration(sim)} simulated in {duration(wall)}{factor}"))
         again = ", computed again" if "digest" in rec.result and not (complaints(rec) or contents(rec).unknown) else ""
         lines.append(("digest", f"{rec.result.get('digest', 'none')}{again}"))
-    lines += [("plan", told)] if (told := machines.unread(machines.plan_of(rec.attachments))) else []
+    lines += [("plan", message)] if (message := machines.unread(machines.plan_of(rec.attachments))) else []
     lines += [("wrong", what) for what in complaints(rec)]
     lines += [("recorded", f"{' and '.join(known)}; {AGAIN}")] if (known := as_recorded(rec)) else []
     if verdict is not None:
@@ -88,17 +88,17 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
     if branch := rec.fact("branch"):
         stage = f" (stage {branch['stage']})" if branch["stage"] else ""
         lines.append(("branch", f"of {branch['of']}, equal to it up to {branch['t']:.3f} s{stage}"))
-    lines += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
+    lines += [(fact, line) for fact in ("measured", "certified") for line in rec.message(fact)]
     lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
     return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
 
 
-def _findings(verdict: Judged | None) -> str:
+def _findings(verdict: RecordedVerdict | None) -> str:
     found = verdict.findings if verdict else ()
-    return "\n".join(f"  {f.severity}: {f.told}" for f in found)
+    return "\n".join(f"  {f.severity}: {f.message}" for f in found)
 
 
-def _clearances(verdict: Judged | None) -> str:
+def _clearances(verdict: RecordedVerdict | None) -> str:
     rows = [
         [f"{c.a} and {c.b}", f"{c.distance:.2f} m", duration(c.t), c.place]
         for c in (verdict.clearances if verdict else ())
@@ -120,10 +120,10 @@ def _results(rec: Recording) -> str:
     rows = [
         [
             path,
-            told["type"],
-            ", ".join(f"{name} {x:.6g}" if type(x) is float else f"{name} {x}" for name, x in told["value"].items()),
+            message["type"],
+            ", ".join(f"{name} {x:.6g}" if type(x) is float else f"{name} {x}" for name, x in message["value"].items()),
         ]
-        for path, told in rec.results().items()
+        for path, message in rec.results().items()
     ]
     return table(["result of", "type", "fields"], rows)
 

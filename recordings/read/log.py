@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A table of text with its head, (name, unit) by column; `rows` are the numbers of its rows in the file."""
+    """A text table with head, (name, unit) by column; `rows`: row numbers in the file."""
 
     path: Path
     head: list[tuple[str, str]]
@@ -40,11 +40,11 @@ class LogTable:
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
-        """The unit that its head carries, "" if none."""
+        """Unit in its head, "" if none."""
         return self.head[self._number(column)][1]
 
     def _number(self, column: str) -> int:
-        """Of the column with this name, with or without its unit."""
+        """Number of the column with this name, with or without unit."""
         found = [i for i, (name, unit) in enumerate(self.head) if column in (name, f"{name} [{unit}]")]
         if len(found) == 1:
             return found[0]
@@ -53,7 +53,7 @@ class LogTable:
         raise self.error(1, column, several if found else missing)
 
     def values(self, column: str) -> Floats:
-        """(n,) numbers of a column, each of them finite."""
+        """Numbers (n,) of a column, all finite."""
         k, out = self._number(column), np.empty(len(self.cells))
         for i, (row, cells) in enumerate(zip(self.rows, self.cells, strict=True)):
             text = cells[k].strip()
@@ -98,7 +98,7 @@ class LogTable:
 
 
 def read_log(path: str | Path) -> LogTable:
-    """The table in a CSV file; RecordingError for one that is missing, empty, no text, or has ragged rows."""
+    """Read a CSV table; raises RecordingError for a missing, empty, binary or ragged file."""
     path = file_path(path)
     if not os.path.isfile(path):  # False also for names that no file can have
         raise RecordingError(f"{path}: there is no such log; check the name")

@@ -23,7 +23,7 @@ HANGING = "loaders"  # fact: machines that hang on a hook of another one, by its
 
 
 class SignalSource(Protocol):
-    """What parts ask of their recording (`reader.Recording`)."""
+    """What parts need of their recording (`reader.Recording`)."""
 
     @property
     def path(self) -> Path: ...
@@ -36,13 +36,13 @@ class SignalSource(Protocol):
 
 
 def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
-    """(signal, column) pairs that are named by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
+    """(signal, column) pairs selected by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
     every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
     return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
 
 
 class RecordedPart:
-    """Signals by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` tell which there are."""
+    """Signals by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` list them."""
 
     def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns
@@ -78,7 +78,7 @@ class RecordedPart:
 
     @property
     def signals(self) -> list[str]:
-        """Names of the signals in which this part has columns."""
+        """Names of the signals with columns of this part."""
         return list(self._columns)
 
     @property

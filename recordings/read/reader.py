@@ -62,7 +62,7 @@ class Recording:
         self.topics = self._file.topics()
 
     def _check_format(self) -> None:
-        """RecordingError if another version of heavylift made the file, by other rules."""
+        """Raise RecordingError for a file of an incompatible version."""
         found = self.run.get("format", "1")
         if found not in map(str, range(OLDEST, FORMAT + 1)):
             with self.reading():
@@ -76,12 +76,12 @@ class Recording:
 
     @property
     def version(self) -> str:
-        """The version of heavylift that made it."""
+        """The version of heavylift that wrote it."""
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text; RecordingError if it is of
-        another kind than the default, or a number that is none."""
+        """A fact of `result` or `run`, parsed if it is JSON; raises RecordingError for another type than the default's,
+        or an invalid number."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -95,7 +95,7 @@ class Recording:
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """States of the mechanics from which `heavylift branch` goes on: bytes of each by its tag (ns, microstep)."""
+        """States of the mechanics for `heavylift branch`: bytes by tag (ns, microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
             sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}
@@ -103,7 +103,7 @@ class Recording:
             return dict(sorted(((int(t), int(k)), sizes[name]) for name, (t, _, k) in tags.items()))
 
     def checkpoint(self, at: tuple[int, int]) -> bytes:
-        """One of them."""
+        """The checkpoint at a tag."""
         with self.reading():
             name = "{}{}.{}".format(CHECKPOINT, *at)
             packed = self._file.attachments(name.__eq__)[name]
@@ -121,7 +121,7 @@ class Recording:
         return ((names[raw.channel], raw) for raw in self.messages(*topics))
 
     def numbers(self, forms: Mapping[str, Form], only: Sequence[int] | None = None) -> Iterator[list[Rows]]:
-        """Rows of these topics; `only`: of each those of these numbers."""
+        """Rows of these topics; `only`: row numbers by topic."""
         numbers = {self._channels[topic]: form for topic, form in forms.items()}
         return decoded(self._file.tables(set(numbers), only), numbers)
 
@@ -130,7 +130,7 @@ class Recording:
         return self._file.reading()
 
     def events(self, source: str | None = None, port: str | None = None) -> list[RecordedEvent]:
-        """All events in total order, or those of one model or port name."""
+        """All events in total order, or those of a model or port."""
         wanted = [
             topic.name
             for topic in self.topics.values()
@@ -144,9 +144,9 @@ class Recording:
         return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
 
     def stages(self) -> list[tuple[float, str]]:
-        """When [s] each stage of the run began, and its name."""
-        said = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
-        return [(t, shown(str(value["name"]))) for t, value in said if isinstance(value, dict) and value.get("name")]
+        """Begin [s] and name of each stage."""
+        text = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
+        return [(t, shown(str(value["name"]))) for t, value in text if isinstance(value, dict) and value.get("name")]
 
     def notes(self) -> list[tuple[float, str]]:
         """Notes of the kernel on the run: simulation time [s] and text."""
@@ -173,33 +173,33 @@ class Recording:
         return RecordedPart(self, name, found) if found else self.part(name)
 
     def part(self, name: str) -> RecordedPart:
-        """All about a crane, rope, joint or body, "legs/1" being legs-1; SignalError if there is none."""
+        """Data of a crane, rope, joint or body, "legs/1" for legs-1; raises SignalError if there is none."""
         return RecordedPart.of(self, name)
 
     def _repr_html_(self) -> str:
-        """In a notebook: facts, the tensions, stages, and which signals there are."""
+        """For notebooks: facts, tensions, stages, available signals."""
         with self.reading():
             signals = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
             signals += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
             shown = [self.signal("rope/tension")] if "rope/tension" in self._fields else []
-            picture = "".join(drawing(x.name, x.unit, x.t, x.values) for x in shown)
-            return recording_html(str(self.path), self.run, self.result, self.stages(), signals, picture)
+            state = "".join(drawing(x.name, x.unit, x.t, x.values) for x in shown)
+            return recording_html(str(self.path), self.run, self.result, self.stages(), signals, state)
 
     def __repr__(self) -> str:
         status = self.result.get("status", "cut off")
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
-    def told(self, fact: str) -> list[str]:
-        """Sentences of a fact: `measured`, what the log of a real lift tells of the run; `certified`, how sure its
-        figures are (`heavylift run --certify`)."""
+    def message(self, fact: str) -> list[str]:
+        """Sentences of a fact: `measured`, comparison with the log of a real lift; `certified`, error estimates
+        (`heavylift run --certify`)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
-        """What the atomics of a DEVS model told in the end, by path: `type`, the class, and its fields as `value`."""
+        """Final results of the atomics of a DEVS model by path: class `type`, and fields as `value`."""
         return dict(self.fact("results", {}))
 
     def rigs(self) -> list[Rig]:
-        """The rope lines in use, each set with the time from which it is."""
+        """Rope lines, each set with its begin."""
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
 
@@ -209,7 +209,7 @@ class Recording:
             return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
-        """The names that `signal` knows."""
+        """Names for `signal`."""
         return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
@@ -221,7 +221,7 @@ class Recording:
         return POSE_UNIT if name.startswith(POSE) else self._fields[name].unit
 
     def signal(self, name: str) -> Signal:
-        """A sampled signal such as "rope/tension", over the whole run."""
+        """A sampled signal such as "rope/tension" over the whole run."""
         self.load([name])
         return self._signals[name]
 
@@ -240,7 +240,7 @@ class Recording:
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None, keep: Sequence[str] = ()
     ) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them.
+        """Times [ns] and values of these signals in blocks of some thousand rows, where all exist.
 
         Beside signals of the run, measured ones are taken at its times (`Signal.at`).  `only`: numbers of samples,
         rising; `keep`: those of them that `signal` has at hand when all blocks have been seen.
@@ -268,13 +268,13 @@ class Recording:
                 self._signals[name] = self._joined(name, t, (values.pop(0) for _, values in kept))
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
-        """These signals at the samples of these numbers, in order, alone."""
+        """These signals at samples of these numbers."""
         parts = list(self.blocks(names, numbers.tolist()))
         t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
         return {name: self._joined(name, t, (values[i] for _, values in parts)) for i, name in enumerate(names)}
 
     def _joined(self, name: str, t: Floats, parts: Iterable[Floats]) -> Signal:
-        """A signal from its rows, block by block."""
+        """A signal from its blocks."""
         columns = self.columns(name)
         return Signal(t, np.concatenate([np.zeros((0, len(columns))), *parts]), columns, self.unit(name), name)
 

@@ -30,7 +30,7 @@ TORN = "rows of numbers without poses, or poses without numbers"
 
 @dataclass
 class Recovered:
-    """The new file, messages in it, simulation time of the last one [s], and what could not be read."""
+    """The new file, its number of messages, time of the last one [s], unreadable parts."""
 
     path: Path
     messages: int = 0
@@ -86,7 +86,7 @@ def _crc(stream: BinaryIO, end: int) -> int:
 
 
 class _Copy:
-    """Takes records one by one; the new file is opened at the first channel, when facts and attachments are known."""
+    """Copies records; the new file is opened at the first channel, after facts and attachments."""
 
     def __init__(self, path: Path, out: Path, begun: bool, force: bool, ended: bool) -> None:
         self._path, self._out, self._begun, self._force = path, out, begun, force
@@ -176,7 +176,7 @@ class _Copy:
         return channel is not None and channel.schema_id in self._schemas
 
     def _describe(self) -> None:
-        """Look for descriptions in all of the file: they stand in its summary, too."""
+        """Search for descriptions in the whole file, including its summary."""
         with self._path.open("rb") as stream:
             stream.seek(len(MAGIC))
             for record in salvaged(stream, self._path.stat().st_size, [], beyond=True):
@@ -196,7 +196,7 @@ class _Copy:
         )
 
     def _number(self, channel: Channel) -> int:
-        """That of a channel in the new file."""
+        """Number of a channel in the new file."""
         if channel.id not in self._numbers:
             schema = self._schemas[channel.schema_id]
             self._numbers[channel.id] = self._open().channel(
@@ -205,7 +205,7 @@ class _Copy:
         return self._numbers[channel.id]
 
     def _understood(self, take: Callable[..., None], *what: object) -> None:
-        """Look at what is copied, as long as it is by rules of this version."""
+        """Examine copied records while they follow the rules of this version."""
         try:
             if self._readable:
                 take(*what)
@@ -227,8 +227,8 @@ class _Copy:
         stored = self._metadata.get("result", {})
         self._understood(self._contents.end)
         lost, status = self.found.lost, stored.get("status")
-        untold = self._contents.unknown or "digest" not in stored
-        agrees = self._readable and (self._contents.agrees(stored) or (self.proved and bool(stored and untold)))
+        missing = self._contents.unknown or "digest" not in stored
+        agrees = self._readable and (self._contents.agrees(stored) or (self.proved and bool(stored and missing)))
         if stored and (not self._begun or status == "finished") and _undamaged(self._path):
             raise RecordingError(f"{self._path}: is whole; there is nothing to recover")
         if agrees and self.whole and not lost[: self._late]:
@@ -251,13 +251,13 @@ class _Copy:
         return self.found
 
     def abandon(self) -> None:
-        """Leave nothing half-made behind."""
+        """Remove an incomplete copy."""
         if self._sink is not None:
             self._sink.abandon(keep=False)
 
 
 def _undamaged(path: Path) -> bool:
-    """Whether all that reads a recording reads this one."""
+    """Whether a recording is readable in all parts."""
     try:
         return not Container(path).damage()
     except RecordingError:

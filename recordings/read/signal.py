@@ -37,19 +37,19 @@ def recording_html(
     result: Mapping[str, str],
     stages: Iterable[tuple[float, str]],
     signals: Sequence[Sequence[str]],
-    picture: str,
+    state: str,
 ) -> str:
-    """Facts of a run, a picture, its stages [s], and which signals there are: name, unit, columns."""
-    told = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
-    told |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
-    told |= {"simulated": duration(float(result["sim_s"]))} if "sim_s" in result else {}
-    facts = _table(["", ""], [(name.replace("_", " "), text) for name, text in told.items()])
+    """Facts of a run, a picture, stages [s], and available signals: name, unit, columns."""
+    message = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
+    message |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
+    message |= {"simulated": duration(float(result["sim_s"]))} if "sim_s" in result else {}
+    facts = _table(["", ""], [(name.replace("_", " "), text) for name, text in message.items()])
     begun = _table(["from", "stage"], [(duration(t), name) for t, name in stages])
-    return heading(title) + facts + picture + begun + _table(["signal", "unit", "columns"], signals)
+    return heading(title) + facts + state + begun + _table(["signal", "unit", "columns"], signals)
 
 
 def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: Floats) -> str:
-    """Least and largest value of each column (n, m) at the times (n,), and its curve."""
+    """Minimum and maximum of each column (n, m) at times (n,), and a curve."""
     rows = []
     for title, column in zip(names, values.T, strict=True):
         if len(column) and not np.isnan(column).all():
@@ -61,7 +61,7 @@ def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: F
 
 
 def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
-    """The curves of a signal as an SVG element: of many samples the least and the largest of equal parts."""
+    """Curves of a signal as SVG; for many samples minima and maxima of equal parts."""
     good = values[np.isfinite(values)]
     if len(t) < 2 or not good.size or t[-1] <= t[0]:
         return ""
@@ -116,14 +116,14 @@ class Signal:
         return self.values[:, self.names.index(column)]
 
     def at(self, t: Floats) -> "Signal":
-        """The signal at other times [s], between its own by straight lines, beyond them not a number."""
+        """The signal at other times [s], linearly interpolated; NaN outside."""
         if np.array_equal(t, self.t):
             return self
         columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]
         return Signal(t, np.column_stack(columns), self.names, self.unit, self.name)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """A pandas DataFrame: the time [s] as index, units in the column names."""
+        """A DataFrame: index time [s], units in the column names."""
         missing = "a DataFrame needs pandas; install heavylift[pandas] or use .t and .values"
         library = extra("pandas", RecordingError(missing))
         index = library.Index(self.t, name="time [s]")
@@ -157,6 +157,6 @@ def joined(name: str, parts: list[Signal]) -> Signal:
 
 
 def only(signal: Signal, columns: list[str]) -> Signal:
-    """The signal with these of its columns."""
+    """The signal with selected columns."""
     picks = [signal.names.index(column) for column in columns]
     return Signal(signal.t, signal.values[:, picks], columns, signal.unit, signal.name)

@@ -22,8 +22,8 @@ Vector = tuple[float, float, float]
 
 
 class Clearance(msgspec.Struct, frozen=True, kw_only=True):
-    """Two things, how near they came at least [m], when [s]; both nearest points in the world [m], and in words which
-    parts they are of; `limit` [m], 0 where they must only not go through each other."""
+    """Two things, their smallest distance [m] and its time [s], nearest points in the world [m], and the parts in
+    words; `limit` [m], 0 if only penetration counts."""
 
     a: str
     b: str
@@ -35,12 +35,12 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
     place: str
 
     @property
-    def told(self) -> str:
+    def message(self) -> str:
         """In a sentence."""
         return f"{self.distance:.2f} m, {self.a} and {self.b}, at {clock(self.t)}"
 
 
-class Judged(msgspec.Struct, frozen=True, kw_only=True):
+class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"message": "told"}):
     """All of a verdict: its state and line, all checks, worst first, and what was found in order of severity and time.
 
     `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
@@ -57,13 +57,13 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
     checks: tuple[Check, ...] = ()
     head: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
-    told: tuple[str, ...] = ()
+    message: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
     tables: tuple[Table, ...] = ()
 
 
 def contents(rec: Recording) -> Contents:
-    """Those of a whole recording, in one pass through the file, the first time."""
+    """Contents of a whole recording, read once."""
     with rec.reading():
         if rec.contents is not None:
             return rec.contents
@@ -76,24 +76,24 @@ def contents(rec: Recording) -> Contents:
         return found
 
 
-def recorded_verdict(rec: Recording) -> Judged | None:
+def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
     """The verdict in a recording; None if it has none."""
     if not rec.result.get("verdict"):
         return None
     with rec.reading():
-        return msgspec.convert(rec.fact("verdict"), Judged)
+        return msgspec.convert(rec.fact("verdict"), RecordedVerdict)
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """What is told of a recording and stands in its result alone: the verdict, if there is one, times of peaks, and the
-    digest where it cannot be computed again."""
-    told = ["verdict"] if "verdict" in rec.result else []
-    told += ["times of peaks"] if rec.fact("peaks", {}) else []
-    return told + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
+    """Parts of a recording that are stored only in its result: the verdict, times of peaks, and a digest that cannot be
+    computed again."""
+    message = ["verdict"] if "verdict" in rec.result else []
+    message += ["times of peaks"] if rec.fact("peaks", {}) else []
+    return message + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
 
 
 def recorded_peaks(rec: Recording) -> dict[str, Peak]:
-    """The largest tension of each rope [N], and when [s], as the result tells them."""
+    """Peak tension of each rope [N] and time [s] by its result."""
     with rec.reading():
         found = msgspec.convert(rec.fact("peaks", {}), dict[str, dict[str, float]])
         peaks = {name: Peak(peak["tension"], peak["time"]) for name, peak in found.items()}
@@ -103,8 +103,8 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """In which a recording contradicts itself: sentences, none if its bytes are those that were written and its digest,
-    number of samples and peaks are what its events and rows give."""
+    """Contradictions of a recording, as sentences: damaged bytes, or digest, number of samples or peaks that differ
+    from events and rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints
@@ -112,20 +112,20 @@ def complaints(rec: Recording) -> list[str]:
 
 def _contradictions(rec: Recording) -> list[str]:
     found, digest, peaks = contents(rec), rec.result.get("digest"), recorded_peaks(rec)
-    told = [rec.damage()]
+    message = [rec.damage()]
     if digest and found.torn:
-        told.append(found.torn)
+        message.append(found.torn)
     elif digest and not found.unknown and found.digest != digest:
-        told.append(f"events and rows give the digest {found.digest}, the result says {digest[:64]}")
+        message.append(f"events and rows give the digest {found.digest}, the result says {digest[:64]}")
     if "samples" in rec.result and (n := rec.fact("samples", 0)) != found.rows:
-        told.append(f"there are {found.rows} samples, the result says {n:g}")
+        message.append(f"there are {found.rows} samples, the result says {n:g}")
     for name in sorted(peaks.keys() | found.peaks.keys()) if rec.result else []:
-        said, is_ = (x[name].tension if name in x else nan for x in (peaks, found.peaks))
-        if not abs(said - is_) <= ROUNDED * max(abs(is_), 1e6):
-            told.append(f"the peak of {name} is {is_ / 1e3:.6g} kN in the rows, the result says {said / 1e3:.6g} kN")
-    return told
+        text, is_ = (x[name].tension if name in x else nan for x in (peaks, found.peaks))
+        if not abs(text - is_) <= ROUNDED * max(abs(is_), 1e6):
+            message.append(f"the peak of {name} is {is_ / 1e3:.6g} kN in the rows, the result says {text / 1e3:.6g} kN")
+    return message
 
 
 def opened(path: str | Path | Recording) -> Recording:
-    """The recording at a path, or one that is open already."""
+    """The recording at a path, or an open one."""
     return path if isinstance(path, Recording) else Recording(path)

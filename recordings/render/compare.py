@@ -1,9 +1,9 @@
 """Two recordings side by side: equal in all that a run determines, or where they part and how far each signal is off.
 
 Nothing is taken from what a file says of itself: digests are computed again, events compared in their total order, rows
-one by one; then facts and attachments, but for the circumstances of a run, which are told.  Signals are compared at the
-instants of the first recording, between the samples of the second one by straight lines, over the time that both cover.
-A difference is told as its largest absolute value and its RMS over time.
+one by one; then facts and attachments, but for the circumstances of a run, which are reported.  Signals are compared
+at the instants of the first recording, between the samples of the second one by straight lines, over the time that
+both cover. A difference is reported as its largest absolute value and its RMS over time.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -28,7 +28,8 @@ ROWS = 24  # signals in the text
 
 @dataclass(frozen=True)
 class Difference:
-    """One column of a signal: largest |b - a|, when [s], RMS over the common time, largest |a|, unit."""
+    """Difference of one column of a signal: largest |b - a|, its time [s], RMS over the common time, largest |a|,
+    unit."""
 
     name: str
     most: float
@@ -40,9 +41,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class RecordingComparison:
-    """What two recordings share; `first` tells the first difference in events and samples ("" if there is none), `rows`
-    which of them are in one alone, `others` what else differs; `wrong`: in which a recording contradicts itself;
-    `circumstances`: how it was run, which no two runs have in common; `as_recorded`: why no digest can be computed."""
+    """Comparison of two recordings: `first` difference in events and samples ("" if none), `rows` in one only,
+    `others`: other differences; `wrong`: contradictions within a recording; `circumstances` of the runs; `as_recorded`:
+    why there is no digest."""
 
     a: Path
     b: Path
@@ -59,12 +60,12 @@ class RecordingComparison:
 
     def __str__(self) -> str:
         n = len(self.differences)
-        told = [f"run in other circumstances: {', '.join(self.circumstances)}"] if self.circumstances else []
+        message = [f"run in other circumstances: {', '.join(self.circumstances)}"] if self.circumstances else []
         if self.equal:
-            said = "same digest, computed again of both, and the same facts and attachments"
+            text = "same digest, computed again of both, and the same facts and attachments"
             if self.as_recorded:
-                said = f"same events, rows, facts and attachments; the digest is as recorded ({self.as_recorded})"
-            return "\n".join([f"{self.a} and {self.b} are equal: {said}, {n} signals", *told])
+                text = f"same events, rows, facts and attachments; the digest is as recorded ({self.as_recorded})"
+            return "\n".join([f"{self.a} and {self.b} are equal: {text}, {n} signals", *message])
         share = _shares(self.differences)
         rows = [
             [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), f"{100 * share[d.name]:.2g} %", d.unit]
@@ -84,11 +85,11 @@ class RecordingComparison:
             f"only in {p}: {', '.join(names)}" for p, names in ((self.a, self.only_a), (self.b, self.only_b)) if names
         ]
         parts += [f"other {what}" for what in self.others]
-        return "\n".join(part for part in [*parts, *told] if part)
+        return "\n".join(part for part in [*parts, *message] if part)
 
 
 def _shares(differences: Sequence[Difference]) -> dict[str, float]:
-    """Largest difference of each column as a share of the largest value among all columns of its signal.
+    """Largest difference of each column relative to the largest value of its signal.
 
     A column that is zero but for rounding would else differ by all of its range, and stand first.
     """

@@ -81,7 +81,7 @@ def shown(layout: SampleLayout) -> PageColumns:
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:
-    """Numbers as base64 of little-endian floats in C order; ValueError if one is too large for that."""
+    """Numbers as base64 of little-endian floats in C order; raises ValueError for too large ones."""
     largest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
     if largest > np.finfo(kind).max:
         raise ValueError(f"{largest:.3g} is larger than anything that is drawn")
@@ -89,29 +89,28 @@ def packed(values: Floats, kind: str = "<f4") -> str:
 
 
 def deflated(values: NDArray[np.generic]) -> str:
-    """Numbers in C order as base64 of deflated bytes, the first ones of all first, then the second ones: equal bytes
-    side by side."""
+    """Numbers in C order as base64 of deflated bytes, grouped by byte position."""
     planes = np.ascontiguousarray(values).view(np.uint8).reshape(-1, values.dtype.itemsize).T
     return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
 
 
 def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, object]:
-    """An event in a few words; `inner`: models talk among themselves, told as they do, by type and fields."""
+    """An event in a few words; `inner`: internal to models, shown by type and fields."""
     fields = value if isinstance(value, dict) else {"": value}
     inner = is_inner(port)
-    told = None if inner else _sentence(type_, fields)
-    if told is None:
+    message = None if inner else _sentence(type_, fields)
+    if message is None:
         carried = ", ".join(f"{name} {_text(x)}".strip() for name, x in fields.items() if x not in (None, "", [], {}))
-        told = f"{port}: {type_}" + (f" ({carried})" if carried else "")
-    return {"t": t_ns * 1e-9, "source": source, "text": told, "inner": inner}
+        message = f"{port}: {type_}" + (f" ({carried})" if carried else "")
+    return {"t": t_ns * 1e-9, "source": source, "text": message, "inner": inner}
 
 
 def _sentence(type_: str, fields: Mapping[str, object]) -> str | None:
-    """What an event says to who plans a lift; None if nobody has put it into words."""
+    """Sentence of an event for planners; None for others."""
     words = SENTENCES.get(type_)
     if type_ == "Attitude" and isinstance(angle := fields.get("angle"), float):
-        way = "past" if fields.get("rising") else "back below"
-        return f"{fields.get('actor')} turned {way} {degrees(angle):.4g} degrees"
+        distance = "past" if fields.get("rising") else "back below"
+        return f"{fields.get('actor')} turned {distance} {degrees(angle):.4g} degrees"
     switch = next((x for x in SWITCHES.get(type_, {}) if x in fields), "")
     state = SWITCHES[type_][switch][bool(fields[switch])] if switch else ""
     try:
@@ -126,18 +125,18 @@ def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list
 
 
 def stage_name(port: str, value: object) -> str | None:
-    """The name of the stage that begins with an event, if one does."""
+    """Name of the stage that begins with an event, if any."""
     name = value.get("name") if isinstance(value, dict) else None
     return _text(name) if port == "stage" and name else None
 
 
 def is_inner(port: str) -> bool:
-    """Whether models talk among themselves on a port."""
+    """Whether a port is internal to models."""
     return port.startswith(INNER)
 
 
 def _inert(json: str) -> str:
-    """The same JSON without a character that could end a script element or begin markup."""
+    """JSON without characters that could end a script element or begin markup."""
     return json.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
@@ -148,7 +147,7 @@ def _text(value: object) -> str:
 
 
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
-    """Sum of the rope tensions of sample rows; of all signals where there are no ropes."""
+    """Sum of rope tensions of sample rows; of all signals without ropes."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
     load: Floats = np.nansum(rows[:, ropes or list(range(len(signals)))], axis=1)  # logs may cover a part of the run
     return load

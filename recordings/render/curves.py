@@ -16,7 +16,7 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import MEASURED, thinned
-from heavylift.recordings.read.export import matching, said, silent
+from heavylift.recordings.read.export import matching, port_signals, silent
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import titles
 from heavylift.recordings.write.outputs import output_path
@@ -37,8 +37,8 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """Times (n,) [s] and values (n,) in the unit of its panel; dashed for what is laid beside a recording; points for
-    what a port has spoken."""
+    """Times (n,) [s] and values (n,) in the unit of its panel; dashed for a second recording; points for port
+    values."""
 
     name: str
     t: NDArray[np.float64]
@@ -50,7 +50,7 @@ class Curve:
 
 @dataclass
 class Panel:
-    """Curves of one unit, and limits by name of what they belong to."""
+    """Curves of one unit, with limits by name."""
 
     unit: str
     curves: list[Curve]
@@ -115,7 +115,7 @@ def _panel(axes: "Axes", panel: Panel) -> None:
 
 
 def page(figure: Figure) -> str:
-    """The figure as a self-contained page: curves can be switched, time is zoomed by dragging."""
+    """A self-contained page with selectable curves and zoom by dragging."""
     content = {
         "title": figure.title,
         "stages": [{"t": t, "name": name} for t, name in figure.stages],
@@ -125,7 +125,7 @@ def page(figure: Figure) -> str:
 
 
 def _content(panel: Panel) -> dict[str, object]:
-    """Curves of one recording share their times; of too many instants the least and largest of equal parts stay."""
+    """Curves of one recording share their times; thinned to minima and maxima of equal parts."""
     times: list[np.ndarray] = []
     of: list[int] = []  # table of times by curve
     for curve in panel.curves:
@@ -148,8 +148,8 @@ MANY = 60  # curves: more than that nobody can tell apart
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
-    """Draw the columns that match one of the patterns (tensions without one) into a .png, .svg or .html file; of a DEVS
-    run what its ports said."""
+    """Plot the columns that match one of the patterns (default: tensions) to .png, .svg or .html; for a DEVS run the
+    values on its ports."""
     out = checked(out)
     rec = Recording(path)
     with rec.reading():
@@ -161,7 +161,7 @@ def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bo
 
 
 def checked(out: str | Path) -> Path:
-    """The path if curves can be written there."""
+    """The path, after checking that curves can be written there."""
     return output_path(out, "a figure", (*FORMATS, ".html"))
 
 
@@ -173,7 +173,7 @@ def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """The columns that match, and what was measured of them, by unit, with the rated values of ropes as limits."""
+    """Matching columns with measured ones, by unit, with rated values of ropes as limits."""
     wanted = matching(rec, patterns)
     measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
@@ -200,8 +200,8 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """What ports of a DEVS run said, each in a panel of its own."""
-    found = said(rec, patterns)
+    """Values on ports of a DEVS run, one panel each."""
+    found = port_signals(rec, patterns)
     if not found:
         raise RecordingError(f"{rec.path}: has no events to draw; let the run last longer")
     if len(found) > PANELS:
@@ -213,5 +213,5 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def larger(unit: str) -> tuple[float, str]:
-    """Factor and unit in which people read these numbers."""
+    """Factor and unit for display."""
     return LARGER.get(unit, (1.0, unit))

@@ -1,6 +1,6 @@
 """Where two recordings part, but for the values of signals: events, notes, rows, descriptions, facts, attachments.
 
-Rows are compared byte for byte, one by one; a missing one is told by its time.
+Rows are compared byte for byte, one by one; a missing one is reported by its time.
 """
 
 from collections import Counter
@@ -24,29 +24,29 @@ ROWED = ("/samples", "/poses", "/measured", "/scene", "/ropes", "/rig")  # topic
 
 
 def event(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """Time and words of the first event that is not in both."""
+    """Time and words of the first event that differs."""
     for x, y in zip_longest(A.events(), B.events()):
         if x != y or msgspec.json.encode(x) != msgspec.json.encode(y):
             t = min(e.t_ns for e in (x, y) if e is not None) * 1e-9
-            yield t, f"event at {t:.9f} s: {_told(x)} in {A.path.name}, {_told(y)} in {B.path.name}"
+            yield t, f"event at {t:.9f} s: {_described(x)} in {A.path.name}, {_described(y)} in {B.path.name}"
             return
 
 
-def _told(event: RecordedEvent | None) -> str:
+def _described(event: RecordedEvent | None) -> str:
     return "nothing" if event is None else f"{event.source}.{event.port} {event.type} {event.value}"
 
 
 def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """The same of the kernel's notes."""
+    """The same for notes of the kernel."""
     for x, y in zip_longest(A.notes(), B.notes()):
         if x != y:
-            said = " and ".join(f"'{note[1]}'" if note else "nothing" for note in (x, y))
-            yield min(note[0] for note in (x, y) if note), f"note of the kernel: {said}"
+            text = " and ".join(f"'{note[1]}'" if note else "nothing" for note in (x, y))
+            yield min(note[0] for note in (x, y) if note), f"note of the kernel: {text}"
             return
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Rows of a topic that are in one recording alone, by their times; time and words of the first that differs."""
+    """Rows of a topic in one recording only, by time; time and words of the first difference."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []
@@ -91,7 +91,7 @@ def _column(A: Recording, B: Recording, topic: str, row: int) -> str:
 
 
 def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Topics whose names, columns or schemas differ."""
+    """Topics with different names, columns or schemas."""
     for topic in sorted({*A.topics, *B.topics}):
         a, b = ((x[:4], x.form) if (x := rec.topics.get(topic)) else None for rec in (A, B))
         if a != b and not topic.startswith("/protocol/") and topic not in but:
@@ -108,7 +108,7 @@ def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str
 
 
 def _short(text: str | None) -> str:
-    """A fact in a few words; of a verdict its line."""
+    """A fact in a few words; for a verdict its line."""
     with suppress(msgspec.MsgspecError, TypeError, KeyError):
         text = msgspec.json.decode(text or "")["line"]
     return "nothing" if text is None else printable(text, 60)
@@ -122,7 +122,7 @@ def attachments(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterat
 
 
 def circumstances(A: Recording, B: Recording) -> Iterator[str]:
-    """What differs of how they were run and kept."""
+    """Differences in how they were run and stored."""
     for name in sorted(CIRCUMSTANCES):
         if (A.run.get(name), A.result.get(name)) != (B.run.get(name), B.result.get(name)):
             yield name

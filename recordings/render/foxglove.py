@@ -37,7 +37,7 @@ class _Viewer(NamedTuple):
 
 
 class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
-    """A `Listener` that serves viewers on this machine; a context manager around the whole run."""
+    """A `Listener` for viewers on this machine; a context manager around the run."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
         """RecordingError if the package is missing or the port is taken."""
@@ -81,7 +81,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                     _put(viewer, MESSAGE.pack(1, viewer.numbers[channel], t_ns) + data)
 
     def _refused(self, connection: Any, request: Any) -> Any:
-        """The answer to a request that is not served; None to one that is."""
+        """The refusal of a request; None if it is accepted."""
         headers = request.headers
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         names = [f"{name}:{self._server.socket.getsockname()[1]}" for name in (HOST, "localhost")]
@@ -94,7 +94,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
         return None
 
     def _serve(self, connection: Any) -> None:
-        """A viewer from its coming to its end."""
+        """Serve a viewer until it disconnects."""
         viewer = _Viewer(queue.Queue(BACKLOG), {})
         with self._lock:
             _put(viewer, self._hello)
@@ -110,14 +110,14 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                 self._viewers.remove(viewer)
             _put(viewer, "")
 
-    def _hear(self, viewer: _Viewer, told: dict[str, Any]) -> None:
+    def _hear(self, viewer: _Viewer, message: dict[str, Any]) -> None:
         known = {channel["id"] for channel in self._channels.values()}
         with self._lock:
-            if told["op"] == "subscribe":
-                found = {int(x["channelId"]): int(x["id"]) & 0xFFFFFFFF for x in told["subscriptions"]}
+            if message["op"] == "subscribe":
+                found = {int(x["channelId"]): int(x["id"]) & 0xFFFFFFFF for x in message["subscriptions"]}
                 viewer.numbers.update({channel: number for channel, number in found.items() if channel in known})
-            elif told["op"] == "unsubscribe":
-                for channel in [c for c, number in viewer.numbers.items() if number in told["subscriptionIds"]]:
+            elif message["op"] == "unsubscribe":
+                for channel in [c for c, number in viewer.numbers.items() if number in message["subscriptionIds"]]:
                     del viewer.numbers[channel]
 
     def __exit__(self, *_: object) -> None:
@@ -125,7 +125,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
 
 
 def _chosen(connection: Any, offered: Any) -> Any:
-    """The protocol to be spoken with a viewer that offers these; None without one."""
+    """The protocol for a viewer with these offers; None if there is none."""
     return next((name for name in PROTOCOLS if name in offered), None)
 
 
@@ -139,7 +139,7 @@ def _put(viewer: _Viewer, message: str | bytes) -> None:
 
 
 def _send(connection: Any, viewer: _Viewer) -> None:
-    """What waits for a viewer, until it leaves."""
+    """Send queued messages to a viewer until it disconnects."""
     with suppress(Exception):  # it may leave in any way
         while message := viewer.waiting.get():
             connection.send(message)

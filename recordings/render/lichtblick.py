@@ -18,7 +18,7 @@ VIEW = (-0.62, -0.72, 0.32)  # from where the scene is seen
 
 
 def layout(ropes: Sequence[str], middle: tuple[float, float, float], radius: float) -> bytes:
-    """The layout as JSON: ropes in the order of the signal `rope/tension`, a ball around what is to be seen [m]."""
+    """The layout as JSON: ropes in the order of `rope/tension`, a bounding sphere of the view [m]."""
     whole = msgspec.json.decode((Path(__file__).parents[1] / "page" / LAYOUT).read_bytes())
     panels: dict[str, Any] = whole["configById"]
     x, y, z = VIEW

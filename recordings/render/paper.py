@@ -30,7 +30,7 @@ CLOSE = 0.05  # of the largest value: limits that are nearer to one another shar
 
 @contextmanager
 def on_paper() -> Iterator[None]:
-    """Within it figures are drawn and saved."""
+    """Style of drawn and saved figures."""
     from matplotlib import rc_context
 
     with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8, "text.parse_math": False}):
@@ -38,7 +38,7 @@ def on_paper() -> Iterator[None]:
 
 
 def tidied(axes: Axes, label: str) -> None:
-    """Light lines across, no frame at the top and on the right; the label of the values."""
+    """Light grid, no frame at top and right; label of the values."""
     axes.set_ylabel(label, color=INK)
     axes.grid(axis="y", color="#d9dee3", lw=0.6)
     axes.set_axisbelow(True)
@@ -46,7 +46,7 @@ def tidied(axes: Axes, label: str) -> None:
 
 
 def timed(axes: Axes) -> None:
-    """Times of the run [s] along x, beyond a minute as a clock tells them."""
+    """Run time [s] along x, beyond a minute as h:min:s."""
     from matplotlib.ticker import FixedLocator
 
     first, last = axes.get_xlim()
@@ -60,7 +60,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Lines at the rated values of what is named, where they are near a largest value; the highest of them, or that."""
+    """Lines at rated values near the largest value; returns the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label
@@ -73,9 +73,9 @@ def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> 
         values = [near[name] for name in names]
         for limit in sorted(set(values)):
             axes.axhline(limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=2)
-        told = " to ".join(dict.fromkeys(map(digits, (values[0], values[-1]))))
+        message = " to ".join(dict.fromkeys(map(digits, (values[0], values[-1]))))
         of = names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
-        text = f"rated {told} {unit}" + (f": {of}" if len(groups) > 1 else "")
+        text = f"rated {message} {unit}" + (f": {of}" if len(groups) > 1 else "")
         axes.annotate(text, (1, values[-1]), xycoords=("axes fraction", "data"), xytext=(-4, 3), ha="right",
                       textcoords="offset points", color=LIMIT, size=8.5)  # fmt: skip
     return top
@@ -88,7 +88,7 @@ def digits(value: float) -> str:
 
 
 def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[float, float]]:
-    """Shade every other stage of those that begin at these times; begin and end of each."""
+    """Shade every other stage; begin and end of each."""
     for i, (start, stop) in enumerate(pairwise([*times, last])):
         if i % 2 == 0:
             axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
@@ -96,7 +96,7 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Places nearest to the wanted ones, rising by `gap` or more, none above its `highest`."""
+    """Places nearest to the wanted ones, at least `gap` apart, none above its `highest`."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -114,7 +114,7 @@ def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> lis
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
     """Write a figure to a .png or .svg file, and return which (outputs.py); RecordingError if the system refuses."""
     form = out.suffix.lower()[1:]
-    told = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
+    message = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
     with PartFile(out, "a figure", FORMATS, force) as file, file.writing():
-        figure.savefig(file.stream, format=form, dpi=dpi, metadata=told)
+        figure.savefig(file.stream, format=form, dpi=dpi, metadata=message)
     return file.path

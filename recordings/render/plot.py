@@ -46,7 +46,7 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """What is drawn: time [s], values (n, m), name and rated value per column, what it is."""
+    """Data of a plot: time [s], values (n, m), name and rated value per column, title."""
 
     t: Floats
     values: Floats
@@ -77,7 +77,7 @@ def plot(
 
 
 def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, Rest]) -> Curves:
-    """Tensions, or joint positions if there are no ropes."""
+    """Tensions, or joint positions without ropes."""
     wanted = ("rope/tension", "rope/peak") if "rope/tension" in rec.signals() else ("joint/position",)
     rec.load([name for name in wanted if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
@@ -116,14 +116,14 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
 
 
 def _over(t: Floats, tension: Floats, peak: Floats, rest: Rest) -> tuple[Floats, Floats]:
-    """A tension and its largest since the sample before, both (n,), over that at rest, where that bears."""
+    """Tension and its peak since the last sample (n,) relative to the static tension, where that is loaded."""
     still = np.interp(t, *rest)
     still[still <= BEARS * still.max(initial=0.0)] = np.nan
     return tension / still, peak / still
 
 
 def _most_used(names: Sequence[str], peaks: Floats, rated: Mapping[str, float]) -> list[str]:
-    """The ropes by the largest share of their rated tension, those without one behind them by tension."""
+    """Ropes by utilisation, those without rating behind them by tension."""
     most = dict(zip(names, peaks.max(axis=0, initial=0.0), strict=True))
     return sorted(names, key=lambda x: (x not in rated, -most[x] / rated.get(x, 1.0)))
 
@@ -169,8 +169,8 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         above, lowest = lowest, figure.add_subplot(grid[-1], sharex=upper)
         above.tick_params(labelbottom=False)
         _dynamic(lowest, curves, stages)
-    told = "bands: peaks with their bars at 95 %" if curves.bars else ""
-    figure.text(LEFT, 13 / (72 * HEIGHT), told, size=LABEL, color=QUIET)
+    message = "bands: peaks with their bars at 95 %" if curves.bars else ""
+    figure.text(LEFT, 13 / (72 * HEIGHT), message, size=LABEL, color=QUIET)
     timed(lowest)
     _label_stages(upper, [t for t, _ in stages], shown)
     return figure
@@ -179,14 +179,14 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
 def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
     what = curves.quantity.partition(" [")[0]
     facts = [rec.run.get("scene", rec.path.stem), f"{duration(rec.fact('sim_s', 0.0))} simulated"]
-    told = settings(rec.run)
-    facts += [told[name] for name in ("asked", "steps") if name in told]
+    message = settings(rec.run)
+    facts += [message[name] for name in ("asked", "steps") if name in message]
     if rec.result.get("status") != "finished":
         facts.append(rec.result.get("status", "cut off"))
     rated, used = curves.rated[0], ""
     if rated:
         used = f", {100 * float(np.max(curves.peaks[:, 0])) / rated:.0f} % of its rated tension"
-    lines = [", ".join(facts), told.get("modelled", "")]
+    lines = [", ".join(facts), message.get("modelled", "")]
     figure.text(LEFT, 1 - 24 / (72 * HEIGHT), f"{what} of {curves.names[0]}{used}", size=14, weight="bold", color=INK)
     for i, line in enumerate(lines):
         shown = line if len(line) <= WIDEST else f"{line[: WIDEST - 1]}…"
@@ -194,7 +194,7 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A band in steps finer than a pixel: filled whole, one of 100 000 samples would take a gigabyte."""
+    """A band in steps finer than a pixel; a filled one of 100 000 samples would take a gigabyte."""
     first = np.arange(0, len(t), -(-len(t) // FINE))
     return t[first], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 
@@ -233,7 +233,7 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
 
 
 def _dynamic(axes: Axes, curves: Curves, stages: Sequence[tuple[float, str]]) -> None:
-    """Tensions over those at rest: what the motion adds."""
+    """Tensions relative to static ones: the dynamic part."""
     for start, _ in banded(axes, [t for t, _ in stages], curves.t[-1]):
         axes.axvline(start, color=QUIET, lw=0.6, alpha=0.6, zorder=1)
     for i, (over, peak) in curves.over.items():
@@ -273,7 +273,7 @@ def _note_peak(axes: Axes, curves: Curves) -> None:
 
 
 def _label_stages(axes: Axes, times: Sequence[float], names: Sequence[str]) -> None:
-    """The stages' names above the panel, apart from one another, each with a line to its instant."""
+    """Names of stages above the panel, spaced, with lines to their begin."""
     first, last = axes.get_xlim()
     points = 72 * WIDTH * (RIGHT - LEFT)
     wanted = [(t - first) / (last - first) * points for t in times]

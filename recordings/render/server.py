@@ -39,7 +39,7 @@ PULSE = 2.0  # [s] between signs of life where nothing happens
 
 
 class PageServer:
-    """Serves the page from its making to `close`; `say` adds a message for all."""
+    """Serves the page until `close`; `say` adds a message for all."""
 
     def __init__(self) -> None:
         self.word = secrets.token_urlsafe(24)
@@ -79,7 +79,7 @@ class _Server(ThreadingHTTPServer):
     owner: PageServer
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that goes away is no news."""
+        """Ignore disconnected browsers."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -88,7 +88,7 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = STALLED
 
     def do_GET(self) -> None:
-        """The page, its messages, or a refusal."""
+        """Answer with the page, its messages, or a refusal."""
         refusal = self._refusal()
         if refusal:
             return self._answer(HTTPStatus.FORBIDDEN, refusal.encode() + b"\n", "text/plain")
@@ -102,7 +102,7 @@ class _Handler(BaseHTTPRequestHandler):
         return self._answer(HTTPStatus.OK, page({"live": "events"}).encode(), "text/html; charset=utf-8")
 
     def _refusal(self) -> str:
-        """Why this request is not answered, or ""."""
+        """Why a request is refused, or ""."""
         names = [f"{name}:{self.server.owner.port}" for name in (HOST, "localhost")]
         if self.headers.get("Host", "") not in names:
             return "this page is served to this machine only"
@@ -153,7 +153,7 @@ class _Handler(BaseHTTPRequestHandler):
                 owner.change.notify_all()
 
     def _send_from(self, at: int) -> None:
-        """Messages from this one on, as they come, until the server closes."""
+        """Send messages from this one on until the server closes."""
         owner = self.server.owner
         while True:
             with owner.change:
@@ -180,7 +180,7 @@ FAREWELL = 2.0  # [s] for browsers to get the end
 
 
 class LivePage(Spectator, AbstractContextManager["LivePage"]):
-    """`begin`, then `event`, `ropes`, `samples` as they come, then `end`; a context manager around the whole run."""
+    """`begin`, `event`, `ropes`, `samples` and `end` as they come; a context manager around the run."""
 
     def __init__(self) -> None:
         self._server = PageServer()
@@ -232,14 +232,14 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
         with self._lock:
             self._rows.append((times, rows))
 
-    def end(self, status: str, told: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
+    def end(self, status: str, message: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
         self._over.set()
         self._packer.join()
         self._pack()
         if self._shown is not None:
             kept = [("recording", where), ("page to keep", f"heavylift view {where}")]
-            said = f"{status}, {duration(self._t_ns * 1e-9)} simulated; recorded in {where}"
-            last = {"status": said, "facts": [*self._facts, *told.items(), *kept], "peaks": peaks}
+            text = f"{status}, {duration(self._t_ns * 1e-9)} simulated; recorded in {where}"
+            last = {"status": text, "facts": [*self._facts, *message.items(), *kept], "peaks": peaks}
             self._server.say("end", msgspec.json.encode(last))
 
     def __exit__(self, _: object, error: object, *__: object) -> None:
@@ -253,14 +253,14 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
             self._pack()
 
     def _pack(self) -> None:
-        """One message of all that has come since the last one."""
+        """One message of all data since the last one."""
         with self._lock:
             rows, self._rows = self._rows, []
             more, self._more = self._more, {"events": [], "stages": [], "rig": []}
         if self._shown is None or not (rows or any(more.values())):
             return
         message: dict[str, object] = {"rig": more["rig"]}
-        message["events"], message["stages"] = self._told(more["events"])
+        message["events"], message["stages"] = self._message(more["events"])
         if rows:
             times = np.concatenate([np.asarray(t, np.int64) for t, _ in rows])
             values = np.concatenate([x for _, x in rows])[:, self._shown.columns]
@@ -271,7 +271,7 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
         self._server.say("more", msgspec.json.encode(message))
 
     @staticmethod
-    def _told(events: list[Any]) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
+    def _message(events: list[Any]) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
         """Events and stages for the page."""
         listed, stages = [], []
         for t_ns, source, port, type_, payload in events:

@@ -83,7 +83,7 @@ def _figure(drawing: _Drawing, frames: int) -> "Figure":
 
 
 def _film(drawing: _Drawing) -> bytes:
-    """The instants one after another, in one frame that holds all of them."""
+    """All instants in one frame, one after another."""
     from matplotlib.figure import Figure as Canvas
     from PIL import Image
 
@@ -104,13 +104,13 @@ def _film(drawing: _Drawing) -> bytes:
         figure.savefig(drawn, format="png")
         pictures.append(Image.open(drawn).convert("RGB").convert("P", palette=Image.Palette.ADAPTIVE))
     data = io.BytesIO()
-    told = {"comment": GENERATOR.encode(), "duration": FRAME_ms, "loop": 0}
-    pictures[0].save(data, "gif", save_all=True, append_images=pictures[1:], **told)
+    message = {"comment": GENERATOR.encode(), "duration": FRAME_ms, "loop": 0}
+    pictures[0].save(data, "gif", save_all=True, append_images=pictures[1:], **message)
     return data.getvalue()
 
 
 def _instants(poses: list[Signal], frames: int) -> list[float]:
-    """Times that cut the way of all bodies, as far as it is seen along x, into equal parts."""
+    """Times that divide the motion of all bodies, seen along x, into equal parts."""
     t = poses[0].t
     steps = []
     for pose in poses:
@@ -119,11 +119,11 @@ def _instants(poses: list[Signal], frames: int) -> list[float]:
         cosine = np.abs((quaternion[1:] * quaternion[:-1]).sum(axis=1))
         steps.append(step + TURN_LENGTH * 2.0 * np.arccos(np.minimum(cosine, 1.0)))
     sway = min(SWAY, LITTLE * float(np.max(steps, initial=0.0)))
-    way = np.concatenate([[0.0], np.cumsum(np.maximum(np.array(steps) - sway, 0.0).sum(axis=0))])
-    if way[-1] == 0.0:
-        way = t
-    wanted = np.linspace(0.0, way[-1], frames)
-    return [float(x) for x in np.interp(wanted, way, t)]
+    distance = np.concatenate([[0.0], np.cumsum(np.maximum(np.array(steps) - sway, 0.0).sum(axis=0))])
+    if distance[-1] == 0.0:
+        distance = t
+    wanted = np.linspace(0.0, distance[-1], frames)
+    return [float(x) for x in np.interp(wanted, distance, t)]
 
 
 def _ropes(rec: Recording, times: list[float], poses: dict[str, Signal]) -> list[Floats]:

@@ -15,7 +15,7 @@ from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChanne
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.format.viewer_messages import Box
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import AGAIN, Judged, recorded_peaks, recorded_verdict
+from heavylift.recordings.read.verdict import AGAIN, RecordedVerdict, recorded_peaks, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ EVENTS = 5000  # most events in a page
 def view(
     path: str | Path,
     out: str | Path,
-    verdict: Judged | None = None,
+    verdict: RecordedVerdict | None = None,
     force: bool = False,
     beside: str | Path | None = None,
 ) -> Path:
@@ -52,8 +52,10 @@ def page(run: dict[str, object]) -> str:
     return bundled("page", run, "; img-src data: blob:; connect-src 'self'")
 
 
-def content(rec: Recording, verdict: Judged | None = None, beside: Recording | None = None) -> dict[str, object]:
-    """All that the page shows of a recording, and of another one `beside` it."""
+def content(
+    rec: Recording, verdict: RecordedVerdict | None = None, beside: Recording | None = None
+) -> dict[str, object]:
+    """All data of a recording for the page, and of another one `beside` it."""
     with rec.reading():
         verdict = verdict or recorded_verdict(rec)
         layout, names = layout_of(rec), rec.signals()
@@ -75,17 +77,17 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
         fine = {"detail": {"t": deflated(t), "x": deflated(rows.T.astype("<f4"))}} if len(seen) < len(kept) else {}
         rated = rec.fact("rated", {})
         stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
-        events, told = _events(rec)
-        told += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
+        events, message = _events(rec)
+        message += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
         more = [("as recorded", f"verdict, digest and peaks; {AGAIN}")] if rec.result else []
         more += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
-        more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
+        more += [(fact, line) for fact in ("measured", "certified") for line in rec.message(fact)]
         more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
         made = [("recording", path_text(rec.path.name)), ("made by", rec.library)]
         return {
             "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
             "status": _status(rec, verdict),
-            "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *made]),
+            "facts": facts_shown(rec.run, [*_verdict_rows(verdict), *more, *message, *made]),
             **head,
             "rows": {"t": packed(t[seen], "<f8"), "x": packed(rows[seen])},
             **fine,
@@ -122,14 +124,14 @@ def _block(rec: Recording) -> dict[str, object] | None:
 
 
 def sample_rows(rec: Recording) -> tuple[SampleLayout, Floats, Floats]:
-    """All signals side by side at their instants, with their layout."""
+    """All signals in rows at common times, with their layout."""
     with rec.reading():
         layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
         return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
 
 
 def layout_of(rec: Recording) -> SampleLayout:
-    """Where signals stand in a row of all; RecordingError if there is nothing to see."""
+    """Layout of signals in a row; raises RecordingError if there is nothing to see."""
     least = min((rec.topics[topic].messages for topic in ("/samples", "/poses") if topic in rec.topics), default=0)
     if least < 2 or not rec.signals():
         models = "a DEVS model says messages only: `heavylift plot` draws them"
@@ -144,7 +146,7 @@ def layout_of(rec: Recording) -> SampleLayout:
 
 
 def _events(rec: Recording) -> tuple[list[dict[str, object]], list[tuple[str, str]]]:
-    """The events for the list, and what is to be said where it is not all of them."""
+    """Events of the list, and a remark if it is incomplete."""
     found = [event_shown(e.t_ns, e.source, e.port, e.type, e.value) for e in rec.events()]
     if len(found) <= EVENTS:
         return found, []
@@ -152,19 +154,19 @@ def _events(rec: Recording) -> tuple[list[dict[str, object]], list[tuple[str, st
     return kept, [("events shown", f"the first {len(kept)} of {len(found)}, without orders and inputs")]
 
 
-def _status(rec: Recording, verdict: Judged | None) -> str:
+def _status(rec: Recording, verdict: RecordedVerdict | None) -> str:
     status = rec.result.get("status", "cut off")
     colour = f", verdict {verdict.state}" if verdict else ""
     return f"{status}, {duration(rec.fact('sim_s', 0.0))} simulated{colour}"
 
 
-def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
+def _verdict_rows(verdict: RecordedVerdict | None) -> list[tuple[str, str]]:
     """The verdict, what was found, and the smallest clearances, among the facts."""
     if verdict is None:
         return []
     rows = [("verdict", verdict.line)]
-    rows += [(f.severity, f.told) for f in verdict.findings]
-    rows += [("clearance", c.told) for c in verdict.clearances[:CLEARANCES]]
+    rows += [(f.severity, f.message) for f in verdict.findings]
+    rows += [("clearance", c.message) for c in verdict.clearances[:CLEARANCES]]
     return rows + [("not checked", sentence) for sentence in verdict.not_looked_at]
 
 
@@ -179,8 +181,8 @@ class _Ghost(NamedTuple):
 
 
 def _ghost(rec: Recording, like: PageColumns, t: Floats) -> _Ghost:
-    """What a recording has of the bodies and signals of another one at its times (n,) [s]; where it has ended bodies
-    stay where they were, and signals are not a number."""
+    """Bodies and signals of another recording at these times (n,) [s]; after its end bodies stay and signals are
+    NaN."""
     known, drawn = rec.signals(), rec.boxes()
     bodies = [b for b in like.bodies if POSE + b in known and any(box.body == b for box in drawn)]
     signals = [s for s in like.signals if s[0] in known and s[1] in rec.columns(s[0])]
@@ -199,5 +201,5 @@ def _ghost(rec: Recording, like: PageColumns, t: Floats) -> _Ghost:
         for box in drawn
         if box.body in names
     ]
-    beside = [(BESIDE + group, name, unit) for group, name, unit in signals]
-    return _Ghost(list(names.values()), boxes, beside, np.hstack(poses), np.hstack(values))
+    other = [(BESIDE + group, name, unit) for group, name, unit in signals]
+    return _Ghost(list(names.values()), boxes, other, np.hstack(poses), np.hstack(values))

@@ -14,7 +14,7 @@ PATIENCE = 60.0  # [s]
 
 
 def print_page(page: str, out: Path) -> bytes:
-    """A self-contained page as the PDF that `out` is to be; RecordingError if no browser prints it."""
+    """Print a self-contained page as the PDF `out`; raises RecordingError if no browser can."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(

@@ -17,7 +17,7 @@ THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "
 
 
 def in_page(figure: Figure) -> str:
-    """A figure drawn in this module's inks as an <svg> element with text and colours of the page."""
+    """A figure as <svg> with text and colours of the page."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     svg = text.getvalue()
@@ -28,7 +28,7 @@ def in_page(figure: Figure) -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Within it figures have the inks of this module; `fonts` of an SVG: "none" is text, "path" outlines."""
+    """Style of figures with this module's colours; `fonts` of SVG: "none" for text, "path" for outlines."""
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

@@ -52,7 +52,7 @@ def _part(part: Part) -> str:
 
 
 def table_html(table: Table) -> str:
-    """A table below its title; nothing without rows."""
+    """A table below its title; empty without rows."""
     if not table.rows:
         return ""
     head = "".join(f"<th{_kind(column)}>{escape(column.heading)}</th>" for column in table.columns)

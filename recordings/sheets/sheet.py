@@ -19,7 +19,7 @@ Value: TypeAlias = str | float | None
 
 
 class Marked(NamedTuple):
-    """A cell in the colour of a state: red, amber, undecided, green, or what a planner may pick."""
+    """A cell in the colour of a state: red, amber, undecided, green, or a choice."""
 
     value: Value
     state: str = "red"
@@ -29,7 +29,7 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A quantity with its unit; `digits` behind the point, else as many as the number has; words have neither."""
+    """A quantity with unit; `digits` after the point, default as needed; words have neither."""
 
     name: str
     unit: str = ""
@@ -46,7 +46,7 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
         return bool(self.unit) or self.digits is not None
 
     def text(self, cell: Cell) -> str:
-        """A cell as people read it."""
+        """Text of a cell."""
         value = plain(cell)
         if value is None or isinstance(value, str):
             return value or ""
@@ -61,14 +61,14 @@ def columns(*headings: str) -> tuple[Column, ...]:
     """Columns from their headings: `stage`, `peak [kN] .1`, `at [h:min:s]`; behind the unit digits behind the point."""
     found = []
     for heading in headings:
-        told, _, digits = heading.partition(" .")
-        name, _, unit = told.removesuffix("]").partition(" [")
+        message, _, digits = heading.partition(" .")
+        name, _, unit = message.removesuffix("]").partition(" [")
         found.append(Column(name, unit, int(digits) if digits else None))
     return tuple(found)
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes below it; one without rows is not printed.  `blank`: a form with lines to be filled in."""
+    """A table with notes; not printed without rows. `blank`: a form to be filled in."""
 
     title: str
     columns: tuple[Column, ...]
@@ -78,7 +78,7 @@ class Table(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Chart(msgspec.Struct, frozen=True):
-    """A drawing as an <svg> element or as the bytes of a PNG, with what it shows."""
+    """A drawing as <svg> or PNG bytes, with its caption."""
 
     title: str
     image: str | bytes
@@ -96,7 +96,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A title, what it comes to in a sentence or two, the state of that (its colour), and the parts."""
+    """A title, a summary, its state (colour), and the parts."""
 
     title: str
     lead: str
@@ -120,7 +120,7 @@ def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *not
 
 
 def trimmed(table: Table) -> Table:
-    """A table without the columns that have no cell."""
+    """A table without empty columns."""
     kept = [i for i in range(len(table.columns)) if any(plain(row[i]) not in ("", None) for row in table.rows)]
     columns, rows = table.columns, table.rows
     picked = tuple(tuple(row[i] for i in kept) for row in rows)
@@ -128,7 +128,7 @@ def trimmed(table: Table) -> Table:
 
 
 def data_of(sheet: Sheet) -> dict[str, Any]:
-    """A sheet as plain data, charts left out; times in seconds."""
+    """Plain data of a sheet without charts; times in seconds."""
     tables = [
         {
             "title": table.title,

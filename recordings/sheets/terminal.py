@@ -12,14 +12,14 @@ from .sheet import Notes, Part, Sheet, Table, plain
 
 
 def table_text(made: Table) -> str:
-    """A table as lines, each cell as it may be printed; nothing without rows."""
+    """A table as lines with printable cells; empty without rows."""
     rows = [[column.text(cell) for column, cell in zip(made.columns, row, strict=True)] for row in made.rows]
     numeric = [column.numeric for column in made.columns]
     return table([column.heading for column in made.columns], rows, numeric)
 
 
 def text_of(sheet: Sheet) -> str:
-    """A whole sheet but for its charts."""
+    """A sheet as text, without charts."""
     parts = [f"{sheet.title}\n{sheet.lead}", *filter(None, map(part_text, sheet.parts))]
     return "\n\n".join([*parts, f"made by {GENERATOR}\n"])
 
@@ -28,13 +28,13 @@ def part_text(part: Part) -> str:
     """A table or notes below their title; nothing of a table without rows."""
     lines: Sequence[str] = part.lines if isinstance(part, Notes) else part.notes
     body = table_text(part) if isinstance(part, Table) else ""
-    told = body or (lines and not isinstance(part, Table))
+    message = body or (lines and not isinstance(part, Table))
     title = f"{part.title}:" if part.title and body else part.title
-    return "\n".join(filter(None, (title, body, *(f"  {line}" for line in lines)))) if told else ""
+    return "\n".join(filter(None, (title, body, *(f"  {line}" for line in lines)))) if message else ""
 
 
 def table_csv(made: Table) -> str:
-    """A table as comma-separated lines; numbers as exact as they are."""
+    """A table as comma-separated lines with full precision."""
     out = io.StringIO()
     lines = csv.writer(out, lineterminator="\n")
     lines.writerow(cell(column.heading) for column in made.columns)

@@ -26,7 +26,7 @@ NAMELESS = re.compile(r"[\\/*?:\[\]\x00-\x1f]")  # and no name of a leaf
 
 
 def workbook_of(sheet: Sheet) -> bytes:
-    """A .xlsx file; RecordingError if the library for it is not installed."""
+    """An .xlsx file; raises RecordingError if its library is not installed."""
     missing = "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
     book = extra("openpyxl", RecordingError(missing)).Workbook()
     book.remove(book.active)
@@ -83,7 +83,7 @@ def _form(column: Column) -> str:
 
 
 def _write(place: Any, value: Value) -> None:
-    """Put a number, or a text that is no formula, into a cell."""
+    """Write a number, or a text that is no formula, into a cell."""
     if value is not None:
         place.value = FORBIDDEN.sub(" ", value) if isinstance(value, str) else value
         place.data_type = "s" if isinstance(value, str) else "n"

@@ -22,28 +22,28 @@ from .rows import RowWriter
 
 
 class Spectator:
-    """Receives what is recorded: `begin`, then `event`, `ropes`, `samples` as they come, then `end`."""
+    """Receives what is recorded: `begin`, then `event`, `ropes`, `samples`, then `end`."""
 
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
     ) -> None:
-        """What is known before anything happens: facts of the run, columns of the samples, what is drawn."""
+        """Start data: facts of the run, sample columns, shapes and lines."""
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
         """An event on a port of a coupled model."""
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """Other ropes hang from now on."""
+        """The rope lines from now on."""
 
     def samples(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
         """Simulation times [ns] and rows of samples."""
 
-    def end(self, status: str, told: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
-        """How the run ended, what is to be said of that, the peaks of the ropes, and where the recording is."""
+    def end(self, status: str, message: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
+        """End of the run, remarks, peaks of the ropes, path of the recording."""
 
 
 class Spectators(Spectator):
-    """Several of them, one after the other."""
+    """Several spectators in order."""
 
     def __init__(self, *those: Spectator) -> None:
         self._those = those
@@ -66,22 +66,22 @@ class Spectators(Spectator):
         for each in self._those:
             each.samples(times, rows)
 
-    def end(self, status: str, told: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
+    def end(self, status: str, message: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
         for each in self._those:
-            each.end(status, told, peaks, where)
+            each.end(status, message, peaks, where)
 
 
 AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
 
 
 class Listener(Protocol):
-    """Who passes protobuf messages on; it never makes its caller wait."""
+    """Receives protobuf messages without blocking the caller."""
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
         """There will be messages of this kind on the topic."""
 
     def listens(self) -> bool:
-        """Whether anybody would get a message."""
+        """Whether a subscriber exists."""
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
         """A message of this simulation time."""
@@ -103,13 +103,13 @@ class Broadcast(Spectator):
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """A channel, as a recording has it."""
+        """A channel as in a recording."""
         self._topics.append(topic)
         self._listener.announce(topic, getattr(message, "DESCRIPTOR", message))
         return len(self._topics) - 1
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """A message, as a recording gets it."""
+        """A message as in a recording."""
         self._listener.put(self._topics[channel], publish_ns, data)
 
     def begin(
@@ -120,8 +120,8 @@ class Broadcast(Spectator):
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
         if self._rows is not None and self._listener.listens():
-            said = msgspec.json.encode(msgspec.msgpack.decode(payload)).decode()
-            self.write(self._log, t_ns, t_ns, log_message(t_ns, "info", f"{source}.{port}", f"{type} {said}"))
+            text = msgspec.json.encode(msgspec.msgpack.decode(payload)).decode()
+            self.write(self._log, t_ns, t_ns, log_message(t_ns, "info", f"{source}.{port}", f"{type} {text}"))
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
         self._lines, self._again = lines, 0.0

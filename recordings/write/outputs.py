@@ -20,7 +20,7 @@ from heavylift.recordings.format.mcapfile import MAGIC
 from heavylift.recordings.format.text import GENERATOR
 
 PART, COMMANDS = ".part", ".commands"  # of a run that is being written
-LOOK = 4096  # [bytes] at the beginning and at the end in which it does
+CHECK_s = 4096  # [bytes] at the beginning and at the end in which it does
 SIGNS = (GENERATOR.encode(), b"time [s],", b"rung,method,", b"RosOut!log")  # first columns of tables, panel of a layout
 METADATA = 12  # opcode of the record in which a recording says what was run
 HEADER = len(MAGIC) + 9 + 4 + 4  # where the name of the writer begins in a recording: magic, record, profile, length
@@ -34,7 +34,7 @@ KINDS = (
 
 
 def file_path(path: object) -> Path:
-    """The path of what names a file: text or a Path; RecordingError for anything else."""
+    """The path of a file name: text or a Path; raises RecordingError for anything else."""
     named = os.fspath(path) if isinstance(path, str | os.PathLike) else b""
     if isinstance(named, bytes) or "\0" in named:
         raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
@@ -42,7 +42,7 @@ def file_path(path: object) -> Path:
 
 
 def unnamable(path: Path) -> str:
-    """Why no file can have this name, with what a run adds to it; "" if one can."""
+    """Why no file can have this name, including suffixes of a run; "" if one can."""
     try:
         _mode(path.with_name(path.name + COMMANDS))
     except OSError as error:
@@ -51,9 +51,8 @@ def unnamable(path: Path) -> str:
 
 
 def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
-    """The path if it is free or an earlier output has it; OutputError, which names what stands there, if it is neither
-    or has none of the endings of what is written; RecordingError if its folder is missing.
-    """
+    """The path if it is free or an earlier output; raises OutputError that names what exists there or the allowed
+    suffixes, RecordingError if its folder is missing."""
     path = file_path(path)
     with writing(path):
         _refuse(path)
@@ -79,13 +78,13 @@ def names(path: Path) -> Iterator[Path]:
 
 
 def remains(path: Path) -> list[Path]:
-    """What there is of an output of this name."""
+    """Existing files of an output of this name."""
     every = [path, *(path.with_name(path.name + ending) for ending in (PART, COMMANDS))]
     return [x for x in every if _mode(x) is not None]
 
 
 def left_by_a_run(part: Path) -> bool:
-    """Whether a file holds the beginning of a run, so that it can be resumed or recovered."""
+    """Whether a file holds the beginning of a run that can be resumed or recovered."""
     with part.open("rb") as file:
         file.seek(len(MAGIC))
         for wanted in (1, METADATA):  # header, and what was run
@@ -97,7 +96,7 @@ def left_by_a_run(part: Path) -> bool:
 
 
 def beside(path: Path, ending: str) -> Path:
-    """The file that is made of this one if no other name is given: run.mcap and -report.html give run-report.html."""
+    """Default name of a derived file: run.mcap and -report.html give run-report.html."""
     return path.parent / f"{path.stem}{ending}"
 
 
@@ -111,7 +110,7 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def _refuse(path: Path) -> None:
-    """OutputError if something stands there that is no earlier output."""
+    """Raise OutputError if something other than an earlier output exists there."""
     mode = _mode(path)
     if mode is None:
         return
@@ -125,7 +124,7 @@ def _refuse(path: Path) -> None:
 
 
 def _mode(path: Path) -> int | None:
-    """Kind of file and rights, without following a link; None if there is nothing."""
+    """File type and rights without following a link; None if it does not exist."""
     try:
         return os.lstat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -133,14 +132,14 @@ def _mode(path: Path) -> int | None:
 
 
 def _made(path: Path) -> bool:
-    """Whether a regular file says that heavylift has made it; of a journal its name does."""
+    """Whether a regular file was written by heavylift; for a journal by its name."""
     if path.suffix == COMMANDS:
         return True
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-            head = file.read(LOOK)
-            file.seek(max(0, os.fstat(file.fileno()).st_size - LOOK))
-            tail = file.read(LOOK)
+            head = file.read(CHECK_s)
+            file.seek(max(0, os.fstat(file.fileno()).st_size - CHECK_s))
+            tail = file.read(CHECK_s)
     except OSError:
         return False
     if path.suffix == PART and not head:  # what a run leaves that is killed at once, where files must have names

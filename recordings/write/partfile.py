@@ -29,7 +29,7 @@ BLOCK = 1 << 20  # [bytes] read at once
 
 
 class PartFile(AbstractContextManager["PartFile"]):
-    """`stream` writes to a file that has a name from `show()` or `finish()` on; `path` is what it will be or is.
+    """`stream` writes to a file that is named by `show()` or `finish()`; `path`: its final name.
 
     If `force`, an earlier output of heavylift of this name is replaced; else the next free name is taken.  Used as a
     context, it is finished at its end, or leaves nothing when the body raises.
@@ -49,7 +49,7 @@ class PartFile(AbstractContextManager["PartFile"]):
 
     @property
     def part(self) -> Path:
-        """Where the file is until it is whole."""
+        """Path of the file until it is complete."""
         return self.path.with_name(self.path.name + PART)
 
     def writing(self) -> AbstractContextManager[None]:
@@ -57,7 +57,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         return writing(self._at or self.path)
 
     def show(self) -> None:
-        """Take the name `<path>.part`, or that of the next free path: what is written from now on is worth keeping."""
+        """Name the file `<path>.part`, or that of the next free path: it is worth keeping from now on."""
         with self.writing():
             self.stream.flush()
             for path in names(self.path):
@@ -77,9 +77,8 @@ class PartFile(AbstractContextManager["PartFile"]):
                 return
 
     def check(self, whole: bool = False) -> None:
-        """RecordingError if what was written is not in the file any more, or not under its name; `whole`: to the last
-        byte, even if nothing tells that another has written to it.
-        """
+        """Raise RecordingError if the written data are no longer in the file or under its name; `whole`: compare every
+        byte."""
         if self._at is not None:
             try:
                 there = os.stat(self._at, follow_symlinks=False)
@@ -116,7 +115,7 @@ class PartFile(AbstractContextManager["PartFile"]):
             self._at.unlink(missing_ok=True)
 
     def _name_free(self) -> None:
-        """The name that it was to have, or the next one if something has come to stand there meanwhile."""
+        """The intended name, or the next one if a file has appeared there."""
         for path in names(self.path):
             if path != self.path and remains(path):
                 continue
@@ -128,7 +127,7 @@ class PartFile(AbstractContextManager["PartFile"]):
             return
 
     def _name(self, path: Path) -> None:
-        """Give the file this name, and take away the one that it had; FileExistsError if there is something."""
+        """Rename the file; raises FileExistsError if the name is taken."""
         if self._at is None:  # with a descriptor of a folder `link` is `linkat`, which follows the name of an open file
             opened = f"{OPENED}/{self._raw.fileno()}"
             os.link(opened, path, src_dir_fd=self._raw.fileno(), follow_symlinks=True)
@@ -137,8 +136,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         self._at = path
 
     def _clear(self) -> None:
-        """Take away what a run of this name that was cut off has left, unless it is still being written or can be
-        resumed."""
+        """Remove the remains of a run of this name, unless they are being written or can be resumed."""
         for path in remains(self.path):
             if path == self.path:
                 continue
@@ -179,7 +177,7 @@ def written(data: str | bytes, path: str | Path, what: str, endings: Sequence[st
 
 
 class _Guarded(io.FileIO):
-    """A file that must have no other bytes than those that were written here, one after the other."""
+    """A file that must contain exactly the bytes written here."""
 
     def __init__(self, descriptor: int, owner: PartFile) -> None:
         super().__init__(descriptor, "wb")
@@ -187,7 +185,7 @@ class _Guarded(io.FileIO):
         self._written_ns = os.fstat(descriptor).st_mtime_ns
 
     def write(self, data: Any) -> int:
-        """Append; RecordingError if the file is not what it was."""
+        """Append; raises RecordingError if the file has been changed."""
         self.check()
         n = super().write(data)
         self._crc = zlib.crc32(memoryview(data)[:n], self._crc)
@@ -196,7 +194,7 @@ class _Guarded(io.FileIO):
         return n
 
     def check(self, whole: bool = False) -> None:
-        """Size and time tell; where the time is another, the bytes do, since to look at all of them takes long."""
+        """Compare size and time; if the time differs, the bytes."""
         now = os.fstat(self.fileno())
         if now.st_size < self._size:
             raise self._owner._lost("cut")
@@ -217,7 +215,7 @@ def _written(part: Path) -> OutputError:
 
 
 def _unnamed(path: Path) -> tuple[Path | None, int]:
-    """A new file in the folder of this path: without a name where the system can, else with one that nobody has."""
+    """A new file in the folder of this path: without name if possible, else with a unique one."""
     if hasattr(os, "O_TMPFILE") and os.path.isdir(OPENED):
         try:
             return None, os.open(path.parent, os.O_RDWR | os.O_TMPFILE | os.O_CLOEXEC, 0o644)

@@ -22,7 +22,7 @@ class Peak(NamedTuple):
 
 
 class RowBlock(NamedTuple):
-    """Rows as they stand in the file: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
+    """Rows as in the file: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
 
     times: list[int]
     log_ns: list[int]
@@ -32,13 +32,13 @@ class RowBlock(NamedTuple):
 
 
 class Messages(Protocol):
-    """Takes messages of channels; a recording, as a rule."""
+    """Receives messages of channels, usually a recording."""
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None: ...
 
 
 class Channels(Protocol):
-    """Makes channels, whose messages go to `mcap`."""
+    """Creates channels, whose messages go to `mcap`."""
 
     @property
     def mcap(self) -> Messages: ...
@@ -51,7 +51,7 @@ class RowWriter:
     """Writes the rows of one layout into the sink and keeps the peak of each rope."""
 
     def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float, lift: str = "") -> None:
-        """Of all, or of one lift alone, in topics with its name."""
+        """For all rows, or those of a single lift in topics with its name."""
         own = f"/{lift}" if lift else ""
         self.layout = layout.check()
         self.peaks: dict[str, Peak] = {}
@@ -71,7 +71,7 @@ class RowWriter:
             self._lines = 0 if lift else sink.protobuf("/ropes", viewers.SceneUpdate)
 
     def ropes(self, lines: Sequence[viewers.RopeLine]) -> viewers.Ropes:
-        """These lines, ready for `hang`; RecordingError if one is on a body that has no poses."""
+        """Lines prepared for `hang`; raises RecordingError for one on a body without poses."""
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != viewers.WORLD and body not in self.bodies:
@@ -102,7 +102,7 @@ class RowWriter:
                 write(self._lines, log_ns, t_ns, drawn[i])
 
     def _drawn(self, block: RowBlock, first: int, end: int) -> dict[int, bytes]:
-        """The messages of the rows with which the ropes are drawn anew."""
+        """Messages of the rows at which ropes are redrawn."""
         if self._ropes is None:
             return {}
         times, poses = block.times, block.columns[:, self._columns.numbers :].reshape(len(block.times), -1, 7)
@@ -119,8 +119,8 @@ class RowWriter:
 
 
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-    """Keep each rope's largest tension, of all accepted steps if the rows have them; over sheaves that of samples, of
-    its most loaded part."""
+    """Update each rope's peak tension, of all accepted steps if rows have it; over sheaves of samples, of its most
+    loaded part."""
     found = [x for x in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)) if x]
     when = layout.find("rope/peak_time")
     for tension in found:

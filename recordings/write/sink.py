@@ -27,7 +27,7 @@ from .partfile import PartFile
 OLDEST, FORMAT = 2, 2  # that are read; the last is written. tests/data has a recording of each, and of those before
 FLUSH = 0.5  # [s] of wall time: less than a second is lost, even if messages come half a second apart
 CHECKPOINT = "checkpoint/"  # before the tag in the names of such attachments
-LOOK = 0.2  # [s] between two looks of the thread
+CHECK_s = 0.2  # [s] between two looks of the thread
 MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
 
 
@@ -37,14 +37,14 @@ def library() -> str:
 
 
 def texts(facts: Mapping[str, object]) -> dict[str, str]:
-    """Metadata values: text as it is, everything else as JSON."""
+    """Metadata values: text unchanged, everything else as JSON."""
     return {
         name: value if isinstance(value, str) else msgspec.json.encode(value).decode() for name, value in facts.items()
     }
 
 
 class Sink:
-    """Writes the facts and attachments, shows them as `<path>.part`; `finish` gives it its name.
+    """Writes facts and attachments as `<path>.part`; `finish` renames it.
 
     Messages are written to `mcap`, within `writing`.
     """
@@ -80,13 +80,13 @@ class Sink:
 
     @property
     def path(self) -> Path:
-        """The recording's, which `finish` may change if something has come to stand there."""
+        """Path of the recording, which `finish` may change if a file has appeared there."""
         return self._file.path
 
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """A new channel of this protobuf message class (or of its descriptor)."""
+        """A new channel of this protobuf message class (or its descriptor)."""
         descriptor = getattr(message, "DESCRIPTOR", message)
         schema, name = file_descriptor_set(descriptor), descriptor.full_name
         return self.channel(topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {})
@@ -109,7 +109,7 @@ class Sink:
         return self.topics[topic]
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach a state, packed, by the name of its tag."""
+        """Attach a compressed state under its tag."""
         with self.writing():
             media = "application/zstd"
             packed = zstandard.ZstdCompressor(write_checksum=True).compress(state)
@@ -124,7 +124,7 @@ class Sink:
             yield
 
     def flush(self) -> None:
-        """Put what was written on disk and look whether it is still there, at most twice a second of wall time."""
+        """Write to disk and check the file, at most twice per second."""
         if time.monotonic() - self._flushed > FLUSH:
             with self.writing():
                 self.mcap.flush()
@@ -132,7 +132,7 @@ class Sink:
             self._flushed = time.monotonic()
 
     def _watch(self) -> None:
-        while not self._over.wait(LOOK):
+        while not self._over.wait(CHECK_s):
             try:
                 self.flush()
             except RecordingError as error:

@@ -40,14 +40,14 @@ class Waiting(NamedTuple):
 
 @dataclass
 class _Apart:
-    """Rows of one lift alone, and the number of the next one."""
+    """Rows of a single lift, and the number of the next one."""
 
     rows: RowWriter
     next: int = 0
 
 
 class Recorder:
-    """Writes the recording `path`; `run` are the facts known at the start, `attachments` files by name.
+    """Writes the recording `path`; `run`: facts known at the start, `attachments`: files by name.
 
     An earlier recording of this name stays and this one is run-2.mcap, unless `force` replaces it.  At most every
     `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as failed when the
@@ -80,12 +80,12 @@ class Recorder:
 
     @property
     def path(self) -> Path:
-        """Where the recording is written: the name that was given, or the next free one."""
+        """Path of the recording: the given name, or the next free one."""
         return self._sink.path
 
     @property
     def peaks(self) -> dict[str, Peak]:
-        """Largest tension of each rope so far."""
+        """Peak tension of each rope so far."""
         return self._rows.peaks if self._rows else {}
 
     # what will be recorded
@@ -98,7 +98,7 @@ class Recorder:
         key: str = "",
         units: Mapping[str, str] | None = None,
     ) -> None:
-        """Announce an output port: JSON Schema of its values, Zenoh key, units by field name."""
+        """Add an output port: JSON Schema of its values, Zenoh key, units by field."""
         name = str(schema.get("title", schema.get("$ref", port))).rpartition("/")[2]
         facts = {"model": model, "port": port, "key": key, "units": dict(units or {})}
         self._ports[model, port] = self._sink.json(
@@ -106,7 +106,7 @@ class Recorder:
         )
 
     def layout(self, layout: SampleLayout) -> None:
-        """Announce the columns of the sample rows; once."""
+        """Set the columns of sample rows; once."""
         self._rows = RowWriter(self._sink, layout, self._lines_every)
         self._lifts = {name: _Apart(RowWriter(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
@@ -167,7 +167,7 @@ class Recorder:
         self._drain()
 
     def _samples_apart(self, batch: Batch) -> None:
-        """Rows of one lift alone."""
+        """Rows of a single lift."""
         lift = self._lifts[batch.lift]
         if batch.first > lift.next:
             raise RecordingError(f"samples {lift.next} to {batch.first - 1} of lift {batch.lift} are missing")
@@ -194,7 +194,7 @@ class Recorder:
         self._drain()
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach the state of the mechanics, in which all before this tag is done; the digest does not know of it."""
+        """Attach the state of the mechanics, complete up to this tag; not part of the digest."""
         self._sink.checkpoint(at, state)
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
@@ -202,7 +202,7 @@ class Recorder:
         self._message(self._log, t_ns, log_message(t_ns, level, name, message))
 
     def settle(self, t_ns: int) -> None:
-        """Promise that nothing before this simulation time will come; what waits below it is written."""
+        """All data before this simulation time are complete and may be written."""
         self._settled = max(self._settled, t_ns)
         self._drain()
 
@@ -227,7 +227,7 @@ class Recorder:
             self._sink.abandon()
 
     def discard(self) -> None:
-        """Leave nothing."""
+        """Discard the file."""
         self._closed = True
         self._sink.abandon(keep=False)
 
@@ -274,7 +274,7 @@ class Recorder:
                     what(self._now)
 
     def _write_rows(self, waiting: Waiting, ticket: int, horizon: float) -> None:
-        """The rows below the horizon and before whatever else waits."""
+        """Rows below the horizon and before other pending data."""
         queue, (rows, block, first) = self._queue, waiting
         if queue:
             horizon = min(horizon, queue[0][0] + queue[0][1])  # an event stands before the sample of its instant

@@ -95,10 +95,12 @@ def main() -> None:
         if JSON:
             print(script.rows, end="", flush=True)
         failed += bool(script.fault)
-        told = f"{len(script.rows.splitlines())} rows" if not script.fault else f"FAILED: {script.fault}"
-        print(f"{script.name:<20} {script.seconds:6.1f} s  {told}", file=sys.stderr if JSON else sys.stdout, flush=True)
-    told = f"{len(scripts)} scripts in {time.monotonic() - began:.1f} s, {failed} failed"
-    print(told, file=sys.stderr if JSON else sys.stdout)
+        message = f"{len(script.rows.splitlines())} rows" if not script.fault else f"FAILED: {script.fault}"
+        print(
+            f"{script.name:<20} {script.seconds:6.1f} s  {message}", file=sys.stderr if JSON else sys.stdout, flush=True
+        )
+    message = f"{len(scripts)} scripts in {time.monotonic() - began:.1f} s, {failed} failed"
+    print(message, file=sys.stderr if JSON else sys.stdout)
     sys.exit(1 if failed else 0)
 
 

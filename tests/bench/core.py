@@ -25,7 +25,7 @@ def couplings(shape: str, names: list[str]) -> list[tuple[str, str, str, str]]:
     if shape == "ring":
         return [(a, "o", b, "i") for a, b in zip(names, [*names[1:], names[0]], strict=True)]
     hub, *leaves = names
-    return [way for leaf in leaves for way in ((hub, "o", leaf, "i"), (leaf, "o", hub, "i"))]
+    return [distance for leaf in leaves for distance in ((hub, "o", leaf, "i"), (leaf, "o", hub, "i"))]
 
 
 def future(name: str, t: int, speaks: bool) -> tuple[Tag, list[Event], Tag]:
@@ -100,8 +100,8 @@ class Station(Atomic):
 def grants_of(by_port: bool) -> int:
     """GRANTs of a ring of 8 with 8 numbers over SPAN [ns] of its time."""
     names = [f"s{i}" for i in range(8)]
-    ways = [(a, "slow", b, "into") for a, b in zip(names, [*names[1:], names[0]], strict=True)]
-    wires = [*ways, *((name, "quick", "z", "into") for name in names)]
+    distances = [(a, "slow", b, "into") for a, b in zip(names, [*names[1:], names[0]], strict=True)]
+    wires = [*distances, *((name, "quick", "z", "into") for name in names)]
     core = Coordinator([*names, "z"], wires, Tag(SPAN))
     nodes = [Node(name, Simulator(Station(name, i + 1, by_port), wires=wires)) for i, name in enumerate(names)]
     run_in_memory(core, [*nodes, Node("z", Simulator(Sink("z"), wires=wires))])

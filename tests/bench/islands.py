@@ -22,6 +22,7 @@ from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Tag, seconds
 from heavylift.nodes.scene import LoadedScene
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from shared.rows import SHORT, options, row

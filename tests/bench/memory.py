@@ -56,9 +56,9 @@ def child(what, folder, where, *of):
 
 
 def start(what, folder, where, *of):
-    told = subprocess.PIPE if what == "told" else subprocess.DEVNULL
+    message = subprocess.PIPE if what == "told" else subprocess.DEVNULL
     command = [sys.executable, __file__, CHILD, what, folder, where, *map(str, of)]
-    return subprocess.Popen(command, stdout=told, text=True)
+    return subprocess.Popen(command, stdout=message, text=True)
 
 
 def memory(pid, field):

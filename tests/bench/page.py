@@ -6,7 +6,7 @@ how soon page and report of long recordings are made and open.
 The founding lift (67 minutes) at 20 times real time, 1200 x 800 pixels, headless Chromium with its software renderer.
 The processor time of a picture is that of all of the browser's processes, so it holds on a busy machine, too; what the
 same browser shows when nothing is drawn is measured beside it.  Long recordings are the same lift with ten hours and
-with 200 samples a second (800 MB); making is told in processor time, opening by the clock.
+with 200 samples a second (800 MB); making is reported in processor time, opening by the clock.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 import matplotlib
 import numpy as np
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.safeguards import StepCheck
 from shared.rows import SHORT, options, row
@@ -54,8 +54,8 @@ def two(ratio: float) -> tuple[System, float]:
             for n, q in zip(("hook", "load"), places, strict=True)
         ),
         ropes=(
-            Rope("rope", (RopeSpan(Point("world"), Point("hook")),), EA, LENGTH),
-            Rope("sling", (RopeSpan(Point("hook"), Point("load")),), EA * 6.0 / LENGTH, 6.0),
+            Rope("rope", (Line(Point("world"), Point("hook")),), EA, LENGTH),
+            Rope("sling", (Line(Point("hook"), Point("load")),), EA * 6.0 / LENGTH, 6.0),
         ),
         gravity=G,
     )
@@ -120,9 +120,9 @@ def main() -> None:
             found = np.array([longest(scene, method, w) for scene, w in scenes])
             guard = np.array([longest(scene, method, w, guarded=True) for scene, w in scenes])
             everywhere = limit is None
-            told = f"{method}: stable at every step tried" if everywhere else method
+            message = f"{method}: stable at every step tried" if everywhere else method
             shape = {"marker": "^" if everywhere else "o", "ms": 5}
-            panel.loglog(values, found, ls="", color=COLOURS[method], label=told, **shape)
+            panel.loglog(values, found, ls="", color=COLOURS[method], label=message, **shape)
             if not everywhere:
                 panel.loglog(values, guard, "o", ms=10, mfc="none", color=COLOURS[method])
                 panel.loglog(fine, limit / frequency, "-", lw=1.0, color=COLOURS[method], label=f"{limit:.3g}/w")

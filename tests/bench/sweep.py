@@ -3,7 +3,7 @@
     python tests/bench/sweep.py [--json] [--short]
 
 Runs a second and core are of CPU time in one thread, warm, as a worker has it: loading a variant with all its checks,
-the run, its digest; then with limits and clearances judged as well.  The engine's overhead is the wall time of a study
+the run, its digest; then with limits and clearances checked as well.  The engine's overhead is the wall time of a study
 on an executor that runs in this thread, less that of its variants.  Growth is that of the resident set from the first
 tenth of the runs to the last; two workers are compared with one by wall time, so other work on the machine counts.
 """
@@ -85,10 +85,10 @@ def main() -> None:
     options(__doc__)
     gc.set_threshold(10_000)  # as in a worker
     scene = load(SCENE)
-    bare, judged = Task.of(scene, 60.0, "none", False), Task.of(scene, 60.0, "none", True)
-    played(judged, next(variants(1)))
+    bare, checked = Task.of(scene, 60.0, "none", False), Task.of(scene, 60.0, "none", True)
+    played(checked, next(variants(1)))
     row("runs a second and core, without verdict", rate(bare), "1/s", at_least=60.0)
-    row("runs a second and core, with verdict and clearances", rate(judged), "1/s", at_least=40.0)
+    row("runs a second and core, with verdict and clearances", rate(checked), "1/s", at_least=40.0)
     spent = min(_seconds(lambda: play(scene.plan)) for _ in range(1 if SHORT else 20))
     row("the run of a loaded variant alone", 1e3 * spent, "ms")
     with tempfile.TemporaryDirectory() as folder:

@@ -100,10 +100,10 @@ def full_round(n: int, rounds: int = ROUNDS, processes: int = 0, in_process: boo
     run = run_models(f"{MODELS}:rounds({n}, {SIZE})", until=until / 1e9, processes=processes, in_process=in_process)
     assert Stamped.events == n * rounds, "each has spoken in each round"
     blocks, begun, before = [], Stamped.at[0], Stamped.said[0]
-    for at, said in zip(Stamped.at, Stamped.said, strict=True):
-        if said - before >= n * BLOCK:
-            blocks.append((at - begun) / (said - before) * n * 1e6)
-            begun, before = at, said
+    for at, text in zip(Stamped.at, Stamped.said, strict=True):
+        if text - before >= n * BLOCK:
+            blocks.append((at - begun) / (text - before) * n * 1e6)
+            begun, before = at, text
     return median(blocks or [run.rounds_s / rounds * 1e6])
 
 

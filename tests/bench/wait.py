@@ -62,12 +62,12 @@ def lift(folder: Path, cache: Path) -> tuple[float, float]:
         text=True,
     )
     assert process.stderr is not None
-    stage, said, granted = load(LIFT).plan.actions[0].stage, "", 0.0
+    stage, text, granted = load(LIFT).plan.actions[0].stage, "", 0.0
     for line in process.stderr:
-        said += line
+        text += line
         granted = granted or (time.perf_counter() - began if stage in line else 0.0)
-    assert process.wait() == 0, said
-    assert granted, said
+    assert process.wait() == 0, text
+    assert granted, text
     return granted, time.perf_counter() - began
 
 
@@ -90,15 +90,15 @@ def path() -> float:
 @contextmanager
 def judging() -> Iterator[list[float]]:
     """Seconds of each verdict."""
-    found, judge = [], verdict.judge
+    found, judge = [], verdict.verdict_of_run
 
     def timed(*arguments):  # type: ignore[no-untyped-def]
         began = time.perf_counter()
-        judged = judge(*arguments)
+        checked = judge(*arguments)
         found.append(time.perf_counter() - began)
-        return judged
+        return checked
 
-    with patch.object(verdict, "judge", timed):
+    with patch.object(verdict, "verdict_of_run", timed):
         yield found
 
 
@@ -132,10 +132,10 @@ def main() -> None:
         path()
         row(f"{LIFT}, equilibrium path", least(path), "s", at_most=PATH_s)
         verdict.prepare()
-        with judging() as judged:
+        with judging() as checked:
             runs = [run(load(LIFT, END), folder / "run.mcap", in_process=True, force=True) for _ in range(TIMES)]
         kernel = min(r.budget.kernel for r in runs)
-        row(f"{LIFT}, verdict", min(judged), "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
+        row(f"{LIFT}, verdict", min(checked), "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
 
 
 if __name__ == "__main__":

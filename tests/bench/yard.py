@@ -70,11 +70,11 @@ def main() -> None:
     options(__doc__ or "")
     took = {lifts: min(built(lifts)[0] for _ in range(TIMES + 1)) for lifts in (1, MANY)}
     row(f"{MANY} lifts are built, more than one", took[MANY] - took[1], "s", at_most=BUILD)
-    one, yard = built(1)[1], built(MANY)[1]
+    one, builder = built(1)[1], built(MANY)[1]
     ran(one)  # compiles
-    _, end = ran(yard)
+    _, end = ran(builder)
     long = built(1, 1.0 + 0.5 * APART * (MANY - 1), f"end: {end} s\n")[1]  # as the one in the middle
-    alone, as_long, among = (min(ran(scene)[0] for _ in range(TIMES)) for scene in (one, long, yard))
+    alone, as_long, among = (min(ran(scene)[0] for _ in range(TIMES)) for scene in (one, long, builder))
     row(f"a lift among {MANY}", among / MANY, "s", "alone", alone, at_most=COST)
     row(f"a lift among {MANY}", among / MANY, "s", "alone for as long", as_long, at_most=COST)
     command()  # reads and compiles what the next find in the cache

@@ -1,4 +1,4 @@
-"""Bundled scenes with other actions, and what is told of orders that cannot be meant."""
+"""Bundled scenes with other actions, and what is reported of orders that cannot be meant."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ def scene(base: str, *actions: str, more: str = "") -> LoadedScene:
     return parse(f"extends: {base}\nname: made\n{more}actions:\n{listed}", "scene.yaml", passing=True)
 
 
-def assert_refused(base: str, order: str, told: str) -> None:
+def assert_refused(base: str, order: str, message: str) -> None:
     with pytest.raises(SceneError) as error:
         scene(base, order)
-    assert told in str(error.value)
+    assert message in str(error.value)
     assert "scene.yaml:4:" in str(error.value)

@@ -71,7 +71,7 @@ def test_at_rest_the_rope_carries_the_weight_and_the_slings_share_it() -> None:
 
 def test_slewing_leaves_the_swing_of_duhamels_integral(tmp_path: Path) -> None:
     """w'' + w0^2 w = -s'' for small swings, s the path of the tip; what is left turns both ways."""
-    rate, ramp, way = radians(1.0), radians(0.2), radians(40.0)
+    rate, ramp, distance = radians(1.0), radians(0.2), radians(40.0)
     freed = ("legs: unhook", "jib main: hoist 10 m/min by 10 m")
     scene = jib(*freed, "jib: slew 1 deg/s by 40 deg", "wait: 60 s", more="samples: 20 Hz\n")
     run(scene, tmp_path / "jib.mcap", in_process=True)
@@ -79,13 +79,13 @@ def test_slewing_leaves_the_swing_of_duhamels_integral(tmp_path: Path) -> None:
     angle = recording["joint/position/jib.slewing.angle"]
     begun = angle.t[np.flatnonzero(angle.values[:, 0] > 1e-12)[0]]
     pose = recording["pose/jib.main"]
-    after = pose.t > begun + way / rate + rate / ramp + 1.0
+    after = pose.t > begun + distance / rate + rate / ramp + 1.0
     R = tip(ANGLE)[0]
-    swung = pose.values[after, :2] - R * np.array([cos(way), sin(way)])
+    swung = pose.values[after, :2] - R * np.array([cos(distance), sin(distance)])
 
     length = tip(ANGLE)[1] - float(np.mean(pose.values[after, 2])) + 1.0 + (2.0**2 + 1.0**2) / 12.0 / 20.0
     w0 = sqrt(G / length)  # the block swings about its ropes' ends: reduced to its centre of mass, 1 m below
-    t = np.linspace(0.0, way / rate + rate / ramp, 200_001)
+    t = np.linspace(0.0, distance / rate + rate / ramp, 200_001)
     speed = np.minimum(np.minimum(ramp * t, rate), ramp * (t[-1] - t))
     phi = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(t))])
     pulled = np.gradient(1j * speed * R * np.exp(1j * phi), t)
@@ -101,9 +101,9 @@ def test_the_chart_refuses_a_radius_and_names_the_line() -> None:
     out = [degrees_at(r) for r in (29.9, 30.1)]
     allowed = jib(*up, "jib main: hoist 10 m/min by 25 m", f"jib: luff 1 deg/s to {out[0]!r} deg")
     assert not [f for f in check(allowed).findings if f.severity == "red"]
-    told = refused(*up, "jib main: hoist 10 m/min by 25 m", f"jib: luff 1 deg/s to {out[1]!r} deg")
-    assert "scene.yaml:7:5: error" in told
-    assert "jib.main would carry 22.0 t of 20 t" in told
+    message = refused(*up, "jib main: hoist 10 m/min by 25 m", f"jib: luff 1 deg/s to {out[1]!r} deg")
+    assert "scene.yaml:7:5: error" in message
+    assert "jib.main would carry 22.0 t of 20 t" in message
 
 
 def degrees_at(radius: float) -> float:

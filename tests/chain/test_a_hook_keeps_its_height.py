@@ -117,7 +117,7 @@ def test_instances_hold_heights_of_their_own(tmp_path: Path) -> None:
         ("{jib: luff 1 deg/s by 3 deg, jib main: hold high}", "'hold' stands alone, without 'high'"),
     ],
 )
-def test_what_cannot_be_meant_is_told(order: str, told: str) -> None:
+def test_what_cannot_be_meant_is_reported(order: str, told: str) -> None:
     assert_refused("jib", order, told)
 
 

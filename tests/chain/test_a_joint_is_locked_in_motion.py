@@ -49,7 +49,7 @@ def test_two_discs_share_their_angular_momentum(tmp_path: Path) -> None:
     assert abs(heat[-1] - LOST) < 1e-9
 
 
-def test_the_lost_energy_is_told_to_the_model_and_on_record(tmp_path: Path) -> None:
+def test_the_lost_energy_is_reported_to_the_model_and_on_record(tmp_path: Path) -> None:
     """The kernel answers the command at the next microstep; without motion there is nothing to lose."""
     again = SCENE + "  - bolt: lock\n"
     one, many = (play(tmp_path, again, in_process=here) for here in (True, False))
@@ -59,10 +59,10 @@ def test_the_lost_energy_is_told_to_the_model_and_on_record(tmp_path: Path) -> N
     assert abs(locked.value - LOST) < 1e-9
     assert standing.value < 1e-20
     assert the_only(happenings(one, "freed")) == Happening(4.0, "bolt", "freed", 0.0)
-    told = [e for e in one.events(source="kernel") if e.t_ns == 2_000_000_000]
+    message = [e for e in one.events(source="kernel") if e.t_ns == 2_000_000_000]
     asked = [e for e in one.events() if e.type == "SetLock" and e.t_ns == 2_000_000_000]
-    assert [e.microstep for e in told] == [asked[0].microstep + 1]
-    assert told[0].port == "state_mechanism"
+    assert [e.microstep for e in message] == [asked[0].microstep + 1]
+    assert message[0].port == "state_mechanism"
 
 
 def test_the_lost_energy_is_printed_among_the_stages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

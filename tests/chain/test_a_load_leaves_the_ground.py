@@ -7,7 +7,7 @@ from load_on_a_rope import SETTLED, WEIGHT, Rope, winding_time
 
 FORM = CLOSED_FORMS["C07a"]["expected"]
 LIFT_OFF = 1e-6  # [s] of the winch law
-TAUT = 2e-9  # [s] events are told on the next nanosecond
+TAUT = 2e-9  # [s] events are reported on the next nanosecond
 CONSTANT_STIFFNESS = 3e-3  # of the time that a rope of constant stiffness takes
 FACTOR = 1e-3  # of the dynamic factor
 

@@ -31,8 +31,8 @@ def test_all_that_moves_stands_after_its_own_emergency_deceleration(stopped: Rec
     assert done["crane.gantry.drive"] - hit == pytest.approx(V / EMERGENCY, abs=1e-9)
     assert done["crane.H1"] - hit == pytest.approx(HOISTING / EMERGENCY, abs=1e-9)
     assert begun["swing"] == pytest.approx(done["crane.gantry.drive"])
-    way = stopped["pose/crane.main"].values[-1, 0] - 40.0
-    assert way == pytest.approx(V * (30.0 - V / RAMP / 2) + V**2 / (2 * EMERGENCY), abs=2e-3)
+    distance = stopped["pose/crane.main"].values[-1, 0] - 40.0
+    assert distance == pytest.approx(V * (30.0 - V / RAMP / 2) + V**2 / (2 * EMERGENCY), abs=2e-3)
 
 
 def test_the_swing_is_that_of_duhamels_integral(stopped: Recording) -> None:
@@ -51,7 +51,7 @@ def test_the_swing_is_that_of_duhamels_integral(stopped: Recording) -> None:
 
 
 def test_a_turn_is_stopped_for_all_that_follow_it() -> None:
-    """One hook of three is told to stop: the whole turn stands near 3 degrees, and the list comes to its end."""
+    """One hook of three is reported to stop: the whole turn stands near 3 degrees, and the list comes to its end."""
     turn = "{block: turn 0.18 deg/s to 30 deg}"
     scene = parse(
         "extends: single-turn\nname: single-turn\nactions:\n"

@@ -69,9 +69,9 @@ def test_luffing_in_resets_it_and_the_module_is_set_down(whole: Recording) -> No
     ]
 
 
-def test_check_tells_that_the_chart_stops_it() -> None:
-    told = [f.sentence for f in check(load("crawler")).findings if f.kind == "interlock"]
-    assert told == [STOPPED]
+def test_check_reports_that_the_chart_stops_it() -> None:
+    message = [f.sentence for f in check(load("crawler")).findings if f.kind == "interlock"]
+    assert message == [STOPPED]
 
 
 def test_hoisting_and_luffing_out_are_barred_and_lowering_is_free(tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_what_no_interlock_guards_is_refused_as_ever() -> None:
         parse("extends: jib\nname: jib\nblock: {mass: 40 t}\n", "scene.yaml", passing=True)
 
 
-BAD = {  # an interlock of the scene, and what is told of it
+BAD = {  # an interlock of the scene, and what is reported of it
     "{when: all slings taut, stops: [hoist]}": "an interlock watches one measured quantity, such as",
     "{when: load of crawler >= 3 t and wind >= 3 m/s, stops: all}": "an interlock watches one measured quantity",
     "{when: load of crawler >= 3 t}": "an interlock stops something, or tells something: add 'stops' or 'tells'",

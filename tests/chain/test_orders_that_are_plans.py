@@ -40,8 +40,8 @@ def test_cranes_that_travel_together_stop_together(tmp_path: Path, first: str, t
     rec = Recording(tmp_path / "run.mcap")
     west, east = (rec[f"pose/{name}.main"].values[:, 0] for name in ("west", "east"))
     assert np.ptp(east - west) < 5e-3, "servos of two drives that are moved alike"
-    way = (20 / 60) ** 2 / (2 * 0.2)
-    assert west[-1] - west[0] == pytest.approx(4.0 + way, abs=0.02)
+    distance = (20 / 60) ** 2 / (2 * 0.2)
+    assert west[-1] - west[0] == pytest.approx(4.0 + distance, abs=0.02)
     assert [v["actor"] for v in said(rec, "Limit")] == [f"{first}.gantry.drive"]
 
 
@@ -145,13 +145,13 @@ def test_a_hook_levels_through_a_spreader(hook: str, verb: str) -> None:
 def test_each_block_is_levelled_by_its_name() -> None:
     """Its own slings are what counts; the other one stands where it stood."""
     lugs = "lugs: {A: [-6 m, 0 m, 2 m], B: [6 m, 0 m, 2 m]}"
-    stools = "supports: {height: 1 m, at: [[-6 m, -2 m], [6 m, -2 m], [-6 m, 2 m], [6 m, 2 m]]}"
+    supports = "supports: {height: 1 m, at: [[-6 m, -2 m], [6 m, -2 m], [-6 m, 2 m], [6 m, 2 m]]}"
     text = f"""\
 heavylift: 1
 name: two
 blocks:
-  first: {{mass: 60 t, size: [14 m, 5 m, 4 m], at: [0 m, 65 m, 3 m], {lugs}, {stools}}}
-  second: {{mass: 80 t, size: [14 m, 5 m, 4 m], at: [0 m, 45 m, 3 m], {lugs}, {stools}}}
+  first: {{mass: 60 t, size: [14 m, 5 m, 4 m], at: [0 m, 65 m, 3 m], {lugs}, {supports}}}
+  second: {{mass: 80 t, size: [14 m, 5 m, 4 m], at: [0 m, 45 m, 3 m], {lugs}, {supports}}}
 cranes: {{crane: {{type: twin-hook-600, upper: 45 m, lower: 20 m}}}}
 rigging: {{legs: {{on: [crane H1, crane H2], to: [second.A, second.B], length: 5 m, sling: {{EA: 120 MN}}}}}}
 actions:
@@ -175,13 +175,13 @@ def test_what_levels_counts_the_tilt_of_any_block(seed: int) -> None:
     places = apart([((u, 1.0, 4.0), 1.0), ((u, 3.0, 5.0), 1.0), ((-2.0, -v, 4.0), 0.0)], turned)
     assert places
     R0 = np.array([[1, 0, 0], [0, cos(turned), sin(turned)], [0, -sin(turned), cos(turned)]])
-    way = np.subtract(*places)
-    level = R0 @ way
+    distance = np.subtract(*places)
+    level = R0 @ distance
     assert level[2] == pytest.approx(0.0, abs=1e-12), "level at the angle of the turn"
     x, y, _ = level / np.linalg.norm(level)
     across, slewing = (np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) for c, s in ((x, y), (cos(slews), sin(slews))))
     tilted = across @ np.array([[cos(tilt), 0, -sin(tilt)], [0, 1, 0], [sin(tilt), 0, cos(tilt)]]) @ across.T @ R0
-    assert (slewing @ tilted @ way)[2] == pytest.approx(np.linalg.norm(way) * sin(tilt), abs=1e-12)
+    assert (slewing @ tilted @ distance)[2] == pytest.approx(np.linalg.norm(distance) * sin(tilt), abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -198,11 +198,11 @@ def test_what_levels_counts_the_tilt_of_any_block(seed: int) -> None:
         ("crane: travel 10 m/min to above P1", "after 'above' '[' must follow"),
     ],
 )
-def test_what_cannot_be_meant_is_told(order: str, told: str) -> None:
+def test_what_cannot_be_meant_is_reported(order: str, told: str) -> None:
     assert_refused("lift", order, told)
 
 
-def test_lugs_beyond_its_reach_are_told() -> None:
+def test_lugs_beyond_its_reach_are_reported() -> None:
     with pytest.raises(SceneError, match=r"jib\.luffer does not come above N2"):
         scene(
             "jib",
@@ -233,7 +233,7 @@ actions:
 """
     made = parse(text, "scene.yaml", passing=True)
     assert [type(order).__name__ for action in made.plan.actions for order in action.orders] == [
-        "Move", "Stop", "Brake", "Wait",
+        "Move", "StopOrder", "BrakeOrder", "Wait",
     ]  # fmt: skip
     last = made.statics.states[-1]
     assert last.coordinates["rail"] == pytest.approx(1.0 / (2 * 0.1) + 2.0 + 1.0 / (2 * 0.5), abs=1e-6)

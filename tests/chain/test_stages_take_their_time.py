@@ -62,7 +62,7 @@ def test_a_move_takes_its_trapezoid(recording: Recording, form: str, actuator: s
     assert done.value["position"] == pytest.approx(stands, abs=PLACE)
 
 
-def test_all_closed_forms_are_told_and_the_run_ends_with_the_last_move(recording: Recording) -> None:
+def test_all_closed_forms_are_reported_and_the_run_ends_with_the_last_move(recording: Recording) -> None:
     assert {form for form, *_ in MOVES} == set(FORM)
     last = recording.events()[-1]
     assert (last.type, last.t_ns) == ("Finished", seconds(2 * 602.5))

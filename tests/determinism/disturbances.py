@@ -82,9 +82,9 @@ def digests(cases: Iterable[Case]) -> dict[Case, str]:
         hands = [hand for hand in (group[0::2], group[1::2]) if hand]
         running = [_worker(seed, hand) for hand in hands]
         for worker, hand in zip(running, hands, strict=True):
-            said, error = worker.communicate(timeout=PATIENCE_s)
+            text, error = worker.communicate(timeout=PATIENCE_s)
             assert worker.returncode == 0, error
-            found |= dict(zip(hand, said.split(), strict=True))
+            found |= dict(zip(hand, text.split(), strict=True))
     return found
 
 

@@ -90,12 +90,12 @@ def _smaller(match: re.Match[str]) -> str:
 def _lines(given: Any, indent: str, anchors: dict[str, str]) -> list[str]:
     found = []
     for key, value in given.items():
-        said = json.dumps(value)
+        text = json.dumps(value)
         if isinstance(value, dict) and value:
             found += [f"{indent}{json.dumps(key)}:", *_lines(value, indent + "  ", anchors)]
-        elif said in anchors:
-            found.append(f"{indent}{json.dumps(key)}: *{anchors[said]}")
+        elif text in anchors:
+            found.append(f"{indent}{json.dumps(key)}: *{anchors[text]}")
         else:
-            anchors[said] = f"first-{len(anchors)}"
-            found.append(f"{indent}{json.dumps(key)}: &{anchors[said]} {said}")
+            anchors[text] = f"first-{len(anchors)}"
+            found.append(f"{indent}{json.dumps(key)}: &{anchors[text]} {text}")
     return found

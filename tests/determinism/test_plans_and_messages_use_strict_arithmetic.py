@@ -54,7 +54,7 @@ TELLS_STEPS = "judges fixed steps by margins of a tenth and tells three digits"
 KERNEL = {
     "kernel/algebra/attitudes.py": "recorded quaternions, in one order; nothing follows from them",
     "kernel/analysis/modes.py": "printed; a ramp has a period's first five digits",
-    "kernel/analysis/corrector.py": "eigenvalues: whether a rest is stable is told, and nothing follows from it",
+    "kernel/analysis/corrector.py": "eigenvalues: whether a rest is stable is reported, and nothing follows from it",
     "kernel/analysis/poses.py": "motions that loops allow; lifts, whose plans take over what rests, have none",
     "kernel/analysis/tables.py": PRINTS,
     "kernel/multibody/continuous_angles.py": "whether axes are parallel, by a wide margin",

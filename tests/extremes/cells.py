@@ -69,8 +69,8 @@ class Cell:
     def __str__(self) -> str:
         if self.refusal:
             return f"refused: {self.refusal}"
-        said = f", and says: {'; '.join(self.notes)}" if self.notes else ""
-        return f"error {self.error:.1e}{said}"
+        text = f", and says: {'; '.join(self.notes)}" if self.notes else ""
+        return f"error {self.error:.1e}{text}"
 
 
 def cell(extreme: Extreme, integrator: Integrator) -> Cell:

@@ -5,7 +5,7 @@ from math import cos, inf, pi, radians, sin, sqrt
 
 import numpy as np
 from cells import Extreme, go, started
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from independent import bounce, chain, period, planar, turn
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, Z, cube, hung
 
@@ -37,8 +37,8 @@ def ratio(r: float) -> Extreme:
         (Body("hook", hook), Body("load", load)),
         tuple(Joint(f"{n}-guide", "prismatic", "world", n, axis=Z) for n in ("hook", "load")),
         ropes=(
-            Rope("rope", (RopeSpan(Point("world"), Point("hook")),), EA, LENGTH),
-            Rope("sling", (RopeSpan(Point("hook"), Point("load")),), EA / 10.0, LENGTH / 10.0),
+            Rope("rope", (Line(Point("world"), Point("hook")),), EA, LENGTH),
+            Rope("sling", (Line(Point("hook"), Point("load")),), EA / 10.0, LENGTH / 10.0),
         ),
         gravity=G,
     )
@@ -78,7 +78,7 @@ def massless(what: str) -> Extreme:
     mass, inertia = (0.0, cube(0.0)) if what == "mass" else (10.0, cube(0.0))
     body = Body("hook", mass, inertia=inertia)
     joint = Joint("float", "free", "world", "hook", q0=(0.0, 0.0, -LENGTH, 0.0, 0.0, 0.0, 1.0))
-    line = RopeSpan(Point("world"), Point("hook", (0.1, 0.0, 0.0)))
+    line = Line(Point("world"), Point("hook", (0.1, 0.0, 0.0)))
     scene = System((body,), (joint,), ropes=(Rope("rope", (line,), EA, LENGTH),), gravity=G)
 
     def run(options: dict):
@@ -130,7 +130,7 @@ def on_a_rope(degrees: float) -> Extreme:
     def run(options: dict):
         half = 0.5 * a
         q0 = (x, 0.0, z, 0.0, sin(half), 0.0, cos(half))
-        line = RopeSpan(Point("world"), Point("block", (0.0, 0.0, 1.0)))
+        line = Line(Point("world"), Point("block", (0.0, 0.0, 1.0)))
         scene = System(
             (Body("block", m, inertia=cube(m)),), (Joint("float", "free", "world", "block", q0=q0),),
             ropes=(Rope("rope", (line,), 1e8, L, 2e5),), gravity=G,

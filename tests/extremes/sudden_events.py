@@ -6,7 +6,7 @@ from math import cos, inf, pi, sin, sqrt
 
 import numpy as np
 from cells import Extreme, go, started
-from heavylift.kernel.description import Body, Joint, Lock, Point, RigidRope, Rope, RopeSpan, Stop, System
+from heavylift.kernel.description import Body, Joint, Line, Lock, Point, RigidRope, Rope, Stop, System
 from independent import double_pendulum, hoisted
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Y, Z, hung, slider, times
 
@@ -32,7 +32,7 @@ def two_at_once() -> Extreme:
     one = hung(LENGTH - 1.0)
     other = replace(
         slider("other", MASS, Z, -(LENGTH - 1.0)),
-        ropes=(Rope("second", (RopeSpan(Point("world"), Point("other")),), EA, LENGTH),),
+        ropes=(Rope("second", (Line(Point("world"), Point("other")),), EA, LENGTH),),
     )
     scene = System(
         one.bodies + other.bodies, one.joints + other.joints, ropes=one.ropes + other.ropes, gravity=G,
@@ -111,7 +111,7 @@ def freed() -> Extreme:
 
 def redundant() -> Extreme:
     """Three equal rigid ropes side by side hold a load on a guide and share its weight."""
-    ropes = tuple(RigidRope(f"rope{n}", (RopeSpan(Point("world"), Point("load")),), LENGTH) for n in range(3))
+    ropes = tuple(RigidRope(f"rope{n}", (Line(Point("world"), Point("load")),), LENGTH) for n in range(3))
     scene = replace(slider(q0=-LENGTH), rigid_ropes=ropes)
 
     def run(options: dict):
@@ -127,7 +127,7 @@ def collinear() -> Extreme:
     h, pull, m = 10.0, 1e6, 1e3
     strain = pull / EA
     L0 = h / (1.0 + strain)
-    lines = [RopeSpan(Point("world", (0.0, y, 0.0)), Point("load")) for y in (-h, h)]
+    lines = [Line(Point("world", (0.0, y, 0.0)), Point("load")) for y in (-h, h)]
     scene = replace(
         slider(mass=m, axis=X, q0=0.05),
         ropes=tuple(Rope(f"rope{n}", (line,), EA, L0) for n, line in enumerate(lines)), gravity=0.0,

@@ -5,7 +5,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, Stop, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Stop, System
 from heavylift.kernel.simulation.safeguards import MANY, RESOLVED, critical, moved_mass
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, column, hand_over, hung, imbalance, started, times
 
@@ -19,7 +19,7 @@ def rattling_scene(mass: float = LIGHT) -> System:
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}])
-def test_a_rope_that_rattles_goes_on_without_events_and_says_so(method):
+def test_a_rope_that_rattles_goes_on_without_events_and_reports_so(method):
     s = started(rattling_scene(), sample_ns=SECOND // 100, **method)
     hand_over(s, SECOND // 10)
     chatter = [e for _, e in s.log if e.what == "chatter"]
@@ -99,7 +99,7 @@ def test_a_calm_rope_closes_its_energy_balance():
 
 
 def test_the_mass_that_a_rope_feels_is_that_of_two_bodies_in_series():
-    line = RopeSpan(Point("a"), Point("b"))
+    line = Line(Point("a"), Point("b"))
     scene = System(
         (Body("a", 300.0), Body("b", 600.0)),
         (

@@ -6,7 +6,7 @@ from math import pi, sqrt
 
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, JointSpring, Lock, Point, Rope, RopeSpan, Stop, System
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Lock, Point, Rope, Stop, System
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.safeguards import CROWD, StepBudget, fastest
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, slider, started, times
@@ -113,7 +113,7 @@ def test_what_moves_and_is_not_followed_is_refused(method, step):
 
 def test_a_small_part_that_is_not_followed_is_a_note():
     """The hook between rope and sling trembles; what is asked of the load does not suffer."""
-    line = [(RopeSpan(Point("world"), Point("hook")),), (RopeSpan(Point("hook"), Point("load")),)]
+    line = [(Line(Point("world"), Point("hook")),), (Line(Point("hook"), Point("load")),)]
     rest = LENGTH + (MASS + 450.0) * G * LENGTH / EA
     low = rest + 0.005, rest + 0.1 * LENGTH + MASS * G * LENGTH / EA + 0.01
     scene = System(
@@ -176,7 +176,7 @@ def test_energy_that_is_gone_without_heat_ends_a_controlled_run():
         bit_by_bit(s, 4, 9)
 
 
-def test_an_implicit_step_that_loses_a_motion_says_so():
+def test_an_implicit_step_that_loses_a_motion_reports_so():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(0.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)
@@ -228,7 +228,7 @@ def test_a_collapsed_step_names_mode_body_and_law():
 def test_the_mode_that_is_named_is_the_fastest_one():
     """Of two bodies on ropes the lighter one, and the rope that holds it."""
     one, other = hung(LENGTH + 0.1), slider("hook", 500.0, q0=-6.1)
-    line = RopeSpan(Point("world"), Point("hook"))
+    line = Line(Point("world"), Point("hook"))
     scene = replace(
         one, bodies=one.bodies + other.bodies, joints=one.joints + other.joints,
         ropes=(*one.ropes, Rope("tackle", (line,), EA, 6.0)),

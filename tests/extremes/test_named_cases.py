@@ -5,7 +5,7 @@ from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, Support, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Support, System
 from independent import planar
 from small_scenes import EA, LENGTH, MASS, SECOND, G, column, cube, hand_over, hung, started, times
 
@@ -20,7 +20,7 @@ def block(mass, ropes, p=(0.0, 0.0, 0.0), q=UPRIGHT, inertia=None, v=(0.0,) * 6,
 
 
 def sling(name, a, b, EA_, L0, c=0.0, **more) -> Rope:
-    return Rope(name, (RopeSpan(Point("world", a), Point("block", b)),), EA_, L0, c, **more)
+    return Rope(name, (Line(Point("world", a), Point("block", b)),), EA_, L0, c, **more)
 
 
 def test_snap_through_past_90_degrees_with_the_centre_over_the_rope_line():
@@ -69,12 +69,12 @@ def test_a_symmetric_scene_stays_symmetric_bit_for_bit():
 
 def test_statically_indeterminate_pads_open_where_statics_says():
     """A stiff block on four springy pads, lifted off its centre: two pads open, at one instant, at F = W/(1 + a/s)."""
-    W, half, aside, k, v = MASS * G, 5.0, 1.0, 5e8, 2e-2
+    W, half, lateral, k, v = MASS * G, 5.0, 1.0, 5e8, 2e-2
     pads = tuple(
         Support(f"pad{n}", Point("block", (x, y, 0.0)), 0.0, k, 0.5 * sqrt(k * MASS))
         for n, (x, y) in enumerate([(x, y) for x in (-half, half) for y in (-2.0, 2.0)])
     )
-    rope = sling("rope", (aside, 0.0, 50.0), (aside, 0.0, 0.0), EA, 50.0 + W / 4.0 / k, winch=True)
+    rope = sling("rope", (lateral, 0.0, 50.0), (lateral, 0.0, 0.0), EA, 50.0 + W / 4.0 / k, winch=True)
     i = cube(MASS, 8.0)
     s = started(block(MASS, (rope,), (0.0, 0.0, -W / 4.0 / k), inertia=i, supports=pads), **FINE)
     s.references.set_profile("rope", 0, -v, 1e-2, None)
@@ -84,7 +84,7 @@ def test_statically_indeterminate_pads_open_where_statics_says():
     assert opened[2][0] == opened[3][0], "the two nearer ones together"
     t, T = column(s, "rope/tension")
     load = float(np.interp(opened[2][0], t, T[:, 0]))
-    assert load == pytest.approx(W / (1.0 + aside / half), rel=5e-3)
+    assert load == pytest.approx(W / (1.0 + lateral / half), rel=5e-3)
     assert not opened[0], "the others still carry"
 
 

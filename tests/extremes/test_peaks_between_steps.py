@@ -5,7 +5,7 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, Spring, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Spring, System
 from heavylift.kernel.simulation.native import NODES
 from scipy_peers import PEERS
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Z, column, cube, hand_over, hung, started
@@ -58,7 +58,7 @@ def swung(seed: int) -> System:
     reach = LENGTH * (1.0 + 0.5 * draw(seed, 0.0, 1.0) * MASS * G / EA)
     place = (reach * sin(angle) * cos(turned), reach * sin(angle) * sin(turned), -reach * cos(angle))
     free = Joint("free", "free", "world", "load", q0=(*place, 0.0, 0.0, 0.0, 1.0))
-    rope = Rope("rope", (RopeSpan(Point("world"), Point("load", (0.1, 0.2, 0.0))),), EA, LENGTH)
+    rope = Rope("rope", (Line(Point("world"), Point("load", (0.1, 0.2, 0.0))),), EA, LENGTH)
     return System((Body("load", MASS, inertia=cube(MASS)),), (free,), ropes=(rope,), gravity=G)
 
 
@@ -96,7 +96,7 @@ def beating(started_at: tuple[float, ...], springs: tuple[float, ...]) -> System
     joints = tuple(
         Joint(f"{n}-guide", "prismatic", "world", n, axis=Z, q0=(-d,)) for n, d in zip(names, depths, strict=True)
     )
-    ropes = tuple(Rope(f"{n}-rope", (RopeSpan(Point("world"), Point(n)),), EA, LENGTH) for n in names)
+    ropes = tuple(Rope(f"{n}-rope", (Line(Point("world"), Point(n)),), EA, LENGTH) for n in names)
     between = zip(names, names[1:], springs, strict=False)
     forces = tuple(Spring(b, Point(a, (0.0, 0.0, far)), Point(b), far, k=EA / LENGTH * e) for a, b, e in between)
     return System(bodies, joints, ropes=ropes, forces=forces, gravity=G)

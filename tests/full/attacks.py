@@ -75,10 +75,10 @@ def commands() -> list[str]:
     return [x.name or get_command_name(getattr(x.callback, "__name__", "")) for x in app.registered_commands]
 
 
-def steers(said: str) -> bool:
+def steers(text: str) -> bool:
     """Whether lines that were printed steer a terminal, or hold a line that is not ours."""
-    forged = FORGED in [line.strip() for line in said.split("\n")]
-    return forged or not said.replace("\n", "").replace("\u00a0", "").isprintable()
+    forged = FORGED in [line.strip() for line in text.split("\n")]
+    return forged or not text.replace("\n", "").replace("\u00a0", "").isprintable()
 
 
 def nasty_scene(folder: Path) -> Path:
@@ -101,8 +101,8 @@ def terminal(folder: Path, short: bool) -> Tries:
     scene, named = nasty_scene(folder), folder / "named.yaml"
     named.write_text(scene.read_text().replace("crane: {type", f"{QUOTED}: {{type"))
     yield "check names", not steers(said(folder, f"check {named}"))
-    told = said(folder, f"run {scene} --set 'end=12 s' -o run.mcap --in-process")
-    yield f"run a scene of nasty stages: {told}", "wrote run.mcap" in told and not steers(told)
+    message = said(folder, f"run {scene} --set 'end=12 s' -o run.mcap --in-process")
+    yield f"run a scene of nasty stages: {message}", "wrote run.mcap" in message and not steers(message)
     nastier = folder / "x\x1b[2J\u202e.yaml"
     nastier.write_text(scene.read_text().replace("mass:", "moss:", 1))
     yield "check a file of nasty name", not steers(said(folder, f"check {shlex.quote(str(nastier))}"))
@@ -243,8 +243,8 @@ def workers(folder: Path, short: bool) -> Tries:
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     line = f"sweep pendulum --set 'end=1 s' --vary 'gravity=1..6 m/s2 by 1 m/s2' --scheduler {address}"
     for scheduler in [address, address.removeprefix("tcp://"), address.replace("tcp", "ws")][: 1 if short else 3]:
-        told = said(folder, f"{line.replace(address, scheduler)} -o refused")
-        yield f"{scheduler[:4]} without a word", "is not encrypted" in told and not (folder / "refused").exists()
+        message = said(folder, f"{line.replace(address, scheduler)} -o refused")
+        yield f"{scheduler[:4]} without a word", "is not encrypted" in message and not (folder / "refused").exists()
     if short:
         return
     (folder / "worker.py").write_text(WORKER.replace("MARK", str(folder / "mark-")))

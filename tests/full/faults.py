@@ -93,8 +93,8 @@ def main() -> int:
             for carried in as_completed([pool.submit(carried_out, case) for case in order]):
                 trials.append(trial := carried.result())
                 if trial.failure:
-                    told = f"NOT AS PROMISED: --seed {given.seed} --only '{trial.case}': {trial.failure}"
-                    print(told, file=sys.stderr, flush=True)
+                    message = f"NOT AS PROMISED: --seed {given.seed} --only '{trial.case}': {trial.failure}"
+                    print(message, file=sys.stderr, flush=True)
         except KeyboardInterrupt:  # the table of what was tried so far
             pool.shutdown(cancel_futures=True)
     place = {case: i for i, case in enumerate(chosen)}

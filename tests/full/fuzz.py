@@ -3,8 +3,8 @@
     python tests/full/fuzz.py --minutes 20 --seed 1            every kind for 20 minutes of CPU
     python tests/full/fuzz.py --kind resume --minutes 1        one of them
 
-Whatever a case ends in, a result or a sentence of heavylift is right; anything else is told, with the case in a file.
-Cases are played in a process of their own, which is killed and replaced where native code hangs or crashes.
+Whatever a case ends in, a result or a sentence of heavylift is right; anything else is reported, with the case in a
+file. Cases are played in a process of their own, which is killed and replaced where native code hangs or crashes.
 """
 
 from __future__ import annotations
@@ -80,9 +80,9 @@ def guarded(kind: str, seed: int, cpu_s: float) -> Result:
             case, used, ending = b"", 1.0, "hang that no signal ends"
             try:
                 while here.poll(HARD_s):
-                    case, used, told = here.recv()
-                    if told is not None:
-                        result.add(case, told)
+                    case, used, message = here.recv()
+                    if message is not None:
+                        result.add(case, message)
             except EOFError:
                 child.join()
                 ending = f"end of the process with {child.exitcode}"

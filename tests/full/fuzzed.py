@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 from heavylift.coordinator.hosts import JoinReply, JoinRequest
 from heavylift.coordinator.live import Notice, Order, Reply, journaled
-from heavylift.coordinator.participants import Participant, built, couplings, parts, transitions
+from heavylift.coordinator.participants import Participant, built, couplings, participant, parts
 from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.record import MERGED, RESOLVED
@@ -77,12 +77,12 @@ def recordings(folder: Path) -> Any:
 def commands(folder: Path) -> Any:
     """What an operator says to a run, in words and as orders."""
     scene, order = load("lift"), Order("command", text="crane: travel 1 m/min by 1 m")
-    said = b"""crane: travel 2 m/min by 1 m
+    text = b"""crane: travel 2 m/min by 1 m
 all hooks: hoist 1 m/min until taut
 crane H1: lower 0.5 m/min to 3 m within 2 s
 cranes: stop
 block: turn 1 deg/s by 5 deg, when: all slings taut after 3 s"""
-    lines = said.split(b"\n")
+    lines = text.split(b"\n")
 
     def draw(rng: Random) -> bytes:
         if rng.random() < 0.3:
@@ -104,13 +104,13 @@ def resume(folder: Path) -> Any:
     files = {**whole.attachments}
     name = MERGED if MERGED in files else next(x for x in files if x != RESOLVED)  # of the text that is read
     topics = {x.name: x.metadata for x in whole.topics.values() if "port" in x.metadata}
-    said = [(topic, raw.log_time, raw.data) for topic, raw in whole.stream(*topics)]
+    answer = [(topic, raw.log_time, raw.data) for topic, raw in whole.stream(*topics)]
 
     def draw(rng: Random) -> bytes:
         part = rng.choice(("plan", "text", "facts", "journal", "event", "event"))
         plan, text = files[RESOLVED], files[name]
         facts = msgspec.json.encode({k: str(v) for k, v in whole.run.items()})
-        one = rng.randrange(len(said))
+        one = rng.randrange(len(answer))
         return msgspec.msgpack.encode(
             (
                 spoiled(plan, JSON, rng) if part == "plan" else plan,
@@ -119,19 +119,19 @@ def resume(folder: Path) -> Any:
                 spoiled(msgspec.msgpack.encode((Tag(5), b"\x80")), MSGPACK, rng) if part == "journal" else b"",
                 [
                     (x, t, spoiled(y, JSON, rng) if part == "event" and i == one else y)
-                    for i, (x, t, y) in enumerate(said)
+                    for i, (x, t, y) in enumerate(answer)
                 ],
             )
         )
 
     def play(case: bytes) -> None:
         plan, text, facts, journal, events = msgspec.msgpack.decode(case, type=tuple[bytes, bytes, bytes, bytes, list])
-        told: Any = {}
+        message: Any = {}
         with suppress(msgspec.DecodeError, UnicodeDecodeError):
-            told = msgspec.json.decode(facts)
-        told = told if isinstance(told, dict) and all(isinstance(x, str) for x in told.values()) else {}
+            message = msgspec.json.decode(facts)
+        message = message if isinstance(message, dict) and all(isinstance(x, str) for x in message.values()) else {}
         out = folder / "left.mcap"
-        sink = Sink(out, told, {**files, name: text, RESOLVED: plan})
+        sink = Sink(out, message, {**files, name: text, RESOLVED: plan})
         made = {x: sink.channel(x, "json", "Event", "jsonschema", b"{}", facts) for x, facts in topics.items()}
         with sink.writing():
             for topic, t, data in events:
@@ -178,7 +178,7 @@ def frames(folder: Path) -> Any:
 
     def play(case: bytes) -> None:
         where, data = case[0], case[1:]
-        for decode in (m.decode, parts.decode, transitions.read, lambda x: decode_batch(x, two)):
+        for decode in (m.decode, parts.decode, participant.read, lambda x: decode_batch(x, two)):
             with suppress(HeavyliftError, *UNREADABLE):
                 decode(data)
         for kind in (JoinRequest, JoinReply, Order, Reply, Notice, m.Alive):
@@ -221,18 +221,18 @@ def _nodes() -> tuple[Coordinator, list[Node]]:
 
 def _conversation() -> list[bytes]:
     """All messages of a run of the ring."""
-    said: list[bytes] = []
+    text: list[bytes] = []
     core, nodes = _nodes()
     for node in nodes:
-        node.hello, node.handle = _heard(node.hello, said), _heard(node.handle, said)  # type: ignore[method-assign]
+        node.hello, node.handle = _heard(node.hello, text), _heard(node.handle, text)  # type: ignore[method-assign]
     run_in_memory(core, nodes)
-    return list(dict.fromkeys(said))
+    return list(dict.fromkeys(text))
 
 
-def _heard(function: Any, said: list[bytes]) -> Any:
+def _heard(function: Any, text: list[bytes]) -> Any:
     def hear(*asked: Any) -> Any:
         answer = function(*asked)
-        said.extend(m.encode(x) for x in (*asked, answer) if isinstance(x, msgspec.Struct))
+        text.extend(m.encode(x) for x in (*asked, answer) if isinstance(x, msgspec.Struct))
         return answer
 
     return hear
@@ -253,12 +253,12 @@ def _coordinated(data: bytes, where: int) -> None:
     calls = 0
 
     def instead(function: Any, *kinds: type) -> Any:
-        def said(*asked: Any) -> Any:
+        def text(*asked: Any) -> Any:
             nonlocal calls
             calls += 1
             return answer if calls == 1 + where % 12 and type(answer) in kinds else function(*asked)
 
-        return said
+        return text
 
     nodes[0].hello = instead(nodes[0].hello, m.Hello, m.Fail)  # type: ignore[method-assign]
     nodes[0].handle = instead(nodes[0].handle, m.Done, m.Fail)  # type: ignore[method-assign]

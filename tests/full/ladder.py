@@ -7,8 +7,8 @@ figures are within the accuracy.  True is the finest level, ropes of eight lumps
 stands the lower bound of its confidence interval of 95 %, one-sided (Clopper and Pearson 1934).  Every second lift is
 by goliaths (tests/nodes/fidelity/lifts_of_kinds.py), the others by other cranes and rigging (lifts_of_the_world.py).
 
-Each lift is written when it is judged, a line each; lifts that stand in FILE are not run again, so that what was broken
-off is continued, and several processes may write into one file with seeds of their own.
+Each lift is written when it is checked, a line each; lifts that stand in FILE are not run again, so that what was
+broken off is continued, and several processes may write into one file with seeds of their own.
 """
 
 import json
@@ -28,7 +28,7 @@ ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 TRUE = 1e-7  # tolerance of the reference
 BEYOND = 3.0  # times the accuracy, none may be
 LONGEST = 120.0  # seconds of a run
-WORST = 5  # figures of a lift that are told
+WORST = 5  # figures of a lift that are reported
 TASKS = 25  # lifts that a process judges: what it compiles stays in its memory
 
 
@@ -66,15 +66,16 @@ def compared(text):
     for accuracy in ACCURACIES:
         answer = choose(ladder, Question(MEANT, accuracy), measuring)
         own = at_level(plan, answer.fidelity)
-        rung = ModelLevel(msgspec.structs.replace(own, method=answer.method, tolerance=answer.tolerance))
+        candidate = ModelLevel(msgspec.structs.replace(own, method=answer.method, tolerance=answer.tolerance))
         true = ModelLevel(msgspec.structs.replace(finest, tolerance=min(TRUE, 0.1 * answer.tolerance)))
-        errors = {} if answer.notes else measuring.apart(rung, true)  # what is not answered may take for ever
+        errors = {} if answer.notes else measuring.apart(candidate, true)  # what is not answered may take for ever
         worst = sorted(errors, key=lambda name: -errors[name])[:WORST]
         at.append({
             "accuracy": accuracy, "error": max(errors.values(), default=0.0),
             "said": max(answer.errors.values(), default=0.0), "notes": answer.notes,
             "worst": [(name, errors[name], answer.figures.get(name)) for name in worst],
-            "cost": spent.cpu_s / unasked if (spent := measuring.spent.get(rung.key)) else None, "rung": rung.name,
+            "cost": spent.cpu_s / unasked if (spent := measuring.spent.get(candidate.key)) else None,
+            "rung": candidate.name,
         })  # fmt: skip
     return {"at": at, "all": sum(spent.cpu_s for spent in measuring.spent.values()) / unasked}
 
@@ -87,7 +88,7 @@ def least(kept, n):
 
 
 def told(found):
-    """Rows of all that was judged."""
+    """Rows of all that was checked."""
     row("lifts judged", len(found))
     for i, accuracy in enumerate(ACCURACIES):
         answered = [(x, x["at"][i]) for x in found if not x["at"][i]["notes"]]
@@ -116,7 +117,7 @@ def line(x):
             parts.append(f"{at['accuracy']:.1%} not answered: {at['notes'][0]}")
         elif at["error"] > at["accuracy"]:
             worst = "; ".join(f"{n} {e:.2%}, said {s or 0.0:.2%}" for n, e, s in at["worst"])
-            parts.append(f"{at['accuracy']:.1%} MISSED by {at['rung']}: {worst}")
+            parts.append(f"{at['accuracy']:.1%} MISSED by {at['candidate']}: {worst}")
     return f"{name}: {' | '.join(parts) or 'kept'}"
 
 
@@ -152,7 +153,7 @@ def main():
                     file.write(json.dumps(x) + "\n")
     mine = [found[seed] for seed in sorted(found)]
     told([x for x in mine if "lost" not in x])
-    row("lifts that could not be judged", sum("lost" in x for x in mine))
+    row("lifts that could not be checked", sum("lost" in x for x in mine))
 
 
 if __name__ == "__main__":

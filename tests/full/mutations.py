@@ -41,18 +41,18 @@ def bytes_of(data: bytes, rng: Random) -> bytes:
     for _ in range(rng.choice((1, 1, 2, 5, 20))):
         i, j = sorted(rng.randrange(len(data) + 1) for _ in range(2))
         part = data[i : min(j, i + 200)]
-        way = rng.randrange(7)
-        if way == 0:
+        distance = rng.randrange(7)
+        if distance == 0:
             data = data[:i] + rng.randbytes(1) + data[i + 1 :]
-        elif way == 1:
+        elif distance == 1:
             data = data[:i] + data[i + len(part) :]
-        elif way == 2:
+        elif distance == 2:
             data = data[:i] + part * rng.choice((2, 3, 50)) + data[i + len(part) :]
-        elif way == 3:
+        elif distance == 3:
             data = data[:i] + rng.choice(TOKENS) * rng.choice((1, 1, 1, 300)) + data[i:]
-        elif way == 4:
+        elif distance == 4:
             data = data[:j] + part + data[j:]
-        elif way == 5:
+        elif distance == 5:
             data = data[:i] + rng.choice((0, 1, 2**31 - 1, 2**63 - 1, 2**64 - 1)).to_bytes(8, "little") + data[i + 8 :]
         elif rng.random() < 0.2:
             data = data[:i]

@@ -57,7 +57,7 @@ def resident() -> float:
 
 def soaked() -> tuple[list[float], list[int], list[int], int]:
     """Resident sets, numbers of open files and of threads after each tenth, digests that differ."""
-    told: dict[int, set[str]] = {}
+    message: dict[int, set[str]] = {}
     rss: list[float] = []
     files, threads = list[int](), list[int]()
     with tempfile.TemporaryDirectory() as folder:
@@ -65,7 +65,7 @@ def soaked() -> tuple[list[float], list[int], list[int], int]:
             kind = i % len(KINDS)
             path = Path(folder) / f"{i}.mcap"
             apart = i % 25 == 24
-            told.setdefault(kind, set()).add(KINDS[kind](path, apart))
+            message.setdefault(kind, set()).add(KINDS[kind](path, apart))
             path.unlink(missing_ok=True)
             if (i + 1) % (RUNS // 10) == 0:
                 time.sleep(IDLE_s)
@@ -73,7 +73,7 @@ def soaked() -> tuple[list[float], list[int], list[int], int]:
                 files.append(len(os.listdir("/proc/self/fd")))
                 threads.append(len(os.listdir("/proc/self/task")))
                 print(f"{i + 1} runs, {rss[-1]:.1f} MB, {files[-1]} files, {threads[-1]} threads", file=sys.stderr)
-    return rss, files, threads, sum(len(digests) - 1 for digests in told.values())
+    return rss, files, threads, sum(len(digests) - 1 for digests in message.values())
 
 
 def at_once() -> tuple[int, int]:
@@ -86,8 +86,8 @@ def at_once() -> tuple[int, int]:
             subprocess.Popen([sys.executable, "-c", ALONE], cwd=folder, stdout=subprocess.PIPE, text=True)
             for folder in folders
         ]
-        said = [process.communicate()[0] for process in started]
-        return len(set(said)), sum(process.returncode != 0 for process in started)
+        text = [process.communicate()[0] for process in started]
+        return len(set(text)), sum(process.returncode != 0 for process in started)
 
 
 def main() -> None:

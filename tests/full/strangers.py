@@ -91,7 +91,7 @@ def kinds(folder: Path, short: bool) -> Iterator[tuple[str, Iterator[tuple[str, 
     yield from stories(short)
     for kind in () if short else KINDS:
         found = fuzz(kind, 1, FUZZED)
-        bad = [(told, False) for told in found.found.elements()]
+        bad = [(message, False) for message in found.found.elements()]
         yield f"spoiled {kind}", iter([*bad, *[("", True)] * (found.cases - len(bad))])
 
 
@@ -111,8 +111,8 @@ def main() -> int:
             ended = list(tries)
             bad = [what for what, promised in ended if not promised]
             row = {"kind": kind, "tried": len(ended), "as_promised": len(ended) - len(bad), "not": len(bad)}
-            told = f"{kind:<32}{row['tried']:>8}{row['as_promised']:>14}{row['not']:>6}"
-            print(json.dumps(row) if asked.json else told, file=out)
+            message = f"{kind:<32}{row['tried']:>8}{row['as_promised']:>14}{row['not']:>6}"
+            print(json.dumps(row) if asked.json else message, file=out)
             for what in bad:
                 print(f"    not as promised: {what!r}", file=sys.stderr)
             wrong += len(bad)

@@ -17,5 +17,5 @@ def test_a_scene_is_shown(name: str, tmp_path: Path) -> None:
     if any(rec.columns(x) for x in {"rope/tension", "joint/position"} & {*rec.signals()}):  # not of one free body
         plot(recording, tmp_path / "plot.png")
     report(recording, tmp_path / "report.html")
-    told = (tmp_path / "report.html").read_text()
-    assert [rope for rope in Recording(recording).fact("peaks", {}) if rope not in told] == []
+    message = (tmp_path / "report.html").read_text()
+    assert [rope for rope in Recording(recording).fact("peaks", {}) if rope not in message] == []

@@ -21,8 +21,8 @@ def test_the_checker_of_another_house_is_content(tmp_path: Path) -> None:
     path = tmp_path / "lift.mcap"
     run(load("lift"), path, in_process=True)
     done = subprocess.run([str(RERUN), "mcap", "check", str(path)], capture_output=True, text=True, timeout=300)
-    said = done.stdout + done.stderr
-    assert done.returncode == 0, said
-    assert "/samples" in said
-    states = [line.split()[0] for line in said.splitlines() if " /" in line and not line.startswith("/")]
-    assert set(states) == {"ok"}, said
+    text = done.stdout + done.stderr
+    assert done.returncode == 0, text
+    assert "/samples" in text
+    states = [line.split()[0] for line in text.splitlines() if " /" in line and not line.startswith("/")]
+    assert set(states) == {"ok"}, text

@@ -97,8 +97,8 @@ def test_linkage_stands_while_it_is_locked(tmp_path: Path) -> None:
 def test_gust_pushes_the_load_aside(tmp_path: Path) -> None:
     recording = played(tmp_path, "gust")
     push = 0.5 * 1.225 * 80.0 * 1.3 * 15.0**2
-    aside = column(recording, "pose/load", "x", 12.0, 32.0)
-    assert (aside.max() + aside.min()) / 2 == pytest.approx(41.0 * push / (60e3 * G), rel=0.1)
+    lateral = column(recording, "pose/load", "x", 12.0, 32.0)
+    assert (lateral.max() + lateral.min()) / 2 == pytest.approx(41.0 * push / (60e3 * G), rel=0.1)
     assert np.ptp(column(recording, "pose/load", "x", 0.0, 10.0)) == 0.0
 
 
@@ -123,14 +123,14 @@ def damped(zeta: float, t: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("of", "zeta", "off"), [("plain", 0.0, 0.06), ("led", 9.2 / (2 * sqrt(G * 24.0)), 0.012)])
 def test_a_controller_damps_a_swing_as_in_theory(damper: Recording, of: str, zeta: float, off: float) -> None:
     q, load = damper.signal("joint/position"), damper.signal(f"pose/{of}-load")
-    aside = load["x"] - q[f"{of}-rail.travel"]
-    assert aside == pytest.approx(24.0 * damped(zeta, q.t), abs=off), "of 2.3 and 0.8 m at most"
+    lateral = load["x"] - q[f"{of}-rail.travel"]
+    assert lateral == pytest.approx(24.0 * damped(zeta, q.t), abs=off), "of 2.3 and 0.8 m at most"
     assert q[f"{of}-rail.travel"][-1] == pytest.approx(34.0, abs=1e-3)
-    left = float(np.abs(aside[q.t > 70.0]).max())
+    left = float(np.abs(lateral[q.t > 70.0]).max())
     assert left == pytest.approx(2.32, abs=0.01) if of == "plain" else left < 0.01
 
 
-def test_the_page_tells_of_all_scenes_as_they_are() -> None:
+def test_the_page_reports_of_all_scenes_as_they_are() -> None:
     assert (FOLDER / "GALLERY.md").read_text() == page([load(name) for name in bundled()])
     pictures = {path.stem: path.stat().st_size for path in (FOLDER / "pictures").glob("*.png")}
     assert set(pictures) == set(bundled())
@@ -141,8 +141,8 @@ def test_the_page_tells_of_all_scenes_as_they_are() -> None:
 
 def test_one_command_makes_the_page(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("# Mine.\nheavylift: 1\nname: mine\nextends: pendulum\nend: 1 s\n")
-    told = CliRunner().invoke(app, ["gallery", str(tmp_path / "mine.yaml"), "-o", str(tmp_path / "page")])
-    assert told.exit_code == 0, told.exception
+    message = CliRunner().invoke(app, ["gallery", str(tmp_path / "mine.yaml"), "-o", str(tmp_path / "page")])
+    assert message.exit_code == 0, message.exception
     text = (tmp_path / "page" / "GALLERY.md").read_text()
     assert "## mine\n\nMine.\n\n![mine](pictures/mine.png)\n\n    heavylift run mine.yaml\n" in text
     assert (tmp_path / "page" / "pictures" / "mine.png").read_bytes()[:4] == b"\x89PNG"

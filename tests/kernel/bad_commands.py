@@ -8,11 +8,11 @@ from heavylift.kernel.description import (  # fmt: skip
     Brake,
     Drive,
     Joint,
+    Line,
     Master,
     Measured,
     Point,
     Rope,
-    RopeSpan,
     Threshold,
 )
 from small_scenes import SECOND, X, hung
@@ -33,7 +33,7 @@ def driven():
         brakes=(Brake("brake", "other", 1.0, 1.0, 1.0),),
         thresholds=(Threshold("low", "joint", of="other"),),
     )
-    return replace(scene, ropes=(*scene.ropes, Rope("sling", (RopeSpan(Point("world"), Point("b")),), 1e8, 5.0)))
+    return replace(scene, ropes=(*scene.ropes, Rope("sling", (Line(Point("world"), Point("b")),), 1e8, 5.0)))
 
 
 COMMANDS = [

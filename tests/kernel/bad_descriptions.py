@@ -14,12 +14,12 @@ from heavylift.kernel.description import (  # fmt: skip
     Flexible,
     Joint,
     JointSpring,
+    Line,
     Master,
     Measured,
     Plane,
     Point,
     Rope,
-    RopeSpan,
     Stop,
     Support,
     Threshold,
@@ -28,7 +28,7 @@ from small_scenes import slider
 
 ONE = slider("a")
 BODY, GUIDE = ONE.bodies[0], ONE.joints[0]
-LINE = (RopeSpan(Point("world"), Point("a")),)
+LINE = (Line(Point("world"), Point("a")),)
 ROPE = Rope("rope", LINE, 1e8, 10.0)
 BEAM = Beam(10.0, 5.0, EI_y=1e6)
 SHEARED = ((1.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -132,7 +132,7 @@ DESCRIPTIONS = [
     (with_(ropes=(replace(ROPE, damping=-1.0),)), "rope 'rope': damping is -1; it cannot be negative"),
     (with_(ropes=(replace(ROPE, lines=()),)), "rope 'rope': it has no line; give it at least one"),
     (
-        with_(ropes=(replace(ROPE, lines=(RopeSpan(Point("a", (0.0, 0.0, nan)), Point("world")),)),)),
+        with_(ropes=(replace(ROPE, lines=(Line(Point("a", (0.0, 0.0, nan)), Point("world")),)),)),
         "rope 'rope': lines is nan; it must be a finite number",
     ),
     (
@@ -225,7 +225,7 @@ DESCRIPTIONS = [
         "drive 'e': joint 'a-guide' already has the drive 'd'",
     ),
     (
-        with_(ropes=(replace(ROPE, lines=(RopeSpan(Point("b"), Point("a")),)),)),
+        with_(ropes=(replace(ROPE, lines=(Line(Point("b"), Point("a")),)),)),
         "rope 'rope': there is no body 'b'; known: a, world",
     ),
     (

@@ -5,14 +5,15 @@ from heavylift.kernel.description import (
     Brake,
     Bushing,
     Drive,
+    InputSignal,
     Joint,
     JointSpring,
+    Line,
     Load,
     Master,
     Measured,
     Point,
     Rope,
-    RopeSpan,
     Spring,
     Stop,
     Support,
@@ -21,7 +22,6 @@ from heavylift.kernel.description import (
     Torsion,
     Wind,
 )
-from heavylift.kernel.description.forces import InputSignal
 from small_scenes import G, X, Y, Z, cube
 
 SEAT = tuple(tuple(1.0e3 if i == j else 100.0 + 20.0 * (i + j) for j in range(6)) for i in range(6))
@@ -42,8 +42,8 @@ def yard() -> System:
         Joint("float", "free", "world", "block", q0=(0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0)),
         Joint("hinge", "revolute", "block", "arm", (0.0, 0.0, 2.0), axis=Z),
     )
-    rope = tuple(RopeSpan(Point("cat", (x, 0.0, 0.0)), Point("block", (x, 0.0, 2.0)), 0.5) for x in (-1.0, 1.0))
-    sling = RopeSpan(Point("trolley", (3.0, 0.0, 0.0)), Point("block", (2.0, 0.0, 2.0)))
+    rope = tuple(Line(Point("cat", (x, 0.0, 0.0)), Point("block", (x, 0.0, 2.0)), 0.5) for x in (-1.0, 1.0))
+    sling = Line(Point("trolley", (3.0, 0.0, 0.0)), Point("block", (2.0, 0.0, 2.0)))
     k, d = m * G / 4 / 5e-3, 4e5
     return System(
         bodies,

@@ -1,6 +1,6 @@
 """The 24-degree-of-freedom two-crane scene of the reference trajectory: loaders pinned to the block, six ropes."""
 
-from heavylift.kernel.description import Body, Drive, Joint, JointSpring, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Drive, Joint, JointSpring, Line, Point, Rope, System
 
 G = 9.81
 EA, ROPE_DAMPING, HINGE_DAMPING = 6.0e8, 3.3e4, 5.0e3
@@ -39,6 +39,6 @@ def scene(hooks: tuple[float, ...] = HOOK_Y) -> System:
             springs += [JointSpring(f"{p}{n}-friction", f"{p}{n}-joint", d=HINGE_DAMPING) for p in ("low", "up")]
             trolley, z = (f"lower{i}", 74.0) if j == 1 else (f"upper{i}", 77.0)
             l = z - 2.0 - 27.5
-            line = RopeSpan(Point(trolley, (0.0, y, -2.0)), Point(f"up{n}", (0.0, 0.0, 1.5)))
+            line = Line(Point(trolley, (0.0, y, -2.0)), Point(f"up{n}", (0.0, 0.0, 1.5)))
             ropes.append(Rope(f"rope{n}", (line,), EA, EA * l / (EA + static), ROPE_DAMPING))
     return System(tuple(bodies), tuple(joints), tuple(springs), drives=tuple(drives), ropes=tuple(ropes), gravity=G)

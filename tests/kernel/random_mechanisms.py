@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import JOINTS, WORLD, JointSpring, Point, RigidRope, Rope, RopeSpan, System
+from heavylift.kernel.description import JOINTS, WORLD, JointSpring, Line, Point, RigidRope, Rope, System
 from heavylift.kernel.simulation import Simulation
 from linkages import looped, poses
 from random_trees import KINDS
@@ -41,7 +41,7 @@ def mechanism(seed: int, decades: float) -> System:
         p, _ = at[name]
         sky = p + random.normal(size=3) + (0.0, 0.0, 10.0)
         distance = float(np.linalg.norm(sky - p))
-        line = (RopeSpan(Point(WORLD, tuple(sky.tolist())), Point(name)),)
+        line = (Line(Point(WORLD, tuple(sky.tolist())), Point(name)),)
         match random.integers(4):
             case 0:
                 length = distance * float(random.uniform(0.98, 1.05))

@@ -127,7 +127,7 @@ class PeerCode:
         at, solver = self._at, self._solver
         t, y = (float(X[at["t"]]), X[at["y"]].copy()) if solver is None else (solver.t, solver.y)
         longest = self._longest(X, P, t, t_stop, y)
-        told: str | None = "its numbers are not finite"
+        message: str | None = "its numbers are not finite"
         try:
             with warnings.catch_warnings(), np.errstate(all="ignore"):
                 warnings.simplefilter("ignore")
@@ -140,11 +140,11 @@ class PeerCode:
                     solver.max_step = longest
                     solver.atol = float(X[at["tol"]] * max(X[at["scale"]], X[at["grain"]]))  # see `small_motions`
                 self._solver = solver
-                told = solver.step()
+                message = solver.step()
         except (ValueError, ArithmeticError, np.linalg.LinAlgError):
             solver = None
         if solver is None or solver.status == "failed" or not np.isfinite(solver.y).all():
-            why = (told or "its numbers are not finite").rstrip(".").lower()
+            why = (message or "its numbers are not finite").rstrip(".").lower()
             raise KernelError(f"method '{self._method.name}' gives up ({why})")
         return solver.dense_output()
 

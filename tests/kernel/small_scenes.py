@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import channels, published
 
@@ -26,7 +26,7 @@ def slider(name: str = "load", mass: float = MASS, axis=Z, q0: float = 0.0, v0: 
 
 def hung(z: float, L0: float = LENGTH, v0: float = 0.0, **rope) -> System:
     """A load on a vertical guide under a rope from the origin; it starts at height -z."""
-    line = RopeSpan(Point("world"), Point("load"))
+    line = Line(Point("world"), Point("load"))
     return replace(slider(q0=-z, v0=v0), ropes=(Rope("rope", (line,), EA, L0, **rope),))
 
 

@@ -34,12 +34,12 @@ def blocks(page: str) -> list[tuple[str, str]]:
 def follow(page: str, folder: Path, capfd: pytest.CaptureFixture[str], patch: pytest.MonkeyPatch) -> int:
     """Run all blocks of a page in a folder; how many commands and Python blocks were run."""
     _settle(folder, patch)
-    done, said, names = 0, "", {}
+    done, answer, names = 0, "", {}
     for language, text in blocks(page):
         if language == "text":
-            missing = [line for line in text.splitlines() if line.strip() not in said]
-            assert not missing, f"{page}: {missing} not in\n{said}"
-            said = ""
+            missing = [line for line in text.splitlines() if line.strip() not in answer]
+            assert not missing, f"{page}: {missing} not in\n{answer}"
+            answer = ""
             continue
         if language == "sh":
             for command in _commands(text):
@@ -50,7 +50,7 @@ def follow(page: str, folder: Path, capfd: pytest.CaptureFixture[str], patch: py
             exec(compile(text, page, "exec"), names)
         out, err = capfd.readouterr()
         assert not CONTROL.search(out + err), f"{page}: a pipe gets plain text, no colours and no bars"
-        said += out + err
+        answer += out + err
     return done
 
 
@@ -84,8 +84,8 @@ def _commands(text: str) -> list[str]:
 
 
 def _run(page: str, command: str, patch: pytest.MonkeyPatch) -> None:
-    told = re.search(r"  # exit code (\d+)", command)
-    wanted = int(told[1]) if told else 0
+    message = re.search(r"  # exit code (\d+)", command)
+    wanted = int(message[1]) if message else 0
     if command.startswith("heavylift ") and not re.search(r" [<>&|]", command):
         patch.setattr("sys.argv", shlex.split(command, comments=True))
         try:

@@ -62,9 +62,9 @@ def _commands() -> Iterator[str]:
         rows = [_row(f"`{', '.join(p.opts)}`", p.help) for p in command.params if p.param_type_name == "option"]
         rows += [_row(p.name, p.help) for p in command.params if p.param_type_name == "argument"]
         usage = " ".join(["heavylift", name, *words])
-        told = "\n\n".join(" ".join(part.split()) for part in command.help.split("\n\n"))
+        message = "\n\n".join(" ".join(part.split()) for part in command.help.split("\n\n"))
         table = ["| option or argument | meaning |", "|---|---|", *rows] if rows else []
-        yield "\n".join([f"## `{usage}`\n", f"{told} Example: `{command.example}`\n", *table])
+        yield "\n".join([f"## `{usage}`\n", f"{message} Example: `{command.example}`\n", *table])
 
 
 def _keys() -> Iterator[str]:
@@ -81,13 +81,13 @@ def _keys() -> Iterator[str]:
     parts = {"the scene": schema, **schema["$defs"]}
     for name, part in parts.items():
         model = next((option for option in part.get("anyOf", []) if "properties" in option), part)
-        told = " ".join(model.get("description", "").split())
+        message = " ".join(model.get("description", "").split())
         rows = [
             _key(key, value, key in model.get("required", ())) for key, value in model.get("properties", {}).items()
         ]
         if rows:
             yield "\n".join(
-                [f"## {_plain(name)}\n", f"{told}\n", "| key | default | meaning |", "|---|---|---|", *rows]
+                [f"## {_plain(name)}\n", f"{message}\n", "| key | default | meaning |", "|---|---|---|", *rows]
             )
 
 
@@ -139,8 +139,8 @@ def _plain(name: str) -> str:
 
 
 def _modules() -> Iterator[str]:
-    for told in MODULES:
-        name, _, some = told.partition(": ")
+    for message in MODULES:
+        name, _, some = message.partition(": ")
         module = import_module(name)
         doc = inspect.cleandoc(module.__doc__ or "")
         yield f"## {name}\n\n```\n{doc}\n```"
@@ -193,8 +193,8 @@ def _signature(thing: Callable[..., object]) -> str:
         if parameter.name == "self":
             continue
         star = "*" * ((parameter.kind == parameter.VAR_POSITIONAL) + 2 * (parameter.kind == parameter.VAR_KEYWORD))
-        told = "" if parameter.default is parameter.empty else f"={parameter.default!r}"
-        words.append(f"{star}{parameter.name}{'=...' if ' at 0x' in told else told}")
+        message = "" if parameter.default is parameter.empty else f"={parameter.default!r}"
+        words.append(f"{star}{parameter.name}{'=...' if ' at 0x' in message else message}")
     return f"({', '.join(words)})"
 
 

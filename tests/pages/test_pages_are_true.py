@@ -60,8 +60,8 @@ def test_the_reference_describes_every_command_and_option() -> None:
         (part,) = re.findall(rf"^## `heavylift {name}[ `].*?(?=^## |\Z)", REFERENCE["commands"], re.M | re.S)
         rows = dict(re.findall(r"^\| `?([^|`]*)`? \| (.*) \|$", part, re.M))
         for parameter in command.params:
-            told = ", ".join(parameter.opts) if parameter.param_type_name == "option" else parameter.name
-            assert rows.get(told), f"heavylift {name} {told}"
+            message = ", ".join(parameter.opts) if parameter.param_type_name == "option" else parameter.name
+            assert rows.get(message), f"heavylift {name} {message}"
 
 
 def test_the_reference_describes_every_key_of_scenes() -> None:
@@ -71,7 +71,7 @@ def test_the_reference_describes_every_key_of_scenes() -> None:
     assert {key for model in models for key in model.get("properties", {})} - {"like"} == set(keys) - {"like"}
 
 
-@pytest.mark.parametrize("module", [told for told in MODULES if ":" not in told])
+@pytest.mark.parametrize("module", [message for message in MODULES if ":" not in message])
 def test_the_reference_describes_every_public_name(module: str) -> None:
     there = import_module(module)
     names = [name for name in public_names(there) if not inspect.ismodule(getattr(there, name))]

@@ -71,14 +71,14 @@ class Chromium:
             self._buffer += piece
         message, _, self._buffer = self._buffer.partition(b"\0")
         found = json.loads(message)
-        told = {
+        sentence = {
             "Runtime.exceptionThrown": lambda p: (
                 p["exceptionDetails"].get("exception", {}).get("description", "exception")
             ),
             "Log.entryAdded": lambda p: p["entry"]["text"] if p["entry"]["level"] == "error" else "",
         }.get(found.get("method", ""))
-        if told is not None and told(found["params"]):
-            self.complaints.append(told(found["params"]))
+        if sentence is not None and sentence(found["params"]):
+            self.complaints.append(sentence(found["params"]))
         if found.get("method") == "Network.requestWillBeSent":
             self.requests = [*getattr(self, "requests", []), found["params"]["request"]["url"]]
         return found

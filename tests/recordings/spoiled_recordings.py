@@ -57,8 +57,8 @@ def patience(seconds: float) -> Iterator[None]:
 
 def spoiled(data: bytes, rng: random.Random) -> bytes:
     """One of many ways to spoil a file."""
-    ways = (_bytes, _bytes, _cut, _moved, _numbers, _inside, _inside, _summary, _summary)
-    return rng.choice(ways)(data, rng)
+    distances = (_bytes, _bytes, _cut, _moved, _numbers, _inside, _inside, _summary, _summary)
+    return rng.choice(distances)(data, rng)
 
 
 def _bytes(data: bytes, rng: random.Random) -> bytes:
@@ -140,7 +140,7 @@ def read_in_all_ways(path: Path, whole: Path, folder: Path, pictures: bool = Tru
         lambda: curves(path, ["rope/*"], folder / "x.svg"),
         lambda: report(path, folder / "x.html"),
     )
-    ways: tuple[Callable[[], object], ...] = (
+    distances: tuple[Callable[[], object], ...] = (
         everything,
         lambda: info(path),
         lambda: info_data(path),
@@ -156,9 +156,9 @@ def read_in_all_ways(path: Path, whole: Path, folder: Path, pictures: bool = Tru
     )
     sentences = []
     with patience(PATIENCE_s + (PICTURES_s if pictures else 0.0)):
-        for way in ways:
+        for distance in distances:
             try:
-                way()
+                distance()
             except RecordingError as error:
                 sentences.append(str(error))
     (folder / "saved.mcap").unlink(missing_ok=True)

@@ -181,10 +181,10 @@ def test_names_loads_and_dimensions_are_written_over_the_scene(browser: Chromium
     written = "heavylift.stage.draw(1), heavylift.stage.labels.written"
     assert {"block", "crane", "CG 300 t", "1909 kN · 44 %"} <= set(browser.run(written))
     click = "document.querySelector('#shows [name=%s]').click(), "
-    told = set(browser.run(click % "dimensions" + click % "lugs" + written))
-    assert {"20 m", "8 m"} <= told, "length and height of the block"
-    assert "16 m" not in told, "its width is not seen from here"
-    assert told & {"P1", "Q1"}
+    message = set(browser.run(click % "dimensions" + click % "lugs" + written))
+    assert {"20 m", "8 m"} <= message, "length and height of the block"
+    assert "16 m" not in message, "its width is not seen from here"
+    assert message & {"P1", "Q1"}
     off = set(
         browser.run("".join(click % name for name in ("names", "loads", "gravity", "dimensions", "lugs")) + written)
     )
@@ -218,15 +218,15 @@ def test_the_camera_follows_the_block(browser: Chromium, lift: Path) -> None:
 
 
 @pytest.mark.large
-def test_the_picture_is_saved_with_a_line_that_tells_what_it_is(browser: Chromium, lift: Path) -> None:
+def test_the_picture_is_saved_with_a_line_that_reports_what_it_is(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40")
     browser.run("HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href] }")
     browser.key("s")
     name, address = browser.run("window.saved")
     assert name == "lift-up-0-40.00.png"
-    picture = imread(io.BytesIO(base64.b64decode(address.partition(",")[2])), format="png")
+    state = imread(io.BytesIO(base64.b64decode(address.partition(",")[2])), format="png")
     host = browser.run("(r => [r.width, r.height])(document.getElementById('stage').getBoundingClientRect())")
-    assert picture.shape[1] / picture.shape[0] == pytest.approx(host[0] / (host[1] + 26), rel=0.01)
+    assert state.shape[1] / state.shape[0] == pytest.approx(host[0] / (host[1] + 26), rel=0.01)
 
 
 def test_nothing_is_cut_at_the_width_of_a_phone(browser: Chromium, lift: Path) -> None:
@@ -245,8 +245,8 @@ def test_a_long_recording_is_seen_at_once_and_then_in_full(
     recording = lift.with_suffix(".mcap")
     signal = Recording(recording).signal("rope/tension")
     monkeypatch.setattr(rendering, "COARSE", 5000)
-    told = rendering.content(Recording(recording))
-    assert len(base64.b64decode(told["rows"]["t"])) // 8 < len(signal.t) / 2, "the coarse level"
+    message = rendering.content(Recording(recording))
+    assert len(base64.b64decode(message["rows"]["t"])) // 8 < len(signal.t) / 2, "the coarse level"
     page = view(recording, tmp_path / "lift.html")
     browser.open(f"{page.as_uri()}#t=40")
     browser.until("document.documentElement.dataset.finer === 'yes'")
@@ -259,7 +259,7 @@ def test_a_long_recording_is_seen_at_once_and_then_in_full(
 
 
 @pytest.mark.large
-def test_charts_tell_limits_and_times_as_a_clock_does(browser: Chromium, lift: Path) -> None:
+def test_charts_report_limits_and_times_as_a_clock_does(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40")
     legend = browser.run("[...document.querySelectorAll('.u-legend .u-label')].slice(0, 4).map(e => e.textContent)")
     assert legend[0] == "time"

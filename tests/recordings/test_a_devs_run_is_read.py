@@ -63,13 +63,13 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_info_tells_the_model_its_results_and_its_events(recorded: Path) -> None:
+def test_info_reports_the_model_its_results_and_its_events(recorded: Path) -> None:
     text = info(recorded)
     assert f"  model     {clocks.__module__}:clocks\n" in text
     assert "shop.clock0  Told  n 4, name end, inner {'level': 0.25}, pair [1, 2], maybe None" in text
     assert "clock0       8  told 4, bell 4" in text
-    told = info_data(recorded)["result"]["results"]["shop.clock0"]
-    assert (told["type"], told["value"]["n"]) == ("Told", 4)
+    message = info_data(recorded)["result"]["results"]["shop.clock0"]
+    assert (message["type"], message["value"]["n"]) == ("Told", 4)
 
 
 def test_the_events_are_a_table_with_a_column_for_each_field(recorded: Path, tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_ports_are_drawn_each_in_a_panel(recorded: Path, tmp_path: Path) -> None
     assert "inner.level" not in page
 
 
-def test_too_many_ports_and_none_are_told(tmp_path: Path) -> None:
+def test_too_many_ports_and_none_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "many.mcap"
     run_models(f"{Path(__file__)}:clocks(9)", until=0.002, output=path, in_process=True)
     with pytest.raises(RecordingError, match=r"18 ports in one figure; name some of them, such as 'clock0/bell', '"):
@@ -112,7 +112,7 @@ def test_too_many_ports_and_none_are_told(tmp_path: Path) -> None:
     assert json.dumps(info_data(tmp_path / "none.mcap"))
 
 
-def test_what_is_all_said_at_one_instant_is_drawn_without_a_warning(
+def test_what_is_all_stated_at_one_instant_is_drawn_without_a_warning(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)
@@ -121,5 +121,5 @@ def test_what_is_all_said_at_one_instant_is_drawn_without_a_warning(
 
 
 def test_it_has_no_lift_to_report(recorded: Path, tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"run.mcap: a DEVS model lifts nothing to report; `heavylift info` tells"):
+    with pytest.raises(RecordingError, match=r"a DEVS model lifts nothing to report; `heavylift info` prints"):
         report(recorded, tmp_path / "report.html")

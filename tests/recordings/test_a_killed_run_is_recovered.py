@@ -40,7 +40,7 @@ def test_all_that_was_flushed_is_there_again(killed: Path, recorded: Path, tmp_p
         assert np.array_equal(new.signal(name).t, old.signal(name).t)
 
 
-def test_the_result_says_that_the_run_was_cut_off(killed: Path, recorded: Path) -> None:
+def test_the_result_reports_that_the_run_was_cut_off(killed: Path, recorded: Path) -> None:
     new = Recording(recover(killed).path)
     assert new.result["status"] == "cut off"
     assert new.result["reason"].startswith("recovered from killed.mcap.part: ")
@@ -66,7 +66,7 @@ def test_a_damaged_chunk_is_passed_over_and_named(recorded: Path, tmp_path: Path
         recover(damaged)
 
 
-def test_what_is_lost_is_told_in_seconds_of_the_run(tmp_path: Path) -> None:
+def test_what_is_lost_is_reported_in_seconds_of_the_run(tmp_path: Path) -> None:
     with Recorder(tmp_path / "run.mcap", {"scene": "lift"}) as rec:
         for t in range(4):
             rec.log(t * SECOND, "info", "x", "x")

@@ -123,26 +123,26 @@ def test_two_browsers_see_the_same_whenever_they_come(
         first.append(message)
         if message[1] == "end":
             break
-    told = []
+    sentence = []
     for message in late:
-        told.append(message)
+        sentence.append(message)
         if message[1] == "end":
             break
-    assert told == first
+    assert sentence == first
     assert next(iter(again))[0] == seen + 1, "who comes back goes on where it was"
     for nonsense in ("9" * 5000, "-1", "x"):
-        assert next(iter(Browser(live, after=nonsense)))[0] == told[0][0]
-    kinds = [kind for _, kind, _ in told]
+        assert next(iter(Browser(live, after=nonsense)))[0] == sentence[0][0]
+    kinds = [kind for _, kind, _ in sentence]
     assert kinds[0] == "begin"
     assert kinds[-1] == "end"
-    assert told[0][2]["title"] == NASTY
-    parts = [message["rows"] for _, kind, message in told if kind == "more" and "rows" in message]
+    assert sentence[0][2]["title"] == NASTY
+    parts = [message["rows"] for _, kind, message in sentence if kind == "more" and "rows" in message]
     t = np.concatenate([np.frombuffer(base64.b64decode(part["t"]), "<f8") for part in parts])
     assert t.tolist() == [x / 1e9 for x in TIMES]
     x = np.concatenate([np.frombuffer(base64.b64decode(part["x"]), "<f4") for part in parts]).reshape(len(TIMES), -1)
     assert np.array_equal(x[:, :7], rows[:, 6:13].astype("<f4")), "the pose of the first body"
-    assert [s["name"] for _, kind, m in told if kind == "more" for s in m["stages"]] == [NASTY]
-    assert told[-1][2]["status"] == "finished, 4 s simulated; recorded in run.mcap"
+    assert [s["name"] for _, kind, m in sentence if kind == "more" for s in m["stages"]] == [NASTY]
+    assert sentence[-1][2]["status"] == "finished, 4 s simulated; recorded in run.mcap"
 
 
 @pytest.mark.usefixtures("begin")
@@ -171,7 +171,7 @@ def test_a_page_that_nobody_opened_and_a_run_that_failed_early_end_at_once() -> 
 
 
 @pytest.mark.usefixtures("begin")
-def test_what_a_scene_says_stays_within_its_message(live: LivePage) -> None:
+def test_what_a_scene_reports_stays_within_its_message(live: LivePage) -> None:
     status, body = ask(live)
     assert status == 200
     assert body.count(b"<script") == 2

@@ -109,9 +109,9 @@ def test_a_long_batch_fills_several_chunks_row_after_row(begin: Begin) -> None:
     with path.open("rb") as stream:
         topics = ["/samples", "/poses", "/ropes"]
         found = NonSeekingReader(stream, validate_crcs=True).iter_messages(topics, log_time_order=False)
-        told = [(channel.topic, message.sequence, message.log_time) for _, channel, message in found]
+        sentence = [(channel.topic, message.sequence, message.log_time) for _, channel, message in found]
     drawn = [("/ropes", i // 2) for i in range(n)]  # once a second, with every other sample
-    assert told == [
+    assert sentence == [
         (topic, number, i * SECOND // 2)
         for i in range(n)
         for topic, number in [("/samples", i), ("/poses", i), *drawn[i : i + 1 - i % 2]]
@@ -231,7 +231,7 @@ def test_places_that_cannot_be_written_are_refused_at_the_start(tmp_path: Path) 
         assert str(error.value) == sentence
 
 
-def test_a_full_disk_is_said_in_one_sentence(begin: Begin, tmp_path: Path) -> None:
+def test_a_full_disk_is_stated_in_one_sentence(begin: Begin, tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     rec = begin()
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, hard))

@@ -39,7 +39,7 @@ def test_spoiled_files_end_in_a_sentence(recorded: Path, tmp_path: Path, shard: 
     assert not [s for s in sentences if "\n" in s or len(s) > 1000]
 
 
-def test_a_later_version_is_told(recorded: Path, tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+def test_a_later_version_is_reported(recorded: Path, tmp_path: Path, begin: Callable[[], Recorder]) -> None:
     with Recorder(tmp_path / "later.mcap", {"format": 3, "scene": "lift"}) as rec:
         rec.log(0, "info", "x", "x")
     with pytest.raises(

@@ -24,12 +24,12 @@ def words(path: Path) -> str:
 
 def test_a_panel_per_unit_with_limits_and_stages(recorded: Path, tmp_path: Path) -> None:
     out = curves(recorded, ["rope/tension/*", "pose/block/?"], tmp_path / "x.svg")
-    said = words(out)
+    text = words(out)
     assert {"[kN]", "[m]", "rated 900 kN", "take up", "hoist", "Time [s]"} <= set(
-        re.findall(r"rated \d+ kN|take up|Time \[s\]|\S+", said)
+        re.findall(r"rated \d+ kN|take up|Time \[s\]|\S+", text)
     )
-    assert "pose/block/qx" not in said
-    assert "rope/tension/west.H2" in said
+    assert "pose/block/qx" not in text
+    assert "rope/tension/west.H2" in text
     first = out.read_bytes()
     assert curves(recorded, ["rope/tension/*", "pose/block/?"], out).read_bytes() == first
     assert curves(recorded, ["rope/peak"], tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")

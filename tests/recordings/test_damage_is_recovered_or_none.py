@@ -64,14 +64,14 @@ def check(data: bytes, spoiled: bytes, path: Path) -> Recording | None:
     """One spoiled file: what came of it is what there is; the recording that was saved, if one was."""
     path.write_bytes(spoiled)
     out = path.with_name("saved.mcap")
-    said = told(path)
+    text = told(path)
     try:
         found, refused = recover(path, out, force=True), ""
     except RecordingError as error:
         found, refused = None, str(error)
-    assert (said == "") == ("is whole" in refused), (said, refused)
+    assert (text == "") == ("is whole" in refused), (text, refused)
     if found is None:
-        assert said == "" or not whole_chunks(data, spoiled), refused
+        assert text == "" or not whole_chunks(data, spoiled), refused
         assert any(x in refused for x in ("is whole", "holds no", "is not a recording"))
         return None
     saved = Recording(found.path)

@@ -1,4 +1,5 @@
-"""Places and angles that stand side by side in one signal: each column is told in its own unit, whatever the joint."""
+"""Places and angles that stand side by side in one signal: each column is reported in its own unit, whatever the
+joint."""
 
 import pytest
 from heavylift.kernel.description import JOINTS

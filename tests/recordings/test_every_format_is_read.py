@@ -38,8 +38,8 @@ def test_each_format_has_its_recording() -> None:
 
 @pytest.mark.parametrize("number", READABLE)
 def test_all_readers_read_it(number: int, tmp_path: Path) -> None:
-    said = read_in_all_ways(golden(number), golden(number), tmp_path, pictures=True)
-    assert said == [f"{golden(number)}: is whole; there is nothing to recover"]
+    text = read_in_all_ways(golden(number), golden(number), tmp_path, pictures=True)
+    assert text == [f"{golden(number)}: is whole; there is nothing to recover"]
 
 
 @pytest.mark.parametrize("number", READABLE)
@@ -55,11 +55,11 @@ def test_the_block_falls_into_its_rope(number: int) -> None:
     assert rec.stages() == [(0.0, "fall and bounce")]
 
 
-def test_a_plan_of_an_earlier_version_says_what_is_not_read_of_it() -> None:
-    told = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
-    assert f"  plan      {told}" in info(golden(2)).splitlines()
+def test_a_plan_of_an_earlier_version_reports_what_is_not_read_of_it() -> None:
+    message = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
+    assert f"  plan      {message}" in info(golden(2)).splitlines()
     rec = Recording(golden(2))
-    assert ("plan", told) in scene_table(rec, plan_of(rec.attachments))
+    assert ("plan", message) in scene_table(rec, plan_of(rec.attachments))
 
 
 def test_a_plan_of_today_is_read_silently() -> None:
@@ -70,17 +70,17 @@ def test_a_plan_of_today_is_read_silently() -> None:
 @pytest.mark.parametrize("number", READABLE)
 def test_a_stock_reader_counts_the_same(number: int) -> None:
     with golden(number).open("rb") as stream:
-        said = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/samples"])
-        times = [message.log_time * 1e-9 for _, _, message, _ in said]
+        text = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/samples"])
+        times = [message.log_time * 1e-9 for _, _, message, _ in text]
     assert Recording(golden(number)).signal("energy").t.tolist() == pytest.approx(times, abs=1e-9)
 
 
 @pytest.mark.parametrize("number", range(1, OLDEST))
-def test_one_that_is_not_read_any_more_says_so(number: int) -> None:
-    told = f"has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; run the scene again"
+def test_one_that_is_not_read_any_more_reports_so(number: int) -> None:
+    message = f"has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; run the scene again"
     with pytest.raises(RecordingError) as caught:
         Recording(golden(number))
-    assert str(caught.value) == f"{golden(number)}: {told}, or install heavylift 0.1.0, which made it"
+    assert str(caught.value) == f"{golden(number)}: {message}, or install heavylift 0.1.0, which made it"
 
 
 def test_a_copy_names_its_maker(tmp_path: Path) -> None:

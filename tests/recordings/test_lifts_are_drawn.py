@@ -99,10 +99,10 @@ def test_a_page_and_a_cad_program_get_the_same(lift: Recording, tmp_path: Path) 
     assert write_dxf(lift, tmp_path / "b.dxf", verdict, PROJECT).read_bytes() == (tmp_path / "a.dxf").read_bytes()
     space = ezdxf.readfile(tmp_path / "a.dxf").modelspace()
     measured = [x.get_measurement() for x in space.query("DIMENSION")]
-    said = [
+    text = [
         x for d in drawn(lift, verdict, PROJECT) for view in d.views for x in view.items if isinstance(x, DimensionLine)
     ]
-    assert measured == pytest.approx([float(x.words.rpartition(" ")[2]) for x in said], abs=0.006)
+    assert measured == pytest.approx([float(x.words.rpartition(" ")[2]) for x in text], abs=0.006)
 
 
 def test_a_report_has_them_and_a_mechanism_has_none(lift: Recording, tmp_path: Path) -> None:

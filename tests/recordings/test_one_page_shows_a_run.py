@@ -79,7 +79,7 @@ def test_nothing_is_fetched_from_anywhere(page: Path) -> None:
     assert "url(" not in text
 
 
-def test_what_a_scene_says_cannot_become_markup(page: Path) -> None:
+def test_what_a_scene_reports_cannot_become_markup(page: Path) -> None:
     text = page.read_text()
     assert text.count("<script") == 2
     assert "<img src" not in text
@@ -135,7 +135,7 @@ def test_another_run_stands_beside_it_as_glass_and_dashed_curves(
     ghost, block = rows[:, :7], rows[:, 7:14]
     assert np.array_equal(ghost[:4], block[:4])
     assert np.array_equal(ghost[4:], block[[3, 3]]), "it stays where it was at its end"
-    first, second = (21 + names.index(f"{beside}rope/tension/west.H1") for beside in ("", "beside/"))
+    first, second = (21 + names.index(f"{other}rope/tension/west.H1") for other in ("", "beside/"))
     assert np.array_equal(rows[:4, first], rows[:4, second])
     assert np.isnan(rows[4:, second]).all()
     assert both["beside"] == shorter.name

@@ -1,4 +1,4 @@
-"""`info` and `plot`: what a person is told and shown about a recording."""
+"""`info` and `plot`: what a person is reported and shown about a recording."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from heavylift.recordings.render import outline, spread
 from heavylift.recordings.render.plot import FINE, _most_used
 
 
-def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
+def test_info_reports_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
     text = info(recorded)
     rec = Recording(recorded)
     assert text.splitlines()[:4] == [
@@ -121,8 +121,8 @@ def test_figures_of_one_recording_have_names_of_their_own(recorded: Path, capsys
     files.plot(recorded)
     files.plot(recorded, lift=True)
     files.plot(recorded, ["rope/tension/*"])
-    told = [line.removeprefix("wrote ") for line in capsys.readouterr().out.splitlines()]
-    assert told == [f"{recorded.parent}/run{ending}" for ending in (".png", "-lift.png", "-signals.png")]
+    message = [line.removeprefix("wrote ") for line in capsys.readouterr().out.splitlines()]
+    assert message == [f"{recorded.parent}/run{ending}" for ending in (".png", "-lift.png", "-signals.png")]
 
 
 def test_the_lift_is_a_film(recorded: Path, tmp_path: Path) -> None:
@@ -137,5 +137,5 @@ def test_the_lift_is_a_film(recorded: Path, tmp_path: Path) -> None:
     ("seconds", "digits", "text"),
     [(0.0, 0, "0:00"), (59.96, 1, "1:00.0"), (75.0, 0, "1:15"), (3963.0, 0, "1:06:03"), (7.25, 2, "0:07.25")],
 )
-def test_a_time_is_told_as_a_clock_does(seconds: float, digits: int, text: str) -> None:
+def test_a_time_is_reported_as_a_clock_does(seconds: float, digits: int, text: str) -> None:
     assert clock(seconds, digits) == text

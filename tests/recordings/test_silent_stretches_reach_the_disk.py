@@ -81,7 +81,7 @@ def test_what_is_written_is_on_disk_before_the_next_is_said(tmp_path: Path) -> N
         assert recover(part, tmp_path / "saved.mcap").messages == 1
 
 
-def test_a_refusal_that_the_thread_has_met_is_told_to_who_writes_next(
+def test_a_refusal_that_the_thread_has_met_is_reported_to_who_writes_next(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(file: McapFile) -> None:

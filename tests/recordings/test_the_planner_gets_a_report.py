@@ -17,7 +17,7 @@ from heavylift.kernel import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
 from heavylift.recordings.documents import Facts, alternatives, facts, report_sheet, tables_of
-from heavylift.recordings.read import Judged
+from heavylift.recordings.read import RecordedVerdict
 from heavylift.recordings.sheets import Table, plain
 from small_run import POSE, SECOND, Stage
 
@@ -52,9 +52,9 @@ def recorded(tmp_path: Path) -> Path:
     poses = np.zeros((n, 7))
     poses[:, 2], poses[:, 6] = 4.0, 1.0
     rows = np.ascontiguousarray(np.column_stack([TENSION, TENSION, poses]))
-    told = {"scene": "<b>lift</b>", "rated": {"west.H1": 4.3e5}, "project": {"number": "<i>7", "revision": "C"}}
+    message = {"scene": "<b>lift</b>", "rated": {"west.H1": 4.3e5}, "project": {"number": "<i>7", "revision": "C"}}
     attachments = {"resolved.json": msgspec.json.encode(PLAN)}
-    with Recorder(tmp_path / "run.mcap", told, attachments) as rec:
+    with Recorder(tmp_path / "run.mcap", message, attachments) as rec:
         rec.add_port("commander", "stage", msgspec.json.schema(Stage))
         rec.layout(layout)
         rec.ropes(0, [RopeLine("west.H1", "world", (0, 0, 10), "load", (0, 0, 1))])
@@ -94,7 +94,7 @@ def test_every_number_is_that_of_the_samples(recorded: Path) -> None:
     assert hold.dynamic == {"west": pytest.approx(1.05)}
 
 
-def test_the_page_says_the_worst_first_and_escapes_what_scenes_say(recorded: Path, tmp_path: Path) -> None:
+def test_the_page_reports_the_worst_first_and_escapes_what_scenes_say(recorded: Path, tmp_path: Path) -> None:
     text = report(recorded, tmp_path / "report.html").read_text()
     assert "<b>lift</b>" not in text
     assert "&lt;b&gt;lift" in text
@@ -151,7 +151,7 @@ def test_each_item_has_one_largest_value_whatever_crane_lifts_it(lifts: dict[str
 def test_a_table_that_only_the_scene_can_make_is_printed_with_the_others(recorded: Path) -> None:
     verdict = msgspec.convert(
         {"red": False, "line": "GREEN", "tables": [{"title": "Mats", "columns": [{"name": "mat"}], "rows": [["A"]]}]},
-        Judged,
+        RecordedVerdict,
     )
     assert column(table(facts(Recording(recorded), verdict), "Mats"), "mat") == ["A"]
 
@@ -195,8 +195,8 @@ def test_the_document_has_room_for_signatures(lifts: dict[str, Path]) -> None:
 
 
 def test_without_the_library_the_way_out_is_said(recorded: Path, tmp_path: Path, monkeypatch) -> None:
-    for library, ending, told in (("openpyxl", ".xlsx", "xlsx"), ("ezdxf", ".dxf", "drawings")):
+    for library, ending, message in (("openpyxl", ".xlsx", "xlsx"), ("ezdxf", ".dxf", "drawings")):
         monkeypatch.setitem(sys.modules, library, None)
-        with pytest.raises(RecordingError, match=rf"need.? {library}: pip install 'heavylift\[{told}\]'"):
+        with pytest.raises(RecordingError, match=rf"need.? {library}: pip install 'heavylift\[{message}\]'"):
             report(recorded, tmp_path / f"lift{ending}")
         assert not (tmp_path / f"lift{ending}").exists()

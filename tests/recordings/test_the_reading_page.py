@@ -69,7 +69,7 @@ def test_what_blocks_have_kept_is_not_read_again(recorded: Path, monkeypatch: py
     assert rec.signal("rope/peak").t.tolist() == whole.t.tolist()
 
 
-def test_parts_tell_what_they_have(recorded: Path) -> None:
+def test_parts_report_what_they_have(recorded: Path) -> None:
     rec = Recording(recorded)
     block, rope = rec["block"], rec["west.H1"]
     assert isinstance(block, RecordedPart)
@@ -93,7 +93,7 @@ def test_parts_tell_what_they_have(recorded: Path) -> None:
         ("girder", "there are rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook, block, hook, west, "),
     ],
 )
-def test_unknown_names_tell_the_known_ones(recorded: Path, name: str, meant: str) -> None:
+def test_unknown_names_report_the_known_ones(recorded: Path, name: str, meant: str) -> None:
     for error in (KeyError, RecordingError):
         with pytest.raises(error) as caught:
             Recording(recorded)[name]

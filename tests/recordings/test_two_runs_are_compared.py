@@ -45,7 +45,7 @@ def test_equal_runs_share_their_digest(write: Write) -> None:
     )
 
 
-def test_the_first_event_that_differs_is_told(write: Write) -> None:
+def test_the_first_event_that_differs_is_reported(write: Write) -> None:
     other = [STAGES[0], (1, "wait"), STAGES[2]]
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", TENSION, other))
     assert not found.equal
@@ -56,7 +56,7 @@ def test_the_first_event_that_differs_is_told(write: Write) -> None:
     assert [d.most for d in found.differences] == [0.0, 0.0]
 
 
-def test_each_signal_tells_its_largest_difference_and_rms(write: Write) -> None:
+def test_each_signal_reports_its_largest_difference_and_rms(write: Write) -> None:
     other = TENSION.copy()
     other[2, 0] += 100.0
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", other, STAGES))

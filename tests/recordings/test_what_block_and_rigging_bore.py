@@ -47,7 +47,7 @@ def test_supports_carry_the_block(found: Facts) -> None:
     assert supports["block.lower-1"] == pytest.approx(weight / 4, rel=1e-3)
 
 
-def test_each_stage_tells_where_the_block_was(found: Facts) -> None:
+def test_each_stage_reports_where_the_block_was(found: Facts) -> None:
     first, *_, last = found.stages
     assert first.com == pytest.approx((40.0, 75.0, 5.995), abs=0.01)
     assert last.com is not None
@@ -85,7 +85,7 @@ def turned_block(folder: Path, angle: float) -> Path:
 
 
 @pytest.mark.parametrize("turn", [0, 40, 90, 180])
-def test_the_force_on_a_lug_is_told_along_the_axes_of_a_turned_block(tmp_path: Path, turn: int) -> None:
+def test_the_force_on_a_lug_is_reported_along_the_axes_of_a_turned_block(tmp_path: Path, turn: int) -> None:
     found = facts(Recording(turned_block(tmp_path, radians(turn))))
     (lug,), (sling,) = found.loads.lugs, found.loads.slings
     up = 1e5 * np.cos(radians(30))

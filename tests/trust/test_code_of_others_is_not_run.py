@@ -28,10 +28,10 @@ COMMANDS = (
 def test_no_command_runs_what_a_scene_names(heavylift: Command, tmp_path: Path, line: str) -> None:
     law(tmp_path)
     before = {*tmp_path.iterdir()}
-    code, said = heavylift(*line.split())
+    code, text = heavylift(*line.split())
     assert code == 1
-    assert "rail.yaml:10:5: " in said
-    assert said.split("\n")[0].endswith(f"; read it, then type: heavylift trust {tmp_path}")
+    assert "rail.yaml:10:5: " in text
+    assert text.split("\n")[0].endswith(f"; read it, then type: heavylift trust {tmp_path}")
     assert {*tmp_path.iterdir()} == before
 
 
@@ -44,9 +44,9 @@ def test_no_command_runs_a_model_that_a_scene_names(heavylift: Command, tmp_path
     (tmp_path / "rail.yaml").write_text(text)
     before = {*tmp_path.iterdir()}
     for line in ("check rail.yaml", "tree rail.yaml", "run rail.yaml", "run rail.yaml --in-process"):
-        code, said = heavylift(*line.split())
-        assert (code, said[:16]) == (1, "rail.yaml:9:24: ")
-        assert said.split("\n")[0].endswith(f"; read it, then type: heavylift trust {tmp_path}")
+        code, answer = heavylift(*line.split())
+        assert (code, answer[:16]) == (1, "rail.yaml:9:24: ")
+        assert answer.split("\n")[0].endswith(f"; read it, then type: heavylift trust {tmp_path}")
     assert {*tmp_path.iterdir()} == before
 
 
@@ -81,9 +81,9 @@ def test_recordings_are_data(heavylift: Command, tmp_path: Path) -> None:
     (tmp_path / "mark").unlink()
     before = {*tmp_path.iterdir()}
     for line in ("replay --verify rail.mcap", "replay --live kernel rail.mcap", "resume rail.mcap.part"):
-        code, said = heavylift(*line.split())
-        assert (code, said.split(": '")[0]) == (1, f"heavylift: {line.split()[-1]}")
-        assert said.endswith(f"then type: heavylift trust {tmp_path}\n")
+        code, text = heavylift(*line.split())
+        assert (code, text.split(": '")[0]) == (1, f"heavylift: {line.split()[-1]}")
+        assert text.endswith(f"then type: heavylift trust {tmp_path}\n")
     assert {*tmp_path.iterdir()} == before
     assert heavylift("replay", "--verify", "rail.mcap", "--allow-code", ".")[0] == 0
 
@@ -96,9 +96,9 @@ def test_a_model_is_run_where_it_is_named_and_not_where_it_is_recorded(heavylift
     line = ("devs", "ringed.py:build(2)", "--until", "0.0001 ms", "--in-process", "-o", "ring.mcap")
     assert heavylift(*line)[0] == 0
     del sys.modules["ringed"]
-    code, said = heavylift("replay", "--verify", "ring.mcap")
+    code, text = heavylift("replay", "--verify", "ring.mcap")
     assert (code, "ringed" in sys.modules) == (1, False)
-    assert said == (
+    assert text == (
         "heavylift: ring.mcap: 'ringed.py' is code in a folder that you have not trusted; "
         f"read it, then type: heavylift trust {tmp_path}\n"
     )
@@ -108,17 +108,17 @@ def test_a_model_is_run_where_it_is_named_and_not_where_it_is_recorded(heavylift
 
 def welcome(part: parts.Part) -> m.Fail:
     """What a node answers to a coordinator that gives it this part."""
-    said: list[bytes] = []
-    Participant(["east"], said.append, lambda _: None).handle(m.encode(m.Welcome(1, parts.encode(part))))
-    answer = m.decode(said[0])
+    text: list[bytes] = []
+    Participant(["east"], text.append, lambda _: None).handle(m.encode(m.Welcome(1, parts.encode(part))))
+    answer = m.decode(text[0])
     assert isinstance(answer, m.Fail)
     return answer
 
 
 def test_a_coordinator_is_data(heavylift: Command, tmp_path: Path) -> None:
     law(tmp_path)
-    told = "node east: 'mine.py' is code in a folder that you have not trusted; read it, then type: heavylift trust"
-    assert welcome(parts.ModelPart("mine.py:push")).sentence == f"{told} {tmp_path}"
+    message = "node east: 'mine.py' is code in a folder that you have not trusted; read it, then type: heavylift trust"
+    assert welcome(parts.ModelPart("mine.py:push")).sentence == f"{message} {tmp_path}"
     assert not (tmp_path / "mark").exists()
 
 

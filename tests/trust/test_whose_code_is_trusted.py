@@ -85,7 +85,7 @@ def test_the_list_is_the_users_own(own: Path, tmp_path: Path) -> None:
         trust.refusal("own/mine.py")
 
 
-def test_a_module_is_judged_by_the_file_that_would_be_imported(own: Path, tmp_path: Path, monkeypatch) -> None:
+def test_a_module_is_checked_by_the_file_that_would_be_imported(own: Path, tmp_path: Path, monkeypatch) -> None:
     """One of the same name that comes first, in the current folder or along a path, is what counts."""
     monkeypatch.syspath_prepend(own)
     assert trust.refusal("mine") == ""
@@ -107,7 +107,7 @@ def test_heavylift_itself_is_trusted_wherever_it_is_installed(where: str) -> Non
     assert trust.refusal(where) == ""
 
 
-def test_a_trusted_folder_says_nothing_of_packages_installed_below_it(own: Path, monkeypatch) -> None:
+def test_a_trusted_folder_reports_nothing_of_packages_installed_below_it(own: Path, monkeypatch) -> None:
     library = own / "venv" / "site-packages"
     library.mkdir(parents=True)
     (library / "theirs.py").write_text("")

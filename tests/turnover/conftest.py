@@ -35,12 +35,12 @@ def mechanics(reading: Reading) -> Mechanics:
 @pytest.fixture(scope="session")
 def stages(reading: Reading) -> dict[str, Stage]:
     """By name; a name that comes again is counted: "settle", "settle 2"."""
-    said = reading.said("commander", "stage")
-    starts = [e["t_ns"] * 1e-9 for e in said]
+    text = reading.said("commander", "stage")
+    starts = [e["t_ns"] * 1e-9 for e in text]
     found: dict[str, Stage] = {}
-    for event, start, end in zip(said, starts, [*starts[1:], reading.t[-1] + 1e-9], strict=True):
+    for event, start, end in zip(text, starts, [*starts[1:], reading.t[-1] + 1e-9], strict=True):
         name = event["value"]["name"]
-        count = sum(e["value"]["name"] == name for e in said[: len(found)])
+        count = sum(e["value"]["name"] == name for e in text[: len(found)])
         samples = np.flatnonzero((reading.t >= start) & (reading.t < end))
         found[f"{name} {count + 1}" if count else name] = Stage(start, end, samples)
     return found

@@ -140,7 +140,7 @@ class Mechanics:
         L0 = self.reading.column("/rope/length", rope["name"])
         dL0 = self.reading.column("/rope/length_rate", rope["name"])
         length = rate = 0.0
-        ways = []
+        distances = []
         for a, p_a, b, p_b, share in lines:
             A, B = self.bodies[a], self.bodies[b]
             d = A.place(p_a) - B.place(p_b)
@@ -148,21 +148,21 @@ class Mechanics:
             u = d / l[:, None]
             length = length + share * l
             rate = rate + share * np.sum(u * (A.velocity(p_a) - B.velocity(p_b)), axis=1)
-            ways.append((u, share))
+            distances.append((u, share))
         stretch = length - L0
         spring = rope["EA"] * stretch / L0 + rope["damping"] * (rate - dL0)
         taut = (stretch > 0.0) & (spring > 0.0)  # off: NaN compares false
         tension = np.where(taut, spring, 0.0)
-        forces = [np.nan_to_num(u) * (share * tension)[:, None] for u, share in ways]
+        forces = [np.nan_to_num(u) * (share * tension)[:, None] for u, share in distances]
         strain = np.where(taut, rope["EA"] * (stretch / L0) ** 2 / 2, 0.0)
         heating = np.where(taut, rope["damping"] * (rate - dL0) ** 2, 0.0)
         return Pull(
-            tension, spring, stretch, forces, [u for u, _ in ways], strain * L0, heating, -(tension + strain) * dL0
+            tension, spring, stretch, forces, [u for u, _ in distances], strain * L0, heating, -(tension + strain) * dL0
         )
 
     @cached_property
     def on_block(self) -> Array:
-        """(n, 3) sum of the sling forces and of the normal forces of the stools on the block."""
+        """(n, 3) sum of the sling forces and of the normal forces of the supports on the block."""
         supports = self.reading.values["/support/force"].sum(axis=1)
         return sum(self.pulls[name].force for name in self.slings) + np.outer(supports, (0.0, 0.0, 1.0))
 
@@ -181,7 +181,7 @@ class Mechanics:
 
     @cached_property
     def acceleration(self) -> Array:
-        """(n, 3) of the common centre, from the forces: hook ropes, stools (their normal forces), weight."""
+        """(n, 3) of the common centre, from the forces: hook ropes, supports (their normal forces), weight."""
         mass = self.common[0]
         supports = self.reading.values["/support/force"].sum(axis=1)
         force = sum(self.pulls[name].force for name in self.hook_ropes) + np.outer(supports, (0.0, 0.0, 1.0))

@@ -78,9 +78,9 @@ def test_every_order_is_answered_once(reading: Reading) -> None:
         assert len(set(asked)) == len(asked)
 
 
-def test_the_block_tells_its_attitude_every_thirty_degrees(reading: Reading) -> None:
-    told = [round(e["value"]["angle"] * 180 / pi, 6) for e in reading.said("block", "report", "Attitude")]
-    assert list(dict.fromkeys(told))[:5] == [30.0, 60.0, 90.0, 120.0, 150.0]
+def test_the_block_reports_its_attitude_every_thirty_degrees(reading: Reading) -> None:
+    message = [round(e["value"]["angle"] * 180 / pi, 6) for e in reading.said("block", "report", "Attitude")]
+    assert list(dict.fromkeys(message))[:5] == [30.0, 60.0, 90.0, 120.0, 150.0]
 
 
 def test_the_hinge_is_locked_while_no_sling_is_hooked(reading: Reading) -> None:
@@ -120,14 +120,14 @@ def test_a_crane_that_is_too_weak_reports_overload(smaller: Story) -> None:
     """360 t and three hook blocks of 25 t, against 300 t, three loaders of 45 t and the jerk of the lift-off."""
     rated = (360e3 + 3 * 25e3) * G
     reading = smaller(lambda p: with_cells(p, "crane", rated))
-    told = reading.said("crane", "report", "Overload")[0]["value"]
-    assert told == {"actor": "crane.main.load", "tension": rated, "rated": rated, "over": True}
+    message = reading.said("crane", "report", "Overload")[0]["value"]
+    assert message == {"actor": "crane.main.load", "tension": rated, "rated": rated, "over": True}
 
 
 def test_a_loader_that_is_too_weak_reports_overload(smaller: Story) -> None:
     reading = smaller(lambda p: with_cells(p, "loader", 1.1e6))
-    told = [(e["source"], e["value"]["over"]) for e in reading.events if e["type"] == "Overload"]
-    assert told == [("loader-3", True)]  # the others carry 1.0 MN each
+    message = [(e["source"], e["value"]["over"]) for e in reading.events if e["type"] == "Overload"]
+    assert message == [("loader-3", True)]  # the others carry 1.0 MN each
 
 
 def test_a_trolley_stops_at_its_end_position(smaller: Story) -> None:
@@ -136,8 +136,8 @@ def test_a_trolley_stops_at_its_end_position(smaller: Story) -> None:
         short = [changed(x, upper=x.start + 1.0) if x.name == "crane.upper-slide.drive" else x for x in crane.actuators]
         return changed(p, machines=(changed(crane, actuators=tuple(short)), *others))
 
-    told = [e["value"] for e in smaller(change).said("crane", "report", "Limit")]
-    assert told == [{"actor": "crane.upper-slide.drive", "limit": "travel limit", "position": 70.0}]
+    message = [e["value"] for e in smaller(change).said("crane", "report", "Limit")]
+    assert message == [{"actor": "crane.upper-slide.drive", "limit": "travel limit", "position": 70.0}]
 
 
 def test_a_hook_stops_at_its_upper_limit_switch(smaller: Story) -> None:

@@ -35,9 +35,9 @@ def test_every_sample_of_every_tension_follows_from_poses_lengths_and_rates(
 ) -> None:
     largest = reading.values["/rope/tension"].max()
     for name in (*mechanics.hook_ropes, *mechanics.slings):
-        told, pull = reading.column("/rope/tension", name), mechanics.pulls[name]
-        expected = np.where((np.abs(pull.stretch) < EDGE) & (told > 0.0), pull.if_taut, pull.tension)
-        assert np.max(np.abs(expected - told)) < TENSION * largest, name
+        message, pull = reading.column("/rope/tension", name), mechanics.pulls[name]
+        expected = np.where((np.abs(pull.stretch) < EDGE) & (message > 0.0), pull.if_taut, pull.tension)
+        assert np.max(np.abs(expected - message)) < TENSION * largest, name
 
 
 def test_the_damping_matters_to_that(mechanics: Mechanics) -> None:

@@ -43,7 +43,7 @@ def test_without_taking_up_slack_the_load_never_comes(tmp_path: Path) -> None:
         _run_without("take up slack", tmp_path, end="")
 
 
-def test_without_the_loading_the_hoist_begins_on_the_stools(tmp_path: Path) -> None:
+def test_without_the_loading_the_hoist_begins_on_the_supports(tmp_path: Path) -> None:
     """The block still lifts off, but at full speed: earlier, and with a jerk."""
     whole, other = _run_without("", tmp_path), _run_without("load", tmp_path)
     assert whole.said("block", "report", "Lifted")[0]["t_ns"] > other.said("block", "report", "Lifted")[0]["t_ns"]
@@ -52,9 +52,9 @@ def test_without_the_loading_the_hoist_begins_on_the_stools(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("stage", ["unhook B", "hook C", "re-rig, pass beneath"])
 def test_a_re_rigging_with_a_step_left_out_cannot_be_run(tmp_path: Path, stage: str) -> None:
-    with pytest.raises(HeavyliftError) as told:
+    with pytest.raises(HeavyliftError) as message:
         _run_without(stage, tmp_path, end="")
-    assert "turnover.yaml:" in str(told.value)
+    assert "turnover.yaml:" in str(message.value)
 
 
 def _run_without(stage: str, folder: Path, end: str = "95 s") -> Reading:

@@ -1,4 +1,4 @@
-"""Work of drives and winches = kinetic + potential + stored energy + heat of every damper, rope, stool and stop.
+"""Work of drives and winches = kinetic + potential + stored energy + heat of every damper, rope, support and stop.
 
 The turned-over energy counts what every drive and winch has put in or taken out, and all heat.  A lift is stiff work:
 of 892 MJ turned over in `turnover` all its dampers together make less than 1 kJ, so that 1e-6 of the whole would
@@ -43,9 +43,9 @@ def turned_over(reading: Reading) -> float:
 
 
 def test_the_balance_of_the_lift_closes(lift: Lift, reading: Reading) -> None:
-    told = reading.metadata["result"]
+    message = reading.metadata["result"]
     assert lift.result.energy_error < CLOSES
-    assert json.loads(told["energy_error"]) == lift.result.energy_error
+    assert json.loads(message["energy_error"]) == lift.result.energy_error
     assert lift.result.energy_turned_over == pytest.approx(turned_over(reading), rel=ROUNDED)
     assert lift.result.energy_error == pytest.approx(imbalance(reading).max() / turned_over(reading), rel=1e-9)
 
@@ -100,7 +100,7 @@ def test_an_uncounted_b_sling_is_noticed(reading: Reading, stages: dict[str, Sta
     _noticed(reading, stages, sling)
 
 
-def test_the_audit_itself_fails_when_dampers_make_heat_that_it_is_not_told(reading: Reading) -> None:
+def test_the_audit_itself_fails_when_dampers_make_heat_that_it_is_not_reported(reading: Reading) -> None:
     """The audit of the runner, fed with the recorded rows: with all accounts it closes, without heat it does not."""
     energy, accounts = reading.values["/energy"], reading.values["/account"]
     layout = SampleLayout([

@@ -18,18 +18,18 @@ from stock_reader import Reading
 from the_run import Stage
 
 UPSIDE_DOWN = np.radians(0.1)  # how far the former top face may lean at the end [rad]
-WEIGHT = 1e-6  # of the weight, by which the stools may miss it
+WEIGHT = 1e-6  # of the weight, by which the supports may miss it
 CREEP = 0.3 / 60  # speed at which slack is taken up [m/s]
 A = {f"loader-{i}.sling-{k}" for i in (1, 2, 4, 5) for k in (1, 2)}
 B = {f"loader-{i}.sling-{k}" for i in (3, 6) for k in (1, 2)}
 
 
 def test_the_stages_come_in_the_order_of_the_scene(reading: Reading) -> None:
-    told = [e["value"]["name"] for e in reading.said("commander", "stage")]
-    assert told == [a["stage"] for a in reading.scene["actions"] if a.get("stage")]
+    message = [e["value"]["name"] for e in reading.said("commander", "stage")]
+    assert message == [a["stage"] for a in reading.scene["actions"] if a.get("stage")]
     milestones = ["take up slack", "load", "hoist", "travel", "turn to 90 degrees", "slacken B", "unhook B"]
     milestones += ["re-rig, pass beneath", "hook C", "take up C", "turn to 180 degrees", "lower", "set down", "rest"]
-    assert [name for name in told if name in milestones] == milestones
+    assert [name for name in message if name in milestones] == milestones
     assert reading.said("commander", "finished")[-1]["t_ns"] == max(e["t_ns"] for e in reading.events)
 
 
@@ -40,10 +40,10 @@ def test_loading_begins_at_the_instant_when_the_last_sling_is_taut(reading: Read
     assert len(list(_sling_states(reading, begin))) == 12
 
 
-def test_hoisting_waits_until_the_block_has_left_its_stools(reading: Reading) -> None:
+def test_hoisting_waits_until_the_block_has_left_its_supports(reading: Reading) -> None:
     lifted = [e["t_ns"] for e in reading.said("block", "report", "Lifted")]
     assert _begin(reading, "load") < lifted[0] < _begin(reading, "hoist")
-    assert max(_halts(reading, lifted[0])) == lifted[0]  # the creeping hoists are told to stop at once
+    assert max(_halts(reading, lifted[0])) == lifted[0]  # the creeping hoists are reported to stop at once
 
 
 def test_the_block_is_unhooked_from_b_only_after_all_b_slings_are_slack(reading: Reading) -> None:
@@ -78,7 +78,7 @@ def test_at_the_end_the_former_top_face_is_down(mechanics: Mechanics, stages: di
     assert np.all(-up[stages["rest"].samples] > np.cos(UPSIDE_DOWN))
 
 
-def test_at_the_end_the_stools_carry_the_weight(
+def test_at_the_end_the_supports_carry_the_weight(
     reading: Reading, mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     last = reading.values["/support/force"][stages["rest"].last(20.0)]
@@ -100,7 +100,7 @@ def test_ropes_never_push_and_hook_ropes_never_go_slack(reading: Reading) -> Non
     assert reading.values["/hook/load"].min() > 0.0
 
 
-def test_stools_only_push_and_bear_nothing_in_the_air(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_supports_only_push_and_bear_nothing_in_the_air(reading: Reading, stages: dict[str, Stage]) -> None:
     force = reading.values["/support/force"]
     assert force.min() >= 0.0
     air = slice(stages["travel"].samples[0], stages["lower"].samples[0])

@@ -58,16 +58,16 @@ def commanded(reading: Reading) -> Array:
     theta = np.zeros(len(reading.t))
     for event in reading.said("commander", "input", "SetProfile"):
         x = event["value"]
-        way, speed, accel = abs(x["distance"]), abs(x["speed"]), x["accel"]
+        distance, speed, accel = abs(x["distance"]), abs(x["speed"]), x["accel"]
         ramp = speed / accel
-        total = way / speed + ramp
+        total = distance / speed + ramp
         s = np.clip(reading.t - x["start_ns"] * 1e-9, 0.0, total)
         up, down = np.minimum(s, ramp), np.maximum(s - (total - ramp), 0.0)
         theta += 0.5 * accel * up**2 + speed * np.maximum(s - ramp, 0.0) - 0.5 * accel * down**2
     return np.degrees(theta)
 
 
-def test_on_the_stools_the_slings_are_taut_at_the_table_s_lengths(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_on_the_supports_the_slings_are_taut_at_the_table_s_lengths(reading: Reading, stages: dict[str, Stage]) -> None:
     k = stages["load"].samples[0]
     assert _ropes(reading, "H1", "H2")[k] == pytest.approx(84.0, abs=ROUNDED)
     assert _ropes(reading, "H3")[k] == pytest.approx(42.4, abs=ROUNDED)
@@ -112,8 +112,8 @@ def test_through_the_turn_ropes_and_trolleys_follow_the_commanded_angle(
     reading: Reading, stages: dict[str, Stage], stage: str, half: int
 ) -> None:
     k, theta = stages[stage].samples, commanded(reading)
-    for told, law in ((_ropes(reading, "H1", "H2"), 0), (_ropes(reading, "H3"), 1)):
-        assert told[k] == pytest.approx(np.tile(lengths(theta[k], half)[law][:, None], told.shape[1]), abs=LENGTH)
+    for message, law in ((_ropes(reading, "H1", "H2"), 0), (_ropes(reading, "H3"), 1)):
+        assert message[k] == pytest.approx(np.tile(lengths(theta[k], half)[law][:, None], message.shape[1]), abs=LENGTH)
     for trolley, law in (("upper", 0), ("lower", 1)):
         y = np.tile(arms(theta[k], half)[law][:, None], 2)
         assert _trolleys(reading, trolley)[k] - 75.0 == pytest.approx(y, abs=PLACE)

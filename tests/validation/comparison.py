@@ -24,7 +24,7 @@ for folder in (*KERNEL, "chain", "extremes"):  # whose builders of scenes the ca
 
 FORMS = {form["id"]: form for form in json.loads((TESTS / "data" / "closed_forms.json").read_text())}
 ROUND_OFF = 1e-9
-LEAST = 0.01  # of what is allowed: a smaller difference is told as less than this, since its digits say nothing
+LEAST = 0.01  # of what is allowed: a smaller difference is reported as less than this, since its digits say nothing
 
 
 @dataclass(frozen=True)
@@ -58,16 +58,16 @@ class Row:
         unit = f" {self.unit}" if self.unit else ""
         figures = [f"{value:#.{digits}g}".rstrip(".") + unit for value in (self.theirs, self.ours)]
         if self.absolute:
-            figures = [self._told(value, "-") if value else f"0{unit}" for value in (self.theirs, self.ours)]
-        apart = self._told(self.difference, "+")
+            figures = [self._message(value, "-") if value else f"0{unit}" for value in (self.theirs, self.ours)]
+        apart = self._message(self.difference, "+")
         apart = f"**{apart}: missed**" if self.missed else apart
-        within = "at most theirs" if self.bound else self._told(self.within)
+        within = "at most theirs" if self.bound else self._message(self.within)
         return f"{self.quantity} | {figures[0]} | {figures[1]} | {apart} | {within}"
 
-    def _told(self, value: float, sign: str = "") -> str:
+    def _message(self, value: float, sign: str = "") -> str:
         least = LEAST * self.within if self.absolute else max(LEAST * self.within, ROUND_OFF)
         if sign and abs(value) < least:
-            return f"< {self._told(least)}"
+            return f"< {self._message(least)}"
         if self.absolute:
             return f"{value:{sign}.0e} {self.unit}".rstrip()
         if abs(value) >= 1.0:

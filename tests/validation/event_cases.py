@@ -191,17 +191,17 @@ def sling_that_breaks() -> Iterator[Row]:
 def tractrix() -> Iterator[Row]:
     from test_equilibrium_paths import dragged, following, moved
 
-    l, way = 5.0, 12.0
+    l, distance = 5.0, 12.0
     path = following(dragged(l))
-    moved(path, "drive", 0.1, way)
+    moved(path, "drive", 0.1, distance)
     path.run(200 * SECOND)
-    angle = 2.0 * atan(exp(-way / l))
+    angle = 2.0 * atan(exp(-distance / l))
     yield Row("angle of the rope after 12 m", angle, asin(-float(path.points[-1].q[1]) / l), 0.01, "rad")
 
 
 @case(MISHAPS, "centre above the lugs, two ropes: stable up to 2 k a²/W", PATHS, full=True)
 def metacentre() -> Iterator[Row]:
-    from heavylift.kernel.description import Rope, RopeSpan
+    from heavylift.kernel.description import Line, Rope
     from scipy.optimize import brentq
     from test_equilibrium_paths import following
 
@@ -213,7 +213,7 @@ def metacentre() -> Iterator[Row]:
         plane = ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
         body = Body("load", m, (0.0, h, 0.0), ((i, 0.0, 0.0), (0.0, i, 0.0), (0.0, 0.0, i)))
         ropes = tuple(
-            Rope(f"r{n}", (RopeSpan(Point("world", (x, 0.0, length)), Point("load", (x, 0.0, 0.0))),), k * L, L)
+            Rope(f"r{n}", (Line(Point("world", (x, 0.0, length)), Point("load", (x, 0.0, 0.0))),), k * L, L)
             for n, x in enumerate((-a, a))
         )
         across = Joint("plane", "planar", "world", "load", R_PJ=plane)

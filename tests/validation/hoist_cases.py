@@ -8,7 +8,7 @@ from math import atan2, cos, pi, sqrt
 
 import numpy as np
 from comparison import FORMS, Row, case
-from heavylift.kernel.description import Body, Joint, Point, RigidRope, Rope, RopeSpan, Stop, System
+from heavylift.kernel.description import Body, Joint, Line, Point, RigidRope, Rope, Stop, System
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, started, times
 
 TABLE = "Hoisting"
@@ -81,8 +81,8 @@ def lost_load() -> Iterator[Row]:
         for name, z in (("load", low), ("part", low - 1.0 - lost * G / stiff))
     )
     ropes = (
-        Rope("rope", (RopeSpan(Point("world"), Point("load")),), k * L, L),
-        Rope("hook", (RopeSpan(Point("load"), Point("part")),), stiff, 1.0),
+        Rope("rope", (Line(Point("world"), Point("load")),), k * L, L),
+        Rope("hook", (Line(Point("load"), Point("part")),), stiff, 1.0),
     )
     s = started(System((Body("load", m - lost), Body("part", lost)), joints, ropes=ropes, gravity=G), **FINE)
     s.interrupt(0)
@@ -132,7 +132,7 @@ def on_a_rigid_rope(L: float, z: float, vx: float = 0.0) -> System:
         Joint("x", "prismatic", "world", "carrier", axis=X, v0=(vx,)),
         Joint("z", "prismatic", "carrier", "load", axis=Z, q0=(z,)),
     )
-    rope = RigidRope("rope", (RopeSpan(Point("world"), Point("load")),), L)
+    rope = RigidRope("rope", (Line(Point("world"), Point("load")),), L)
     return System((Body("carrier", 0.0), Body("load", MASS)), joints, rigid_ropes=(rope,), gravity=G)
 
 

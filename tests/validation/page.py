@@ -51,15 +51,15 @@ def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
         lines = [line for case, rows in computed if case.table == table for _, line in rows]
         parts.append("\n\n".join(part for part in (f"## {table}", words, "\n".join([*HEAD, *lines])) if part))
     parts.append(misses(computed))
-    said = "The same scene solved by other programs; each bound is the one of the test."
-    parts.append("\n\n".join(("## Other codes", said, "\n".join(other_codes()))))
-    said = "Only public copies were searched, which often hold no more than the beginning of a document."
+    text = "The same scene solved by other programs; each bound is the one of the test."
+    parts.append("\n\n".join(("## Other codes", text, "\n".join(other_codes()))))
+    text = "Only public copies were searched, which often hold no more than the beginning of a document."
     rows = [
         "| source | available | reason |",
         "|---|---|---|",
         *(f"| {' | '.join(x)} |" for x in NOT_HAD),
     ]
-    parts.append("\n\n".join(("## Sources not used", said, "\n".join(rows))))
+    parts.append("\n\n".join(("## Sources not used", text, "\n".join(rows))))
     return "\n\n".join(parts) + "\n"
 
 
@@ -70,19 +70,19 @@ def summary(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
         rows = [(case, row) for case, found in computed for row, _ in found if (case.table == MEASURED) == chosen]
         missed = [(abs(row.difference), case, row) for case, row in rows if row.missed]
         worst = max(missed, key=lambda m: m[0], default=None)
-        told = f"{100 * worst[0]:.0f} %: {worst[2].quantity} ({worst[1].source})" if worst else "none"
-        lines.append(f"| {kind} | {len(rows)} | {len(rows) - len(missed)} | {len(missed)} | {told} |")
+        message = f"{100 * worst[0]:.0f} %: {worst[2].quantity} ({worst[1].source})" if worst else "none"
+        lines.append(f"| {kind} | {len(rows)} | {len(rows) - len(missed)} | {len(missed)} | {message} |")
     return "\n".join(lines)
 
 
 def misses(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
     """Why rows are missed, source by source."""
-    told = [
+    message = [
         f"- **{case.source}** ({sum(row.missed for row, _ in rows)} of {len(rows)}): {case.why}."
         for case, rows in computed
         if any(row.missed for row, _ in rows)
     ]
-    return "## Misses\n\n" + "\n".join(told)
+    return "## Misses\n\n" + "\n".join(message)
 
 
 def stale(case: Case, page: str) -> list[str]:

@@ -9,7 +9,7 @@ from math import cos, radians, sin
 
 import numpy as np
 from comparison import TESTS, Row, case
-from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, Y, hand_over, slider, started, times
 
 TABLE = "Published problems"
@@ -127,7 +127,7 @@ def reeled_in() -> Iterator[Row]:
 @case(TABLE, "own: load dropped on a slack rope, closed form", TREES)
 def dropped_on_a_rope() -> Iterator[Row]:
     p = PROBLEMS["snap_load"]["own_reference"]
-    rope = Rope("rope", (RopeSpan(Point("world"), Point("load")),), 1.2e7 * 20.0, 20.0)
+    rope = Rope("rope", (Line(Point("world"), Point("load")),), 1.2e7 * 20.0, 20.0)
     s = started(replace(slider(mass=3.0e5, q0=-19.95), ropes=(rope,), gravity=9.81), **FINE)
     hand_over(s, round(4.9 * p["period"] * SECOND))
     fifth = p["t_taut"] + 4 * p["period"]

@@ -8,8 +8,7 @@ from math import asin, cos, exp, pi, radians, sin, sqrt, tan
 import numpy as np
 from comparison import FORMS, Row, case
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from small_scenes import SECOND, G, Y, Z, cube, started
 
 TABLE, RULES = "Statics", "Worked examples of rules and tools"
@@ -59,7 +58,7 @@ def tilted(a: tuple[float, float], b: tuple[float, float], t: float, W: float) -
     """Tensions of two plumb ropes to lugs a and b (x, z) of a block whose centre is its origin, turned by t."""
     places = [(p[0] * cos(t) + p[1] * sin(t), 0.0, p[1] * cos(t) - p[0] * sin(t) + 2e3) for p in (a, b)]
     ropes = tuple(
-        Rope(name, (RopeSpan(Point("world", place), Point("block", (p[0], 0.0, p[1]))),), 1e15, 2e3)
+        Rope(name, (Line(Point("world", place), Point("block", (p[0], 0.0, p[1]))),), 1e15, 2e3)
         for name, p, place in zip("AB", (a, b), places, strict=True)
     )
     joint = Joint("free", "free", "world", "block", q0=(0.0, 0.0, 0.0, 0.0, sin(t / 2), 0.0, cos(t / 2)))
@@ -82,7 +81,7 @@ def off_lead() -> Iterator[Row]:
     height = 18.0 / (tan(a) + tan(b))  # of the place where their lines meet, above the lugs
     lugs = ((-9.0, 0.0, 0.0), (9.0, 0.0, 0.0))
     ropes = tuple(
-        Rope(name, (RopeSpan(Point("world", (p[0] + s * L * sin(t), 0.0, L * cos(t))), Point("block", p)),), 1e13, L)
+        Rope(name, (Line(Point("world", (p[0] + s * L * sin(t), 0.0, L * cos(t))), Point("block", p)),), 1e13, L)
         for name, p, s, t in (("A", lugs[0], 1.0, a), ("B", lugs[1], -1.0, b))
     )
     block = Body("block", m, (-9.0 + height * tan(a), 0.0, -1.0), cube(m, 10.0))
@@ -107,7 +106,7 @@ def equaliser_beam() -> Iterator[Row]:
     ropes = []
     for name, e, T in (("one", -c, W - second), ("two", c, second)):
         x_at, z_at = e * cos(t) + h * sin(t), h * cos(t) - e * sin(t)
-        line = RopeSpan(Point("world", (x_at, 0.0, top)), Point("beam", (e, 0.0, h)))
+        line = Line(Point("world", (x_at, 0.0, top)), Point("beam", (e, 0.0, h)))
         ropes.append(Rope(name, (line,), EA, (top - z_at) / (1.0 + T / EA)))
     free = Joint("free", "free", "world", "beam", q0=(0.0, 0.0, 0.0, 0.0, sin(t / 2), 0.0, cos(t / 2)))
     s = started(System((Body("beam", W / G, inertia=cube(W / G)),), (free,), ropes=tuple(ropes), gravity=G))

@@ -9,8 +9,7 @@ from math import acos, cos, pi, radians, sqrt
 import numpy as np
 from comparison import FORMS, Row, case
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description import Body, Drive, Joint, Load, Point, Rope, RopeSpan, System, Wind
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Line, Load, Point, Rope, System, Wind
 from small_scenes import SECOND, G, X, Y, Z, column, hand_over, started
 
 TABLE = "Swing"
@@ -67,7 +66,7 @@ def yaw_on_six_ropes() -> Iterator[Row]:
     ropes = tuple(
         Rope(
             f"r{k}",
-            (RopeSpan(Point("world", (a, b, L)), Point("block", (a, b, 0.0))),),
+            (Line(Point("world", (a, b, L)), Point("block", (a, b, 0.0))),),
             EA,
             L * (1.0 - m * G / 6.0 / EA),
         )
@@ -151,7 +150,7 @@ def tension_at_the_bottom() -> Iterator[Row]:
         hinge("pivot", "world", "carrier", q0=start),
         Joint("slide", "prismatic", "carrier", "load", (0.0, 0.0, -L), axis=Z, q0=(-m * G * cos(start) / k,)),
     )
-    rope = Rope("rope", (RopeSpan(Point("world"), Point("load")),), k * L, L, damping=2.0 * sqrt(k * m))
+    rope = Rope("rope", (Line(Point("world"), Point("load")),), k * L, L, damping=2.0 * sqrt(k * m))
     system = System((Body("carrier", 0.0), Body("load", m)), joints, ropes=(rope,), gravity=G)
     s = started(system, tolerance=1e-10, sample_ns=SECOND // 200)
     yield Row("tension at the end of the swing", want["T_end"] / 1e3, float(s.row().tension[0]) / 1e3, 1e-6, "kN")

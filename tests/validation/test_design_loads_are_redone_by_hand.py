@@ -77,7 +77,7 @@ class Report:
             if sum(x is not None for x in row) > 1
         ]
 
-    def told(self, pattern: re.Pattern[str]) -> list[re.Match[str]]:
+    def message(self, pattern: re.Pattern[str]) -> list[re.Match[str]]:
         lines = (str(row[0]) for rows in self.tables.values() for row in rows)
         return [found for line in lines if (found := pattern.search(line))]
 
@@ -100,12 +100,12 @@ class Report:
         return {row[None]: row for row in self.designs() if row["part"] == part}
 
     def limits(self) -> None:
-        """Each product of the sheet, and each limit whose terms are told."""
+        """Each product of the sheet, and each limit whose terms are reported."""
         for row in self.designs():
             factors = {x: row[x] for x in row if x not in NOT_FACTORS and isinstance(row[x], int | float)}
-            foreseen = row["load at rest"] * prod(factors.values())
+            required = row["load at rest"] * prod(factors.values())
             met = (row["met"] or 0.0) * prod(factors[x] for x in factors if x != "dynamic")
-            design = max(foreseen, met)
+            design = max(required, met)
             assert row["design load"] == pytest.approx(design, rel=HAND), row
             if row["limit"]:
                 assert row["used"] == pytest.approx(100.0 * design / row["limit"], abs=1.0), row
@@ -123,7 +123,7 @@ class Report:
                 assert limit == pytest.approx(float(peak[1]) / prod(factors) / float(peak[3]), rel=HAND), row
                 known += 1
         assert known
-        for found in self.told(WIND):
+        for found in self.message(WIND):
             air, drag, area, speed = map(float, found.groups())
             push = 0.5 * air * drag * area * speed**2 / 1e3
             factor = sqrt(1.0 + (push / (self.block("mass") * TONNE)) ** 2)
@@ -155,17 +155,21 @@ def test_a_turn_over(tmp_path: Path) -> None:
     lugs, mass = found.lugs(), found.block("mass")
     a, b = lugs["A1"][1], lugs["B1"][1]
     hooks = found.design("hook")
+    hung = {row["item"]: row["mass each"] for row in found.rows("Rigger's list")}
+    below = (2 * hung["WR-96"] + 4 * hung["SH-200"]) / 1e3  # [t] of slings and shackles on each hook
     for crane in ("west", "east"):
         lying = mass * -a / (b - a) / 2.0
         low = hooks[f"{crane}.H3"]
         assert low["load at rest"] - 20.0 == pytest.approx(lying, rel=HAND)  # beside the loader of 20 t
-        aside = ((mass * (1.0 - a) / (b - a) / 2.0) + 20.0) / (lying + 20.0)
-        assert low["cog"] == pytest.approx(aside, rel=HAND)
-        assert low["design load"] == pytest.approx((lying + 20.0) * aside * 1.03 * 1.02, rel=HAND)
+        lateral = ((mass * (1.0 - a) / (b - a) / 2.0) + 20.0) / (lying + 20.0)
+        assert low["cog"] == pytest.approx(lateral, rel=HAND)
+        rigging = 1.0 + below / (lying + 20.0)
+        assert low["rigging"] == pytest.approx(rigging, rel=HAND)
+        assert low["design load"] == pytest.approx((lying + 20.0) * rigging * lateral * 1.03 * 1.02, rel=HAND)
         for hook in ("H1", "H2"):
             standing = hooks[f"{crane}.{hook}"]
             assert standing["load at rest"] - 20.0 == pytest.approx(mass / 4.0, rel=HAND)
-            assert standing["design load"] == pytest.approx((mass / 4.0 + 20.0) * 1.03 * 1.02, rel=HAND)
+            assert standing["design load"] == pytest.approx((mass / 4.0 + 20.0 + below) * 1.03 * 1.02, rel=HAND)
     sling = found.design("sling")["loader-3.sling-1"]
     leg = mass * -a / (b - a) / 4.0 * TONNE
     assert sling["load at rest"] == pytest.approx(leg, rel=HAND)
@@ -185,7 +189,7 @@ def test_a_lift_by_two_jibs_with_gear_out_of_a_table(tmp_path: Path) -> None:
     angle = radians(found.angles()[-1])
     eye = high + across / tan(angle)  # above the centre of mass
     tilt = (half * cos(radians(3.0)) + eye * sin(radians(3.0))) / (half * cos(radians(3.0)))
-    aside = (half + 0.4) / half
+    lateral = (half + 0.4) / half
     listed = {row["item"]: row for row in found.rows("Rigger's list")}
     assert (listed["WR-28-6"]["number"], listed["SH-17"]["number"]) == (4, 8)
     hung = 2 * 24.0 + 4 * 7.4  # [kg] on each hook
@@ -194,8 +198,8 @@ def test_a_lift_by_two_jibs_with_gear_out_of_a_table(tmp_path: Path) -> None:
         assert row["load at rest"] == pytest.approx(leg, rel=HAND)
         assert (row["dynamic"], row["yaw"]) == (1.1, 1.05)
         assert row["tilt"] == pytest.approx(tilt, rel=HAND)
-        assert row["cog"] == pytest.approx(aside, rel=HAND)
-        assert row["design load"] == pytest.approx(leg * 1.03 * aside * 1.1 * tilt * 1.05, rel=2 * HAND)
+        assert row["cog"] == pytest.approx(lateral, rel=HAND)
+        assert row["design load"] == pytest.approx(leg * 1.03 * lateral * 1.1 * tilt * 1.05, rel=2 * HAND)
     for row in found.design("hook").values():
         assert row["rigging"] == pytest.approx(1.0 + hung / 1e3 / row["load at rest"], rel=HAND)
     limits = {row["check"]: row["limit"] for row in found.rows("Checks")}

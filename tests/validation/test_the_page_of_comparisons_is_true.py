@@ -34,7 +34,7 @@ def test_the_summary_counts_the_rows_of_the_page() -> None:
     assert all(number == within + missed for number, within, missed in counted)
 
 
-def test_every_case_with_a_miss_says_why() -> None:
+def test_every_case_with_a_miss_reports_why() -> None:
     text = PAGE.read_text()
     for case in CASES:
         part = text.partition(f"| [{case.source}](")[2].partition("\n| [")[0].partition("\n\n")[0]
@@ -73,6 +73,6 @@ def test_scipy_swings_as_the_runs_of_the_crane_do(run: Run) -> None:
     assert ours[2] == pytest.approx(free, abs=0.1)
 
 
-def test_an_option_that_is_not_known_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_option_that_is_not_known_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--chekc"]) == 2
     assert "--check" in capsys.readouterr().err

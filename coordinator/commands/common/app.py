@@ -34,12 +34,12 @@ HEADINGS = {
 
 
 class Spared:
-    """Typer converts by Pydantic, whose import takes long: what needs no conversion is spared it."""
+    """Parameters without Typer's conversion by Pydantic, whose import is slow."""
 
     get_params: Any
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """As typer does."""
+        """Parse arguments as Typer does."""
         for param in self.get_params(ctx):
             if getattr(param, "_runtime_param", param) is None:
                 vars(param)["_runtime_param"] = _AsGiven()
@@ -47,7 +47,7 @@ class Spared:
 
 
 class _AsGiven:
-    """Leaves the value of a parameter as it is: nothing, its default, or text where text is wanted."""
+    """Leave the value of a parameter unconverted."""
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         wanted = param.type_descriptor
@@ -60,17 +60,17 @@ class _AsGiven:
 
 
 class Command(Spared, TyperCommand):
-    """A command with its example behind its options."""
+    """A command that prints its example after its options."""
 
     def __init__(self, *arguments: str | None, help: str | None = None, **settings: Any) -> None:
-        told, mark, rest = (help or "").partition(MARK)
+        message, mark, rest = (help or "").partition(MARK)
         example, _, more = rest.partition("\n")
-        settings["short_help"] = told.strip()
-        super().__init__(*arguments, help=f"{told}\n{more}".strip(), **settings)
+        settings["short_help"] = message.strip()
+        super().__init__(*arguments, help=f"{message}\n{more}".strip(), **settings)
         self.example = f"{mark}{example}".strip()
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """The example, not wrapped."""
+        """Print the example unwrapped."""
         if self.example:
             with formatter.section("Example"):
                 formatter.write(f"  {self.example}\n")
@@ -78,10 +78,10 @@ class Command(Spared, TyperCommand):
 
 
 class CommandList(Spared, TyperGroup):
-    """All commands, by heading."""
+    """The list of all commands under their headings."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """A list of commands per heading; each with all that its first sentence says."""
+        """Print commands by heading, each with its whole first sentence."""
         by_heading: dict[str, list[tuple[str, str]]] = {heading: [] for heading in HEADINGS.values()}
         for name, command in self.commands.items():
             module = getattr(command.callback, "__module__", "").rpartition(".")[2]
@@ -106,10 +106,10 @@ says what is wrong."""
 
 
 class App(typer.Typer):
-    """All commands have the same form of help."""
+    """The command-line application: every command has the same form of help."""
 
     def __call__(self, *args: Any, **settings: Any) -> Any:
-        """Do what the command line says; commands that it does not name are not made ready."""
+        """Run the command line; commands that it does not name are not imported."""
         known = self.registered_commands
         named = [x for x in known if sys.argv[1:2] == [x.name or get_command_name(getattr(x.callback, "__name__", ""))]]
         self.registered_commands = named or known
@@ -119,13 +119,13 @@ class App(typer.Typer):
             self.registered_commands = known
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[..., Any]:
-        """A command, with its example behind its options, and --allow-code if it may hear of code of others."""
+        """Register a command with its example, and with --allow-code if it may load foreign code."""
         register = super().command(name, cls=Command, **settings)
         return lambda function: register(_with_allow_code(function))
 
 
 def _code_set(sets: Iterable[str]) -> list[str]:
-    """The functions that --set names, as the scene will name them: typing them allows them."""
+    """Functions named by --set, as the scene will name them; typing them on the command line trusts them."""
     found = []
     for key, _, value in (setting.partition("=") for setting in sets):
         module, colon, name = value.strip().strip("'\"").rpartition(":")

@@ -15,12 +15,12 @@ def scenes(incomplete: str) -> list[str]:
 
 
 def recordings(incomplete: str) -> list[str]:
-    """Recordings, also those that were cut off."""
+    """Recordings, complete or cut off."""
     return _files(incomplete, (".mcap", ".mcap.part"))
 
 
 def runs(incomplete: str) -> list[str]:
-    """Recordings that runs of this user are writing, as one would type them here."""
+    """Recordings of this user's runs in progress, relative to the current folder."""
     from heavylift.coordinator.live import running
 
     here = Path.cwd()
@@ -30,7 +30,7 @@ def runs(incomplete: str) -> list[str]:
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
-    """Files of these suffixes, and folders in which they may be."""
+    """Files with these suffixes, and folders that may contain them."""
     folder, _, begun = incomplete.rpartition("/")
     where = f"{folder}/" if "/" in incomplete else ""
     try:

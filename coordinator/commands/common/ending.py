@@ -18,11 +18,11 @@ LEAST_MB = 400  # below, libraries end the command in words of their own
 
 
 def carry_out() -> None:
-    """Do what the command line says; SystemExit with its exit code unless that is 0."""
+    """Run the command line; raises SystemExit with its exit code unless that is 0."""
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     if limit != resource.RLIM_INFINITY and limit < LEAST_MB << 20:
-        told = f"only {limit >> 20} MB of memory may be addressed, and heavylift needs at least {LEAST_MB}"
-        print(f"heavylift: {told}; raise the limit (`ulimit -v unlimited`)", file=sys.stderr)
+        message = f"only {limit >> 20} MB of memory may be addressed, and heavylift needs at least {LEAST_MB}"
+        print(f"heavylift: {message}; raise the limit (`ulimit -v unlimited`)", file=sys.stderr)
         sys.exit(1)
     for word in sys.argv[1:]:
         if len(word.splitlines()) > 1 and Path(word).exists():
@@ -39,12 +39,12 @@ def carry_out() -> None:
             sys.exit(code)
     except Stopped as error:
         print(f"heavylift: {error}", file=sys.stderr)
-        _judged(error)
+        _print_partial_verdict(error)
         sys.exit(STOPPED)
     except HeavyliftError as error:
-        told = str(error)
-        print(f"heavylift: {told}" if "\n" not in told else told, file=sys.stderr)
-        _judged(error)
+        message = str(error)
+        print(f"heavylift: {message}" if "\n" not in message else message, file=sys.stderr)
+        _print_partial_verdict(error)
         sys.exit(2 if isinstance(error, OutputError) else 1)
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
@@ -59,8 +59,8 @@ def carry_out() -> None:
             sys.exit(1)
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
             asked = type(error).__name__ == "NoArgsIsHelpError"
-            told = error.format_message()
-            print(told if asked else f"heavylift: {printable(told, keep=SPACES)}", file=sys.stderr)
+            message = error.format_message()
+            print(message if asked else f"heavylift: {printable(message, keep=SPACES)}", file=sys.stderr)
             sys.exit(error.exit_code)
         if refused := _refused(error):
             print(f"heavylift: {refused}", file=sys.stderr)
@@ -69,25 +69,28 @@ def carry_out() -> None:
             "w", encoding="utf-8", prefix="heavylift-", suffix=".txt", delete=False
         ) as file:
             traceback.print_exc(file=file)
-        told = f"internal error, {type(error).__name__}: {printable(str(error))}"
-        print(f"heavylift: {told}; this is a defect of heavylift, {file.name} tells its makers more", file=sys.stderr)
+        message = f"internal error, {type(error).__name__}: {printable(str(error))}"
+        print(
+            f"heavylift: {message}; this is a defect of heavylift, {file.name} holds the details for its developers",
+            file=sys.stderr,
+        )
         sys.exit(1)
 
 
-def _judged(error: HeavyliftError) -> None:
+def _print_partial_verdict(error: HeavyliftError) -> None:
     """The verdict on what was recorded of a run that the error has ended."""
     if error.verdict is None:
         return
-    from heavylift.coordinator.run.progress import tell_verdict
-    from heavylift.recordings.read.verdict import Judged
+    from heavylift.coordinator.run.progress import print_verdict
+    from heavylift.recordings.read.verdict import RecordedVerdict
 
-    assert isinstance(error.verdict, Judged)
-    tell_verdict(error.verdict)
+    assert isinstance(error.verdict, RecordedVerdict)
+    print_verdict(error.verdict)
     sys.stdout.flush()
 
 
 def _refused(error: Exception) -> str:
-    """What the system refuses is no defect of heavylift: a sentence, or "" if it is something else."""
+    """A sentence for an error of the operating system (disk full, no permission); "" for any other error."""
     if out_of_memory(error):
         then = "then `heavylift resume` the recording, if there is one"
         return f"the system gives no more memory; end other programs or raise the limit (`ulimit -v`), {then}"
@@ -108,7 +111,7 @@ def _here() -> bool:
 
 
 def _unwritable() -> str:
-    """Why standard output does not take the end of a line; "" if it does."""
+    """Why standard output cannot be written to; "" if it can."""
     try:
         if sys.stdout is not None:
             os.write(sys.stdout.fileno(), b"\n")  # what has failed once is gone from Python's own buffer
@@ -118,5 +121,5 @@ def _unwritable() -> str:
 
 
 def _discard_output() -> None:
-    """Nothing goes to standard output any more, so that Python does not stumble over the rest of it at its end."""
+    """Discard standard output from now on, so that Python does not fail when it flushes at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

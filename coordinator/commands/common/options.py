@@ -19,7 +19,7 @@ AUTO = 1 << 30  # more processes than anybody has: as many as pay
 
 
 def process_count(text: str | int) -> int:
-    """How many processes are asked for; AUTO for those that pay."""
+    """The number of processes requested; AUTO to measure which number is fastest."""
     if text == "auto":
         return AUTO
     try:
@@ -31,7 +31,7 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """The number `asked` for; where that is AUTO, as many as pay where `run(count, watch)` is tried, which is told."""
+    """The number `asked` for; for AUTO the number with which `run(count, watch)` is fastest, which is printed."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -44,7 +44,7 @@ def paying_processes(
 
 
 def one_process(in_process: bool, processes: int, places: Sequence[str] | None) -> bool:
-    """Whether all models run in this process; a parameter that says otherwise is refused."""
+    """Whether all models run in this process; refuses options that contradict it."""
     if in_process and (processes or places):
         raise typer.BadParameter("--in-process: all models run in this process, leave out --processes and --place")
     return in_process
@@ -90,6 +90,7 @@ InProcess = Annotated[bool, typer.Option("--in-process", help="all models in thi
 Certificates = Annotated[
     Path, typer.Option("--certificates", help="directory made by 'heavylift certificates'", show_default=True)
 ]
+Verbose = Annotated[bool, typer.Option("--verbose", help="also digest, wall-clock times and energy balance")]
 Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red or undecided")]
 FailOn = Annotated[
     Literal["", "red", "undecided", "amber"],
@@ -105,14 +106,14 @@ def written_to(help: str) -> Any:
 
 
 def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
-    """A scene with the settings of `--set`; what reads scenes is imported for it."""
+    """Load a scene with the settings of `--set`."""
     from heavylift.nodes.scene import load
 
     return load(scene, sets or [])
 
 
 def quantity(option: str, text: str, dimension: "Dimension") -> float:
-    """The value of an option with a unit, in SI units; SceneError if it is none."""
+    """Read the value of an option in SI units; raises SceneError if it is no quantity."""
     try:
         return dimension.read(text)
     except ValueError as error:
@@ -120,7 +121,7 @@ def quantity(option: str, text: str, dimension: "Dimension") -> float:
 
 
 def duration_s(option: str, text: str) -> float:
-    """A time of simulation as a user writes it, zero or more, or as long as time lasts [s]."""
+    """Read a non-negative simulation time [s]."""
     from heavylift.nodes.devs import NEVER
     from heavylift.nodes.scene.text.units import TIME
 
@@ -131,14 +132,14 @@ def duration_s(option: str, text: str) -> float:
 
 
 def wall_s(option: str, text: str) -> float:
-    """A span of wall time as a user writes it [s]."""
+    """Read a wall-clock duration [s]."""
     from heavylift.nodes.scene.text.units import DURATION
 
     return quantity(option, text, DURATION)
 
 
 def deadline_s(text: str) -> float:
-    """A deadline as a user writes it [s]."""
+    """Read a deadline [s]."""
     seconds = wall_s("--deadline", text)
     if seconds < LEAST_s:
         raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
@@ -146,6 +147,6 @@ def deadline_s(text: str) -> float:
 
 
 def fails(state: str, strict: bool, fail_on: str) -> bool:
-    """Whether a state of a verdict is one of those that end in exit code 1."""
+    """Whether a verdict state ends in exit code 1."""
     worst = {"red": 1, "undecided": 2, "amber": 3}
     return worst.get(state, 4) <= max(2 * strict, worst.get(fail_on, 0))

@@ -18,11 +18,11 @@ GAIN = 1.1  # so many times as fast must more processes be: less is noise, and t
 
 
 class _StretchDone(Exception):
-    """The stretch is done, or it takes too long."""
+    """The measured stretch is over, or takes too long."""
 
 
 class _TimedStretch(RunObserver):
-    """Ends a run at `until` [ns], or `limit` seconds of wall time after its first grants."""
+    """Ends a run at simulation time `until` [ns], or `limit` seconds of wall time after its first grants."""
 
     def __init__(self, limit: float, until: int) -> None:
         self._limit, self._until = limit, until
@@ -30,12 +30,12 @@ class _TimedStretch(RunObserver):
         self.spent, self.reached = 0.0, 0  # wall time [s], and the time of the run [ns]
 
     def event(self, event: Event) -> None:
-        """A committed event tells how far the run has come."""
+        """Note the simulation time of a committed event."""
         self.reached = event.t
         self.waiting()
 
     def waiting(self) -> None:
-        """Whether it is enough."""
+        """End the stretch if its time is over."""
         now = time.perf_counter()
         if self._began is None:
             self._began = now
@@ -45,10 +45,10 @@ class _TimedStretch(RunObserver):
 
 
 def paying(run: Callable[[int, RunObserver], object], models: int, most: int | None = None) -> tuple[int, str]:
-    """The number of processes with which `run(count, watch)` is fastest, at most one for each core, and how it was
-    found; a run that fails while it is tried is left to fail where that is recorded."""
+    """Measure with how many processes `run(count, watch)` is fastest, at most one per core; returns the number and how
+    it was found. A trial that fails is ignored: the recorded run will report it."""
     most = min(models, cores() if most is None else most)
-    until, best, found, told = NEVER, 1, TRIED_s, list[str]()
+    until, best, found, message = NEVER, 1, TRIED_s, list[str]()
     for count in sorted({*(2**i for i in range(most.bit_length())), most}):
         stretch = _TimedStretch(found, until)
         try:
@@ -61,15 +61,15 @@ def paying(run: Callable[[int, RunObserver], object], models: int, most: int | N
         if count == 1:
             until, found = stretch.reached, stretch.spent
             part = "all" if whole else f"the first {until * 1e-9:.4g} s"
-            told = [f"1 process takes {found:.2f} s for {part} of the run"]
+            message = [f"1 process takes {found:.2f} s for {part} of the run"]
             if whole:
                 break
             if not until:
                 return most, f"its models work for {TRIED_s:g} s before anything is said"
         elif stretch.reached < until:
-            told.append(f"{count} take longer")
+            message.append(f"{count} take longer")
         else:
-            told.append(f"{count} take {stretch.spent:.2f} s")
+            message.append(f"{count} take {stretch.spent:.2f} s")
             if stretch.spent * GAIN < found:
                 best, found = count, stretch.spent
-    return best, ", ".join(told) or "the run fails"
+    return best, ", ".join(message) or "the run fails"

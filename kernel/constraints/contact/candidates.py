@@ -58,20 +58,20 @@ class OrientedBox:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
     def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
-        """(3,) how far x, a point of `body`, lies outside of the nearer face across each axis, and its rate."""
+        """Distance (3,) of x, a point of `body`, outside the nearer face along each axis, and its rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Distance of a point of `body` from the surface, over the axis along which it is outermost."""
+        """Signed distance of a point of `body` from the surface along the axis with the largest one."""
         s, v = self.outside(x, body)
         first = s[0] > s[1]
         gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Distance of a point above the one of three `faces` that counts if it lies over it, else its depth."""
+        """Height of a point above the relevant one of three `faces` if it lies over it, else its depth."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -136,8 +136,8 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def _faces(apart: list[Scalar]) -> list[Scalar]:
-    """Along which of its three axes a box is separated most from another that it overlaps along the other two: boxes
-    that slide past each other flush do not catch on a border."""
+    """The separating axis of two boxes that overlap along the other two, so that flush sliding boxes do not catch at
+    borders."""
     over = [x < -NEAR for x in apart]
     return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
 
@@ -174,7 +174,7 @@ def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
 
 
 def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[Witness]:
-    """Gap of each pair of edges, if they cross within both and no other direction separates the boxes further.
+    """Gaps of crossing edge pairs that no other direction separates further.
 
     All is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n.
     """
@@ -209,7 +209,7 @@ def passes(c: Contact) -> bool:
 
 
 def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
-    """Longest step [s] from where the bodies are, at the speed that they have."""
+    """Longest step [s] for the present poses and speeds."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     window = minimum(half_a, half_b) if both_boxes else half_a + half_b
@@ -221,7 +221,7 @@ def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
 
 
 def _extent(shape: Shape, p: Array) -> tuple[Scalar, Scalar]:
-    """Radius of the sphere around a shape and its smallest half extent [m]."""
+    """Radius of the bounding sphere and smallest half extent of a shape [m]."""
     if isinstance(shape, Ball):
         return p[3], p[3]
     h = p[12:15]

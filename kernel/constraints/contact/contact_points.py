@@ -34,7 +34,7 @@ LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
 
 
 class SlotAt:
-    """Places of a slot's state, behind what it holds; a candidate of -1: free.
+    """Places of a slot's state after its base; candidate -1: free.
 
     BACK: the speed against U [m/s] that ends a slip; for one that begins, more than a nanosecond may leave.
     SLIPS: whether it slides away; a place at the limit of friction may be held by others.
@@ -48,8 +48,8 @@ class SlotAt:
 
 @dataclass(frozen=True)
 class Site:
-    """A contact with its pair, how many numbers its first shape has, its bodies and its rows per slot; `reach`: of a
-    step, if the shapes could pass through each other."""
+    """A contact: shape pair, size of its first shape's numbers, bodies, rows per slot; `reach`: bound of a step, if the
+    shapes could pass through each other."""
 
     contact: Contact
     pair: ContactPair
@@ -93,7 +93,7 @@ class ContactPointRows:
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
     def slots(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[SimpleNamespace]:
-        """All slots at an instant, in order."""
+        """All slots in order."""
         out = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -127,11 +127,11 @@ class ContactPointRows:
 
     @property
     def bounded(self) -> bool:
-        """Whether shapes could pass through each other in a step that is too long."""
+        """Whether shapes could pass through each other in a long step."""
         return any(s.reach for s in self.sites)
 
     def reach(self, numbers: Numbers, ends: Mapping[int, Array]) -> Scalar:
-        """Longest step in which nothing passes through anything else [s]."""
+        """Longest step without shapes passing through each other [s]."""
         longest: Scalar = FOREVER
         for s in self.sites:
             if s.reach:
@@ -161,7 +161,7 @@ class ContactPointRows:
 
 
 def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, Function | None]]) -> Site:
-    """`kinds`: functions of the pairs of shapes so far, which contacts of the same pair share."""
+    """`kinds`: functions of shape pairs, shared by contacts of the same pair."""
     pair, bodies = pair_of(c), (graph.number(c.a.body), graph.number(c.b.body))
     kind = f"{type(c.a).__name__}_{type(c.b).__name__}".lower()
     n = len(shape_numbers(c.a))
@@ -191,12 +191,12 @@ def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Functi
 
 
 def _touch(gap: Scalar, rate: Scalar) -> Any:
-    """Below zero where a candidate touches: at once if it comes with a speed, slowly only if it has sunk in."""
+    """Below zero where a candidate touches: at once if it approaches, slowly if it only penetrates."""
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 
 
 def _slot(pair: ContactPair, h: Array, mu: Scalar, A: Array, B: Array) -> Outputs:
-    """One slot: its rows as they are sensed (wa, wb) and the push of the normal one (pa, pb), all zero if it is open.
+    """A slot: sensing rows (wa, wb) and the normal wrench (pa, pb), zero if it is open.
 
     `sliding`: speed against friction; `onward`: along the direction in which sliding began.
     """

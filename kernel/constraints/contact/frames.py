@@ -25,8 +25,8 @@ TINY = 1e-300  # keeps what is computed of an empty slot finite
 
 @dataclass(frozen=True)
 class ContactFrame:
-    """gap [m]; x (3,) in the world with its rate; F (3, 3) rows n, t1, t2 with theirs; along: coordinates of x within
-    the face (from its point) or along the edges of A and B (from their points) [m]."""
+    """gap [m]; x (3,) in the world with rate; F (3, 3) rows n, t1, t2 with rates; along: coordinates of x within the
+    face or along the edges of A and B [m]."""
 
     gap: Scalar
     x: Array
@@ -90,7 +90,7 @@ def edges(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edge(p: Array, A: Array, B: Array) -> ContactFrame:
-    """A ball of A on an edge of B; `along`: along the edge, and 1 where the ball comes onto a face beside it."""
+    """A ball of A on an edge of B; `along`: along the edge, and 1 where the ball reaches an adjacent face."""
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
     d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)
@@ -102,7 +102,7 @@ def edge(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def corner(p: Array, A: Array, B: Array) -> ContactFrame:
-    """A ball of A on a corner of B; `along`: more than 1 where the ball comes onto an edge."""
+    """A ball of A on a corner of B; `along`: above 1 where the ball reaches an edge."""
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
@@ -111,7 +111,7 @@ def corner(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
-    """Unit vector, its rate, length."""
+    """Unit vector, its rate, and the length."""
     size = sqrt(m @ m + TINY)
     u, du = m * (1.0 / size), dm * (1.0 / size)
     return u, du - u * (u @ du), size

@@ -51,7 +51,7 @@ def shape_numbers(s: Shape) -> list[float]:
 
 
 def _axes(n: np.ndarray) -> np.ndarray:
-    """n and two directions across it, the first across the axis that n leans to least."""
+    """n and two orthogonal directions, the first perpendicular to the axis with the smallest component of n."""
     t = np.cross(np.eye(3)[int(np.argmin(np.abs(n)))], n)
     t = t / norm(t.tolist())
     return np.array([n, t, np.cross(n, t)])
@@ -78,8 +78,8 @@ def _two_balls(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarra
 
 def _on_face(kind: float, p: np.ndarray, radius: float, box: np.ndarray, own: np.ndarray, other: np.ndarray,
              between: np.ndarray) -> list[float]:  # fmt: skip
-    """A ball at p of body `own` on the face of a box of `other`: among the faces that it lies outside of, the one
-    that best separates the two shapes; `between`: from the box's centre to that of the shape the ball belongs to."""
+    """A ball at p of body `own` on the face of a box of `other` that separates the shapes best; `between`: from the
+    box's centre to the shape's."""
     at = BoxAt(box, other)
     d = at.axes @ (Side(own).place(p) - at.c)
     outside = np.abs(d) - at.h
@@ -93,7 +93,7 @@ def _on_face(kind: float, p: np.ndarray, radius: float, box: np.ndarray, own: np
 
 
 def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray) -> list[float]:
-    """On the face, edge or corner that is nearest to the ball's centre; a point touches faces only."""
+    """The face, edge or corner nearest to the ball's centre; points touch faces only."""
     at = BoxAt(b, B)
     between = Side(A).place(a[:3]) - at.c
     d = at.axes @ between
@@ -150,7 +150,7 @@ def _chosen(kind: Scalar, found: tuple[ContactFrame, ContactFrame, ContactFrame]
 
 
 def _turned(f: ContactFrame) -> ContactFrame:
-    """The same contact with the normal from A to B instead."""
+    """The same contact with the normal from A to B."""
     return ContactFrame(f.gap, f.x, f.dx, -f.F, -f.dF, f.along)
 
 
@@ -174,7 +174,7 @@ PAIRS: dict[tuple[type, type], ContactPair] = {
 
 
 def pair_of(c: Contact) -> ContactPair:
-    """The entry of a contact's shapes; raises KernelError if there is none."""
+    """The table entry of a contact's shapes; raises KernelError if there is none."""
     pair = PAIRS.get((type(c.a), type(c.b)))
     if pair is None:
         a, b = type(c.a).__name__.lower(), type(c.b).__name__.lower()
@@ -205,8 +205,8 @@ def check_contact(c: Contact) -> None:
 
 
 def gap(c: Contact, a: Pose, b: Pose) -> float:
-    """Gap of the shapes of a contact along the axis that separates them best [m], of bodies at given places and
-    rotations: where they overlap it is the depth, negative; where they are apart it is at most their distance."""
+    """Gap of a contact's shapes along the best separating axis [m], for bodies at given poses: negative depth if they
+    overlap, else a lower bound of the distance."""
     (p, E, r), (q, F, s) = _solid(c.a, a), _solid(c.b, b)
     d = p - q
     if isinstance(c.b, Plane):
@@ -221,7 +221,7 @@ def gap(c: Contact, a: Pose, b: Pose) -> float:
 
 
 def _solid(s: Shape, at: Pose) -> tuple[np.ndarray, np.ndarray, float]:
-    """Middle (3,), half edges as rows (n, 3) in the world, and radius of a shape; of a plane a point [m]."""
+    """Centre (3,), half edges as rows (n, 3) in the world, and radius of a shape; for a plane a point [m]."""
     place, R = at
     middle = place + (R * np.array(s.p)).sum(axis=1)
     if not isinstance(s, Box):

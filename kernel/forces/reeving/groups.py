@@ -24,7 +24,7 @@ from heavylift.kernel.forces.force_law import Poses
 from heavylift.kernel.multibody.graph import Graph, Link
 from heavylift.kernel.multibody.motion import axes_of
 
-from .sheaves import Unrolled, Way
+from .sheaves import RopePath, Unrolled
 
 BITE = 1e-9  # by how much more a sheave holds than it drags, so that one that begins to stick does not slip at once
 NEWTON = 5  # iterations; the error shrinks as its square, from (strain)^2 on
@@ -32,11 +32,11 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strains, their rates and unstretched lengths of the parts, flows over the sheaves, in the present modes."""
+    """Strains with rates, unstretched lengths of parts, and flows over sheaves in the present modes."""
 
     def __init__(
         self,
-        way: Way | Unrolled,
+        way: RopePath | Unrolled,
         kept: list[Scalar],
         dL: Scalar,
         rubs: list[bool],
@@ -82,11 +82,11 @@ class Groups:
             self.flows.append(self._joined(i, passed, 0.0))
 
     def _joined(self, i: int, yes: Scalar, no: Scalar) -> Any:
-        """`yes` where rope slips over sheave i, else `no`."""
+        """`yes` where the rope slips over sheave i, else `no`."""
         return select(abs(self._modes[i]) > 0.0, yes, no) if self._rubs[i] else yes
 
     def _total(self, values: list[Scalar]) -> list[Scalar]:
-        """For each part the sum over its group."""
+        """Sum over its group, for each part."""
         sums = [values[0]]
         for i, x in enumerate(values[1:]):
             sums.append(x + self._joined(i, sums[i], 0.0))
@@ -96,7 +96,7 @@ class Groups:
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Scalar]:
-        """For each part the mean of N s' over its group."""
+        """Mean of N s' over its group, for each part."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
@@ -120,7 +120,7 @@ def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
 
 
 def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
-    """Ratio of the tensions of a sheave that slips, and its rate; wrap: of the rope on it [rad], with its rate."""
+    """Tension ratio of a slipping sheave, and its rate; wrap angle [rad] with rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:
         angle, turning = wrap
@@ -135,7 +135,7 @@ ALONG = 1e-9  # sine between the direction of edges and an axis that turns a bod
 
 
 def check_parallel(f: Reeving, graph: Graph, poses: Poses) -> None:
-    """Raises KernelError where edges of a rope are on bodies of which one can turn them out of parallel."""
+    """Raise KernelError for a rope with edges on bodies that can rotate out of parallel."""
     bodies = list(dict.fromkeys(s.at.body for s in f.edges))
     if len(bodies) < 2:
         return
@@ -148,8 +148,8 @@ def check_parallel(f: Reeving, graph: Graph, poses: Poses) -> None:
         loose = [link for link in map(graph.links.__getitem__, own) if _turns(link, poses, n)]
         if bends or loose:
             what = f"what bends of '{bends[0].body.name}'" if bends else f"the joint '{loose[0].joint.name}'"
-            told = f"its edges are on several bodies, and {what} can turn the one on '{body}' out of parallel"
-            raise KernelError(f"reeving '{f.name}': {told}; name edges of one body")
+            message = f"its edges are on several bodies, and {what} can turn the one on '{body}' out of parallel"
+            raise KernelError(f"reeving '{f.name}': {message}; name edges of one body")
 
 
 def _path(graph: Graph, body: str) -> list[int]:
@@ -163,7 +163,7 @@ def _path(graph: Graph, body: str) -> list[int]:
 
 
 def _turns(link: Link, poses: Poses, n: Array) -> bool:
-    """Whether a joint turns its child about anything but n."""
+    """Whether a joint turns its child about an axis other than n."""
     joint = link.joint
     kind = JOINTS[joint.kind]
     if kind.quaternion is not None:

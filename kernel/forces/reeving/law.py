@@ -27,7 +27,7 @@ from msgspec import structs
 
 from .groups import FREE, Groups, slip_ratio
 from .nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
-from .sheaves import Unrolled, Way
+from .sheaves import RopePath, Unrolled
 
 UNIT = 1e-6  # how far an axis may be off by rounding
 
@@ -36,15 +36,15 @@ UNSTRAINED = 1e-7  # strain of a part that has just come taut
 
 
 class ReevingAt:
-    """Places of a rope's numbers; `TAUT`: 1, 0 where it is slack, -1 where it is off."""
+    """Places of a rope's numbers; `TAUT`: 1 taut, 0 slack, -1 unhooked."""
 
     EA, C, TAUT = range(3)
     HEAD = 3
 
 
 class ReevingLaw(ForceLaw[Reeving]):
-    """P: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along the rope; FREE); per part but the first
-    its N; per part whether it is limp; per sheave whether the rope lies on it; the nodes."""
+    """P: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along; FREE); N of each part but the first;
+    limp parts; sheaves in contact; nodes."""
 
     works = True
 
@@ -82,11 +82,11 @@ class ReevingLaw(ForceLaw[Reeving]):
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
-        """Its length in the initial pose [m]; raises KernelError where it cannot run so."""
+        """Initial length [m]; raises KernelError if the rope cannot run."""
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
-        """Where a rope that ran well has come to have no direction, in words; "" if it runs."""
+        """Where a rope has lost its direction, in words; "" if it runs."""
         first = 3 * len(f.sheaves) + 3
         return lost(f, poses, list(shown[first : first + len(leavable(f))]))
 
@@ -110,10 +110,10 @@ class ReevingLaw(ForceLaw[Reeving]):
         nodes = [node_of(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(placed, 1)]
         leaves = [s.radius > 0.0 for s in f.sheaves]
         there = [lies[i] > 0.0 if x else None for i, x in enumerate(leaves)]
-        way = way_over(f, nodes, [None, *there, None], counted)
-        made = way.parts
-        ratios = [slip_ratio(s, given[i], way.wraps.get(i)) for i, s in enumerate(f.sheaves, 1)]
-        rope = Groups(way, kept, signal[1], _rubs(f), modes, ratios)
+        distance = way_over(f, nodes, [None, *there, None], counted)
+        made = distance.parts
+        ratios = [slip_ratio(s, given[i], distance.wraps.get(i)) for i, s in enumerate(f.sheaves, 1)]
+        rope = Groups(distance, kept, signal[1], _rubs(f), modes, ratios)
         s, ds, N = rope.strains, rope.rates, rope.unstretched
         trial = [EA * x + c * rate for x, rate in zip(s, rope.mean_rates(), strict=True)]
         pulls = [select(on, select(x > 0.0, 0.0, 1.0), 0.0) > 0.0 for x in limp]
@@ -128,9 +128,9 @@ class ReevingLaw(ForceLaw[Reeving]):
         least = s[0]
         for x in s[1:]:
             least = minimum(least, x)
-        slid, told, inside = _along_edges(way, there, T, given)
+        slid, message, inside = _along_edges(distance, there, T, given)
         off = p[ReevingAt.TAUT] < 0.0
-        excess = sum(way.lengths) - signal[0]
+        excess = sum(distance.lengths) - signal[0]
         rubbing = [there[i] for i, rubs in enumerate(_rubs(f)) if rubs]
         held = [select(on, g, 1.0) for g in rope.grips()]
         grips = [g if on_ is None else select(on_, g, 1.0) for g, on_ in zip(held, rubbing, strict=True)]
@@ -144,17 +144,17 @@ class ReevingLaw(ForceLaw[Reeving]):
                 select(on, least, select(off, 1.0, -excess)),
                 *grips,
                 *eased,
-                *(select(off, 1.0, g) for g in (*(g for pair in way.watches() for g in pair), *inside)),
+                *(select(off, 1.0, g) for g in (*(g for pair in distance.watches() for g in pair), *inside)),
             ],
             shown=[
                 *T,
-                *way.lengths,
+                *distance.lengths,
                 *N,
-                *(select(there[i], way.wraps[i + 1][0], 0.0) for i, x in enumerate(leaves) if x),
-                *told,
+                *(select(there[i], distance.wraps[i + 1][0], 0.0) for i, x in enumerate(leaves) if x),
+                *message,
             ],
-            turned=way.turned,
-            turning=way.turning,
+            turned=distance.turned,
+            turning=distance.turning,
         )
 
     def angles(self, f: Reeving) -> int:
@@ -194,14 +194,14 @@ class ReevingLaw(ForceLaw[Reeving]):
             modes[i] = 0.0 if lies[i] and p[ReevingAt.TAUT] else FREE
             return "found" if lies[i] else "left", float(number)
         if what == "part":
-            beside = [k for k, rubs in enumerate(_rubs(f)) if rubs and k in (i - 1, i) and not modes[k]]
-            if p[ReevingAt.TAUT] and not limp[i] and beside and strain[i] < 1.0 + UNSTRAINED:
+            other = [k for k, rubs in enumerate(_rubs(f)) if rubs and k in (i - 1, i) and not modes[k]]
+            if p[ReevingAt.TAUT] and not limp[i] and other and strain[i] < 1.0 + UNSTRAINED:
                 # it has just come taut while it runs: no friction holds what has no tension, so that it is drawn over
                 own[:] = kept[1:]
-                for k in beside:
+                for k in other:
                     apart = strain[k + 1] - strain[k]
                     modes[k] = float(np.sign(apart)) if abs(apart) > ROUNDING else 1.0 if i == k else -1.0
-                return "slip", float(beside[0] + 1)
+                return "slip", float(other[0] + 1)
             limp[i] = 1.0 - limp[i] if p[ReevingAt.TAUT] else 0.0
             return "limp" if limp[i] else "pulls", float(number)
         if not p[ReevingAt.TAUT]:
@@ -212,14 +212,14 @@ class ReevingLaw(ForceLaw[Reeving]):
         return "slip" if modes[i] else "stick", float(number)
 
     def take_off(self, f: Reeving, p: np.ndarray) -> None:
-        """Nothing holds the rope any more, and it lies nowhere."""
+        """Take the rope off all points."""
         n = len(f.sheaves)
         modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
         p[ReevingAt.TAUT], modes[:], own[:], limp[:] = -1.0, FREE, 0.0, 0.0
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from a to b as they are; by how much it is too short for that [m]."""
+        """Hang the rope, slack, from a to b; returns by how much it is too short [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0
@@ -229,8 +229,8 @@ class ReevingLaw(ForceLaw[Reeving]):
         topics = (("reeving/tension", "N"), ("reeving/length", "m"), ("reeving/unstretched", "m"))
         wraps = [SampledQuantity("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in leavable(f)]
         on_edge = (("edge/force", "N"), ("edge/place", "m"))
-        told = [SampledQuantity(topic, f"{f.name}.{s.edge}", unit) for s in f.edges for topic, unit in on_edge]
-        return [SampledQuantity(topic, name, unit) for topic, unit in topics for name in names] + wraps + told
+        message = [SampledQuantity(topic, f"{f.name}.{s.edge}", unit) for s in f.edges for topic, unit in on_edge]
+        return [SampledQuantity(topic, name, unit) for topic, unit in topics for name in names] + wraps + message
 
 
 def _rubs(f: Reeving) -> list[bool]:
@@ -243,17 +243,17 @@ def _only(on: Scalar, x: Array) -> Array:
 
 
 def _along_edges(
-    way: Way | Unrolled, there: list[Scalar | None], T: list[Scalar], given: list[Array]
+    way: RopePath | Unrolled, there: list[Scalar | None], T: list[Scalar], given: list[Array]
 ) -> tuple[Scalar, list[Scalar], list[Scalar]]:
-    """Of edges the heat of what slides along them, force [N] and place [m] of each, guards of their ends."""
-    if isinstance(way, Way):
+    """Heat of sliding along edges, force [N] and place [m] at each edge, guards of their ends."""
+    if isinstance(way, RopePath):
         return 0.0, [], []
     pulls = [k * part.u for k, part in zip(T, way.parts, strict=True)]
-    told: list[Scalar] = []
+    message: list[Scalar] = []
     for on, (comes, goes), (before, behind) in zip(there, way.spans, pairwise(pulls), strict=True):
-        told += [
+        message += [
             select(on, sqrt((behind - before) @ (behind - before)), 0.0),
             select(on, abs(0.5 * (comes + goes)), 0.0),
         ]
     slid = sum(k * x for k, x in zip(T, way.slides, strict=True))
-    return slid, told, way.within([q[NODE - 2 :] for q in given[1:-1]])
+    return slid, message, way.within([q[NODE - 2 :] for q in given[1:-1]])

@@ -14,7 +14,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.forces import Reeving, Sheave
 from heavylift.kernel.forces.force_law import Poses, attachment
 
-from .sheaves import RopeSegment, SheavePoint, Unrolled, Way
+from .sheaves import RopePath, RopeSegment, SheavePoint, Unrolled
 
 NODE = 14  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency, ends of an edge
 MOST_WRAP = 1.5 * pi  # a larger one means that the axis points the wrong way
@@ -28,7 +28,7 @@ Demand = Callable[[str, bool, str], None]  # field, whether it is good, what is 
 
 
 def all_nodes(f: Reeving) -> list[Sheave]:
-    """Its ends among its sheaves."""
+    """Ends and sheaves."""
     return [Sheave(f.a), *f.sheaves, Sheave(f.b)]
 
 
@@ -38,12 +38,12 @@ def leavable(f: Reeving) -> list[int]:
 
 
 def turning(f: Reeving) -> list[bool]:
-    """Per node whether its wrap is needed."""
+    """Whether the wrap of each node is needed."""
     return [False, *(s.friction > 0.0 or s.radius > 0.0 for s in f.sheaves), False]
 
 
 def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
-    """The node of a sheave, or of an end of the rope, from its numbers q (NODE,)."""
+    """The node of a sheave or rope end from its numbers q (NODE,)."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
     needed = s.radius > 0.0 or s.friction > 0.0
@@ -53,11 +53,11 @@ def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
 
 def way_over(
     f: Reeving, nodes: Sequence[SheavePoint], on: Sequence[Scalar | None], counted: Array | None = None
-) -> Way | Unrolled:
+) -> RopePath | Unrolled:
     """Over sheaves in a plane each, or along edges."""
     if f.edges:
         return Unrolled(nodes, turning(f), on, counted, f.apart)
-    return Way(nodes, turning(f), on, counted)
+    return RopePath(nodes, turning(f), on, counted)
 
 
 def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], list[SheavePoint]]:
@@ -69,15 +69,15 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """The numbers of the nodes, arcs divided in the middle, and whether the rope lies on each (None: it stays)."""
+    """Numbers of the nodes with arcs divided in the middle, and whether the rope touches each (None: permanently)."""
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
-    beside = pi if f.edges else BESIDE  # a rope may hang far from an edge, and never winds round it
+    other = pi if f.edges else BESIDE  # a rope may hang far from an edge, and never winds round it
     while True:
         made = way_over(f, nodes, lies).parts
         arcs = {i: _divide(nodes[i], made[i - 1], made[i]) for i, turns in enumerate(turning(f)) if turns}
-        off = {2.0 * pi - wrap: i for i, (_, wrap) in arcs.items() if lies[i] and wrap > 2.0 * pi - beside}
+        off = {2.0 * pi - wrap: i for i, (_, wrap) in arcs.items() if lies[i] and wrap > 2.0 * pi - other}
         if not off:
             break
         lies[off[max(off)]] = False  # the farthest one first
@@ -88,7 +88,7 @@ def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]],
     return given, lies
 
 
-def laid(f: Reeving, poses: Poses, demand: Demand) -> Way | Unrolled:
+def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
     """The rope in a pose."""
     given, lies = placed(f, poses, demand)
     bodies = [_body(*poses(p.body)) for p in f.points]
@@ -97,7 +97,7 @@ def laid(f: Reeving, poses: Poses, demand: Demand) -> Way | Unrolled:
 
 
 def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
-    """Where a rope that ran well has come to have no direction, in words; "" if it runs."""
+    """Where a rope has lost its direction, in words; "" if it runs."""
     _, _, nodes = _there(f, poses)
     left = {i + 1 for i, wrap in zip(leavable(f), wraps, strict=True) if wrap == 0.0}
     met = [i for i in range(len(nodes)) if i not in left]
@@ -142,5 +142,5 @@ def _divide(node: SheavePoint, before: RopeSegment, after: RopeSegment) -> tuple
 
 
 def _body(R: Array, p: Array) -> Array:
-    """A body at rest as laws see it, its tree's point in the world's origin."""
+    """A body at rest as seen by laws, with its tree's point at the world's origin."""
     return exact(np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)]))

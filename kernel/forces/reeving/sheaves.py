@@ -39,8 +39,8 @@ NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and
 
 @dataclass(frozen=True)
 class SheavePoint:
-    """A point or sheave of a rope: centre from its tree's point, in the world, velocity, angular velocity of the body,
-    axis and dividing direction in world axes; radius None for a point."""
+    """A point or sheave of a rope: centre from its tree's point, world position, velocity, angular velocity, axis and
+    dividing direction in world axes; radius None for a point."""
 
     x: Array
     c: Array
@@ -53,8 +53,8 @@ class SheavePoint:
 
 @dataclass(frozen=True)
 class RopeSegment:
-    """A straight part: length [m], its rate (with that of the arcs beside it), direction u, arms from the trees' points
-    at both ends, and where it begins."""
+    """A straight part: length [m], its rate (including adjacent arcs), direction u, arms from the trees' points at both
+    ends, begin."""
 
     straight: Scalar
     rate: Scalar
@@ -67,7 +67,7 @@ class RopeSegment:
 
 
 def _blend(on: Scalar, a: Any, b: Any) -> Any:
-    """a where `on`, else b; of numbers, arrays, nodes and parts."""
+    """a where `on`, else b; for numbers, arrays, nodes and parts."""
     if a is None or b is None:
         return b if a is None else a
     if isinstance(a, SheavePoint | RopeSegment):
@@ -79,7 +79,7 @@ def _blend(on: Scalar, a: Any, b: Any) -> Any:
     return select(on, a, b)
 
 
-class Way:
+class RopePath:
     """A rope over its nodes; `turning`: whether the direction at a node matters, for its wrap; `on`: of each node,
     whether the rope lies on it (None: it cannot leave); `counted`: integrals of the angles of nodes that turn."""
 
@@ -123,7 +123,7 @@ class Way:
                     self.lengths[i] = self.lengths[i] + x.radius * angles[1]
 
     def _pieces(self) -> list[Scalar]:
-        """Straight length between each two nodes; feet of nodes that the rope has left divide its parts."""
+        """Straight length between adjacent nodes; feet of nodes that the rope has left divide its parts."""
         starts: list[Scalar] = [0.0]
         for part, x, here in zip(self.parts[1:], self._nodes[1:], self._on[1:], strict=False):
             if here is None:
@@ -139,16 +139,16 @@ class Way:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Guards of each sheave that the rope can leave: that it leaves or finds it; that it meets its other side."""
+        """Guards of each sheave: the rope leaves or touches it, or touches its other side."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:
                 x, part = self._nodes[i], self.parts[i]
                 there = minimum(maximum((x.c - part.begin) @ part.plane, 0.0), part.flat)
-                beside = part.begin + there * part.plane - x.c
-                beside = beside - (beside @ x.axis) * x.axis
-                gap = sqrt(beside @ beside + TINY) * (1.0 / x.radius) - (1.0 - NEAR)
-                right = beside @ cross(part.plane, x.axis) > 0.0
+                next_to = part.begin + there * part.plane - x.c
+                next_to = next_to - (next_to @ x.axis) * x.axis
+                gap = sqrt(next_to @ next_to + TINY) * (1.0 / x.radius) - (1.0 - NEAR)
+                right = next_to @ cross(part.plane, x.axis) > 0.0
                 finds, other = select(right, gap, 1.0), select(right, 1.0, gap)
                 out.append((select(here, self.wraps[i][0] + NEAR, finds), select(here, 1.0, other)))
         return out
@@ -194,7 +194,7 @@ def turn(x: SheavePoint, plane: Array) -> Any:
 
 
 class Unrolled:
-    """A rope from end to end over edges; the arguments and what it shows are those of a `Way`."""
+    """A rope from end to end over edges; the arguments and what it shows are those of a `RopePath`."""
 
     def __init__(
         self,
@@ -204,7 +204,7 @@ class Unrolled:
         counted: Array | None = None,
         apart: bool = False,
     ) -> None:
-        """`apart`: the edges are on several bodies, which slide along one another."""
+        """`apart`: the edges are on several bodies that slide along one another."""
         self._on, edge = on, nodes[1]
         n = edge.axis
         dn = cross(edge.w, n)
@@ -215,7 +215,7 @@ class Unrolled:
             heights.append(h)
             rates.append(dh)
             flat.append(replace(x, x=x.x - h * n, c=x.c - h * n, v=x.v - dh * n - h * dn))
-        self._plane = Way(flat, turning, on, counted)
+        self._plane = RopePath(flat, turning, on, counted)
         plane = self._plane
         F, dF = sum(plane.lengths), sum(plane.rates)
         slope = (heights[-1] - heights[0]) * (1.0 / F)
@@ -250,11 +250,11 @@ class Unrolled:
             self.parts.append(replace(part, straight=longer * part.straight, u=u, arms=arms))
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """As of a `Way`."""
+        """As of a `RopePath`."""
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:
-        """Guards of each edge: that the rope lies between its ends (lower, upper) [m]."""
+        """Guards of each edge: the rope lies between its ends (lower, upper) [m]."""
         out = []
         for here, (comes, goes), (lower, upper) in zip(self._on[1:-1], self.spans, ends, strict=True):
             inside = minimum(minimum(comes, goes) - lower, upper - maximum(comes, goes))
@@ -263,7 +263,7 @@ class Unrolled:
 
 
 def _rises(rates: list[Scalar], apart: bool) -> list[Scalar]:
-    """By how much each part's material rises along the edges [m/s], which stand still there unless they are `apart`."""
+    """Rise of each part's material along the edges [m/s], zero unless they are `apart`."""
     if apart:
         return [b - a for a, b in pairwise(rates)]
     return [-rates[0], *(0.0 for _ in rates[3:]), rates[-1]]

@@ -35,7 +35,7 @@ State = tuple[float, list[float], list[float]]  # local time [s], y, P
 
 @dataclass(frozen=True)
 class RowGroup:
-    """Rows that hang together by what they hold: numbers of rows, free columns (tree, dof), the scaled matrix.
+    """Coupled rows: numbers, free columns (tree, dof), scaled matrix.
 
     `rows_by` and `columns_by`: what a residual and a velocity component are divided by [m, or 1].
     """
@@ -57,7 +57,7 @@ class RowGroup:
 
     @property
     def rank(self) -> int:
-        """How many rows are independent at this pose."""
+        """Number of independent rows at this pose."""
         return sum(size > self._least for size, _ in self._parts[0])
 
     @property
@@ -77,8 +77,8 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """By row, scaled multipliers that push no free column: what statics cannot tell; as local as they can be."""
-        return [{self.rows[n]: x for n, x in way.items()} for way in combinations(self.G, RANK)]
+        """Scaled multipliers by row without effect on free columns, undetermined by statics; as local as possible."""
+        return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:
         """Scaled step of Levenberg and Marquardt that lessens the scaled residuals."""
@@ -93,7 +93,7 @@ class RowGroup:
 
 
 class Pose:
-    """Where the bodies of a scene are, and what its rows say there.
+    """Poses of a scene's bodies, with the rows at them.
 
     `running`: the state of a run, whose parameters say which ropes are taut and which contacts push; otherwise ropes
     are taut that have no slack, and contacts do not count.
@@ -116,7 +116,7 @@ class Pose:
         return self.program.instances[i][0]
 
     def kinematics(self, i: int) -> Kinematics:
-        """Of the i-th tree."""
+        """Kinematics of the i-th tree."""
         if i not in self._K:
             tree = self.tree(i)
             q, v = (np.array(x, dtype=object) for x in (self.q[tree.q], self.v[tree.v]))
@@ -124,7 +124,7 @@ class Pose:
         return self._K[i]
 
     def holds(self, r: int) -> bool:
-        """Whether a row is there: of a rope only while it is hooked and taut, of a contact while it pushes."""
+        """Whether a row is active: of a rope while hooked and taut, of a contact while it pushes."""
         c = self.program.constraints
         first = len(c.of)
         if r < first:
@@ -141,7 +141,7 @@ class Pose:
         return self.rows[r].push or self.rows[r].wrenches
 
     def normal(self, r: int) -> bool:
-        """Whether a row of a contact is that of a normal force."""
+        """Whether a contact row is that of a normal force."""
         c = self.program.constraints.contacts
         first = len(self.rows) - len(c.held)
         sizes = [s.per_slot for s in c.sites for _ in range(s.pair.slots)]
@@ -152,7 +152,7 @@ class Pose:
 
     @property
     def groups(self) -> list[RowGroup]:
-        """The rows that are there, by what couples them."""
+        """Active rows, grouped by coupling."""
         out = []
         for rows, trees in self.program.constraints.groups:
             there = [r for r in rows if r < len(self.rows) and self.holds(r)]
@@ -181,7 +181,7 @@ class Pose:
         return RowGroup(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
-        """What a unit velocity in each degree of freedom, free or not, does to a row."""
+        """Effect of a unit velocity of each degree of freedom, free or not, on a row."""
         found: dict[tuple[int, int], float] = {}
         sizes: dict[tuple[int, int], float] = {}
         for body, w in self.pushes(r):
@@ -204,7 +204,7 @@ class Pose:
         return sorted(out)
 
     def _turns(self, i: int, k: int) -> bool | None:
-        """Whether a degree of freedom is an angle; None of a mode."""
+        """Whether a degree of freedom is an angle; None for a mode."""
         tree = self.tree(i)
         b = tree.bodies[tree.body_of_dof[k]]
         joint, n = JOINTS[b.kind], k - b.v.start
@@ -216,7 +216,7 @@ class Pose:
 
     @property
     def gaps(self) -> list[float]:
-        """Residual of every row [m or rad]; of a rope that is not taut, 0."""
+        """Residual of each row [m or rad]; 0 for slack ropes."""
         return [float(row.gap) if self.holds(r) else 0.0 for r, row in enumerate(self.rows)]
 
     def moved(self, steps: Sequence[tuple[RowGroup, Sequence[float]]]) -> Pose:
@@ -247,7 +247,7 @@ class Pose:
 
 
 def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
-    """The pose of a state of a run, or that of the start if no parameters are given."""
+    """The pose of a state, or of the start without parameters."""
     running = P is not None
     y = program.initial_state() if y is None else y
     P = program.parameters.initial if P is None else P

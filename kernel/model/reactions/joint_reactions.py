@@ -37,7 +37,7 @@ Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; t
 
 @dataclass(frozen=True)
 class Indeterminacy:
-    """What of one group of coupled constraints is not determined.
+    """Undetermined forces of a group of coupled constraints.
 
     `patterns`: by component, the forces [N] and moments [N m] of each way to load the group against itself.
     """
@@ -46,29 +46,29 @@ class Indeterminacy:
     lever: float  # [m] a moment counts as a force on it
 
     def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
-        """The components that are not determined in the choice of least norm; `given`: any one of the solutions."""
+        """Undetermined components in the solution of least norm; `given`: any solution."""
         keys = list(self.patterns)
         scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
-        ways = [
-            [p * s for p, s in zip(way, scales, strict=True)]
-            for way in zip(*(self.patterns[k] for k in keys), strict=True)
+        distances = [
+            [p * s for p, s in zip(distance, scales, strict=True)]
+            for distance in zip(*(self.patterns[k] for k in keys), strict=True)
         ]
         x = [given[k] * s for k, s in zip(keys, scales, strict=True)]
-        z = solve([[dot(a, b) for b in ways] for a in ways], [-dot(a, x) for a in ways])
-        parts = zip(keys, scales, x, zip(*ways, strict=True), strict=True)
+        z = solve([[dot(a, b) for b in distances] for a in distances], [-dot(a, x) for a in distances])
+        parts = zip(keys, scales, x, zip(*distances, strict=True), strict=True)
         return {k: (a + dot(z, column)) / s for k, s, a, column in parts}
 
 
 def indeterminacies(pose: Pose) -> list[Indeterminacy]:
-    """Of a pose with its contacts, one for each group of coupled rows that has any."""
+    """Indeterminacies of a pose with its contacts, one for each group of coupled rows that has any."""
     found = []
     for group in pose.groups:
-        ways = [_carried(pose, group, multipliers) for multipliers in group.redundancies]
-        if not ways:
+        distances = [_carried(pose, group, multipliers) for multipliers in group.redundancies]
+        if not distances:
             continue
-        keys = sorted({k for way in ways for k in way})
-        patterns = {k: [way.get(k, 0.0) for way in ways] for k in keys}
-        largest = [max(abs(x) for x in way.values()) for way in ways]
+        keys = sorted({k for distance in distances for k in distance})
+        patterns = {k: [distance.get(k, 0.0) for distance in distances] for k in keys}
+        largest = [max(abs(x) for x in distance.values()) for distance in distances]
         touched = {
             k: p
             for k, p in patterns.items()
@@ -80,7 +80,7 @@ def indeterminacies(pose: Pose) -> list[Indeterminacy]:
 
 
 def _carried(pose: Pose, group: RowGroup, multipliers: Mapping[int, float]) -> dict[Key, float]:
-    """What joints, ropes and contacts carry under scaled multipliers alone [N, N m]."""
+    """Forces of joints, ropes and contacts for scaled multipliers only [N, N m]."""
     least, by = NOISE * max(map(abs, multipliers.values())), dict(zip(group.rows, group.rows_by, strict=True))
     values = {r: m / by[r] for r, m in sorted(multipliers.items()) if abs(m) > least}
     wrenches: dict[int, np.ndarray] = {}
@@ -96,7 +96,7 @@ def _carried(pose: Pose, group: RowGroup, multipliers: Mapping[int, float]) -> d
 
 
 def _in_tree(pose: Pose, i: int, wrenches: Mapping[int, np.ndarray], found: dict[Key, float]) -> None:
-    """Joints of a tree carry what acts on the bodies beyond them."""
+    """Joints of a tree transmit the wrenches of bodies further out."""
     tree, K, links = pose.tree(i), pose.kinematics(i), pose.program.graph.links
     F = [-wrenches.get(tree.first + n, np.zeros(6, dtype=object)) for n in range(len(tree.bodies))]
     for n in reversed(range(len(tree.bodies))):
@@ -140,7 +140,7 @@ def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F:
 
 
 class Running(Protocol):
-    """A simulation, or its native state, as it stands; `[name]` of its state vector X included."""
+    """A simulation, or its native state, including `[name]` of its state vector X."""
 
     @property
     def program(self) -> Program: ...
@@ -154,7 +154,7 @@ class Running(Protocol):
 
 @dataclass(frozen=True)
 class Reaction:
-    """What a joint does to its child: `force` (3,) [N] and `moment` (3,) [N m] about the joint's place on the child.
+    """Action of a joint on its child: `force` (3,) [N] and `moment` (3,) [N m] about the joint's place on the child.
 
     Both in the axes of the joint's frame on the parent, R_WJ; along free axes they are the forces of the joint's laws.
     `indeterminate`: components, such as "force z", that rigid bodies do not determine (see `Reactions`).
@@ -167,7 +167,7 @@ class Reaction:
 
 @dataclass
 class Reactions(dict[str, Reaction]):
-    """Reactions by joint; `tensions` [N] of the rigid ropes and `contacts` whose loads rigid bodies do not determine.
+    """Reactions by joint; `tensions` [N] of rigid ropes, and `contacts` with undetermined loads.
 
     What is not determined has the smallest sum of squares of forces, and of moments divided by `lever` [m]; where a
     rope would have to push for that, it is what the solver of the motion found, and `least` is false.
@@ -181,12 +181,12 @@ class Reactions(dict[str, Reaction]):
 
     @property
     def shared(self) -> bool:
-        """Whether anything is not determined."""
+        """Whether anything is undetermined."""
         return bool(self.tensions or self.contacts or any(r.indeterminate for r in self.values()))
 
 
 def reactions(simulation: Running, least: bool = True) -> Reactions:
-    """Reaction of every joint by name, at the present instant of a simulation; those that close loops come last.
+    """Reactions of all joints by name at the present time; loop joints come last.
 
     `least`: whether what rigid bodies do not determine is of least norm, not what the solver of the motion found.
     """

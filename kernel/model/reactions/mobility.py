@@ -30,7 +30,7 @@ DIRECTIONS = 3  # poses near by that are tried besides those along each motion
 
 @dataclass(frozen=True)
 class Redundant:
-    """Joints and rigid ropes whose conditions repeat each other, and how many conditions too many they make."""
+    """Joints and rigid ropes with redundant conditions, and the number of these."""
 
     names: tuple[str, ...]
     conditions: int
@@ -39,7 +39,7 @@ class Redundant:
 
 @dataclass(frozen=True)
 class Mobility:
-    """How many bodies a scene has and in how many ways they can move.
+    """Number of bodies and degrees of freedom of a scene.
 
     Of the bodies, `massless` have neither mass nor inertia, `fixed` are rigid ones that fixed joints hold, `stations`
     are places on flexible ones; `modes` of those count among the `joint_freedoms`.  These less the `driven` (prescribed
@@ -108,7 +108,7 @@ class Mobility:
 
 
 def _is_station(k: Link, links: tuple[Link, ...]) -> bool:
-    """Whether a link stands for a place on a flexible body."""
+    """Whether a link represents a place on a flexible body."""
     return k.parent >= 0 and bool(links[k.parent].modes) and k.body.name.startswith(f"{links[k.parent].body.name}@")
 
 
@@ -122,7 +122,7 @@ def _many(n: int, word: str) -> str:
 
 
 def mobility(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Mobility:
-    """Bodies and degrees of freedom at a state (of the start if none is given), with its loops closed."""
+    """Bodies and degrees of freedom at a state (default: the start), with loops closed."""
     given = pose_of(program, y, P, t)
     closed = _closed(given)
     pose = closed or given
@@ -167,7 +167,7 @@ def mobility(program: Program, y: Array | None = None, P: Array | None = None, t
 
 
 def _names(pose: Pose, g: RowGroup) -> tuple[str, ...]:
-    """Whose conditions repeat others: joints and ropes."""
+    """Joints and ropes with redundant conditions."""
     return tuple(dict.fromkeys(pose.names[r] for r in g.repeated))
 
 
@@ -177,7 +177,7 @@ def _residual(pose: Pose, g: RowGroup) -> list[float]:
 
 
 def _closed(pose: Pose) -> Pose | None:
-    """The pose near by whose loops are closed, None if Newton's method finds none."""
+    """The nearest pose with closed loops, None if Newton's method finds none."""
     for _ in range(ITERATIONS):
         groups = pose.groups
         residuals = [_residual(pose, g) for g in groups]
@@ -192,7 +192,7 @@ def _closed(pose: Pose) -> Pose | None:
 
 
 def _generic(pose: Pose, n: int, g: RowGroup, rank: int) -> int:
-    """Rank of a group of rows in the motion that starts from a pose: at the poses near by, not at this one."""
+    """Generic rank of a group of rows: evaluated at perturbed poses."""
     if rank == len(g.rows) or rank == len(g.columns):
         return rank  # a regular pose: the rank cannot be less, and near by it cannot be more
     motions = g.motions
@@ -214,7 +214,7 @@ def _generic(pose: Pose, n: int, g: RowGroup, rank: int) -> int:
 
 
 def _distance(a: Pose, b: Pose, g: RowGroup) -> float:
-    """How far apart two poses are in the scaled coordinates of a group."""
+    """Distance of two poses in the scaled coordinates of a group."""
     squares = []
     by = dict(zip(g.columns, g.columns_by, strict=True))
     for i in sorted({i for i, _ in g.columns}):

@@ -34,8 +34,8 @@ ALONG = np.array([1.0, 0.0, 0.0])  # e: beams lie along x
 
 @dataclass(frozen=True)
 class Place:
-    """A station: its place X (3,) on the undeformed body [m], the modes' displacements and rotations (6, m), and g
-    (m, m) of equation (9)."""
+    """A station: place X (3,) on the undeformed body [m], displacements and rotations of modes (6, m), and g (m, m) of
+    equation (9)."""
 
     X: np.ndarray
     shape: np.ndarray
@@ -44,7 +44,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Track:
-    """The modes along a whole beam: (n, 6, m) and for g (n', m, m) coefficients of Chebyshev polynomials over 0 to L.
+    """Modes along a beam: (n, 6, m), and for g (n', m, m), Chebyshev coefficients over 0 to L.
 
     `slope` is 2/L [1/m]; X is the rest of a slider's offset from its station: none.
     """
@@ -120,8 +120,8 @@ def _carried(
     frame: tuple[Array, Array, Array, Array],
     tangent: Array | None = None,
 ) -> Carried:
-    """Equations (10) and (11); moving: d, its rate and its second derivative without eta" and s"; turning: the rate
-    and likewise the second derivative of theta."""
+    """Equations (10) and (11); moving: d with rate and second derivative without eta" and s"; turning: the same of
+    theta."""
     R, r, V, A = frame
     theta = T @ eta
     n = 1.0 / (1.0 + 0.25 * (theta @ theta))

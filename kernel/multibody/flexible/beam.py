@@ -45,7 +45,7 @@ def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rigid_directions(beam: Beam) -> list[int]:
-    """Degrees of freedom of a node that do not deform, because the stiffness against them is not given."""
+    """Undeformed degrees of freedom of a node, whose stiffness is not given."""
     given = ((beam.EA, (0,)), (beam.EI_z, (1, 5)), (beam.EI_y, (2, 4)), (beam.GJ, (3,)))
     return sorted(d for stiffness, at in given if stiffness == 0.0 for d in at)
 
@@ -75,7 +75,7 @@ DIGITS = 12  # to which constants are rounded: beyond them they are noise
 
 
 def rounded(x: np.ndarray) -> np.ndarray:
-    """x to DIGITS significant digits of its largest element, so that what should be zero is zero."""
+    """x rounded to DIGITS significant digits of its largest element, so that zeros are exact."""
     largest = float(np.abs(x).max(initial=0.0))
     if largest == 0.0:
         return x
@@ -85,7 +85,7 @@ def rounded(x: np.ndarray) -> np.ndarray:
 
 
 def rounded_each(x: np.ndarray) -> np.ndarray:
-    """Every element to DIGITS significant digits of its own."""
+    """Each element rounded to DIGITS significant digits."""
     return np.array([float(f"{e:.{DIGITS - 1}e}") for e in x])
 
 
@@ -99,7 +99,7 @@ def rigid_motions(nodes: np.ndarray) -> np.ndarray:
 
 
 def moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
-    """Whether a rigid motion of the nodes neither meets the frame nor strains anything."""
+    """Whether a rigid motion of the nodes is unconstrained and strain-free."""
     if not np.any(u) or np.any(u[held]):
         return False
     return bool(np.abs(times(K, u)).max() <= FREE * np.abs(K).max() * np.abs(u).max())

@@ -19,14 +19,14 @@ from .small_deflections import ModeShapes
 
 SHAPES = 8  # buckling modes, those of both planes
 SLIGHT = 0.02  # of the buckling load: less is not looked at
-MOST = 1e3  # of the buckling load: more is told as that
+MOST = 1e3  # of the buckling load: more is reported as that
 HALVINGS = 30  # of the bracket around the part of the buckling load
 DEPENDENT = 1e-10  # part of the largest stiffness below which a shape of the basis is none
 SAME = 1e-9  # part of the length between nodes of one section
 
 
 class FlexibleColumn:
-    """A flexible body under axial loads; `softens`: whether its own equations know of them."""
+    """A flexible body under axial loads; `softens`: its own equations include the effect."""
 
     def __init__(self, modes: ModeShapes, K: np.ndarray, held: list[int]) -> None:
         self.softens = modes.flexible.beam is not None
@@ -55,8 +55,8 @@ class FlexibleColumn:
         self._mass, self._far = float(total(mass)), float(np.abs(self._at).max())
 
     def part(self, forces: np.ndarray, places: np.ndarray, a: np.ndarray, w: np.ndarray) -> float:
-        """Of the buckling load, under forces (n, 3) at places (n, 3), with the acceleration a of the frame, less
-        gravity, and its angular velocity w, all in the frame's axes; 0 for less than SLIGHT."""
+        """Share of the buckling load under forces (n, 3) at places (n, 3), acceleration a of the frame less gravity,
+        and angular velocity w, in the frame's axes; 0 below SLIGHT."""
         pulls, around = times(forces, self.axis), float(total(w * self.axis))
         pushed, spin = float(total(a * self.axis)), float(total(w * w)) - around * around
         size = float(total(np.abs(pulls))) + self._mass * (abs(pushed) + spin * self._far)
@@ -84,7 +84,7 @@ def _between(at: np.ndarray, values: np.ndarray, s: float) -> np.ndarray:
 
 
 def _definite(G: np.ndarray) -> bool:
-    """Whether 1 + G is positive definite: the pivots of L D L^T, of floats."""
+    """Whether 1 + G is positive definite, by L D L^T pivots of floats."""
     A = (np.eye(len(G)) + G).tolist()
     for k, row in enumerate(A):
         if not row[k] > 0.0:
@@ -125,7 +125,7 @@ def _elements(beam: Beam) -> list[tuple[list[int], np.ndarray]]:
 
 
 def _line(nodes: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
-    """The direction between the farthest nodes, and the nodes of each section across it."""
+    """Direction between the farthest nodes, and the nodes of each section across it."""
     apart = sizes(nodes[:, None] - nodes[None])
     length = float(apart.max())
     if not length > 0.0:
@@ -145,7 +145,7 @@ def _line(nodes: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
 def _between_sections(
     sections: list[list[int]], at: np.ndarray, axis: np.ndarray
 ) -> list[tuple[list[int], np.ndarray]]:
-    """The same between sections, whose mean displacements lie on straight lines."""
+    """The same between sections, with linear mean displacements."""
     across, out = np.eye(3) - np.outer(axis, axis), []
     for a, b, h in zip(sections[:-1], sections[1:], np.diff(at), strict=True):
         slope = np.concatenate([across * (sign / (len(x) * h)) for x, sign in ((a, -1.0), (b, 1.0)) for _ in x], axis=1)
@@ -154,7 +154,7 @@ def _between_sections(
 
 
 def _root(modes: ModeShapes, along: np.ndarray) -> float:
-    """Where the frame of a body given by matrices holds it: of the nodes most held, the one nearest to its origin."""
+    """Support point of a body given by matrices: the most constrained node nearest to its origin."""
     nodal = modes.flexible.nodal
     assert nodal is not None, "of matrices"
     per_node = len(nodal.mass) // len(nodal.nodes)

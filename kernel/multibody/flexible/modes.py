@@ -33,7 +33,7 @@ NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 @dataclass(frozen=True, eq=False)
 class FlexibleModes:
-    """Shapes of a body's modes over the degrees of freedom of its model; mass, stiffness and damping of each."""
+    """Shapes of a body's modes over its model's degrees of freedom, with modal mass, stiffness and damping."""
 
     name: str
     flexible: Flexible
@@ -45,7 +45,7 @@ class FlexibleModes:
     damping: np.ndarray  # (m,)
 
     def station(self, p: tuple[float, float, float]) -> tuple[int | float, np.ndarray]:
-        """Where a point of the body is attached: the number of its node or its x along the beam, and that place.
+        """Station of a point: node number, or x along the beam, and its place.
 
         Raises KernelError for a point beyond the beam's ends or at no node.
         """
@@ -70,7 +70,7 @@ class FlexibleModes:
         return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
 
     def shortening(self, station: int | float) -> np.ndarray:
-        """(m, m) g of equation (9) in `attachment` at a station: integrals of products of slopes [1/m]; 0 if no beam.
+        """g (m, m) of equation (9) at a station: integrals of slope products [1/m]; 0 for other bodies.
 
         From the root on, where that holds the frame; the mean along the beam vanishes where nothing does.
         """
@@ -83,12 +83,12 @@ class FlexibleModes:
 
     @cached_property
     def smallness(self) -> Smallness:
-        """How far it may be bent."""
+        """Limits of its deflection."""
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Whether that is seen without `column`, which costs some linear algebra; arguments as of
-        `FlexibleColumn.part`, for any number of instants (n, ...)."""
+        """Cheap test for a small axial load; arguments as of `FlexibleColumn.part`, for any number of instants (n,
+        ...)."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -98,13 +98,13 @@ class FlexibleModes:
 
     @cached_property
     def _softness(self) -> float:
-        """What a newton along it takes of the stiffness of a mode at most [1/N]."""
+        """Largest loss of modal stiffness per axial force [1/N]."""
         own = self.nodal_shortening.diagonal(axis1=1, axis2=2)
         return float((np.abs(own).max(axis=0) / self.stiffness).max())
 
     @cached_property
     def column(self) -> FlexibleColumn:
-        """What its axial loads are to it."""
+        """The effect of axial loads on it."""
         return FlexibleColumn(self, *_model(self.flexible)[2:])
 
     @cached_property
@@ -122,8 +122,7 @@ class FlexibleModes:
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
-        """(m, m) integral of the products of slopes over a part of one element, from its start on: of degree 4,
-        exact with 3 points."""
+        """Integral (m, m) of slope products over a part of an element from its start; degree 4, exact with 3 points."""
         out = np.zeros((len(self.mass),) * 2)
         for x, weight in GAUSS:
             slopes = times(hermite(beam, beam.start + (a + b + (b - a) * x) / 2.0)[4:], self.shapes)
@@ -140,7 +139,7 @@ def _key(flexible: Flexible) -> str:
 
 
 def modes_of(name: str, flexible: Flexible) -> FlexibleModes:
-    """Eigenmodes (lowest first) and attachment modes, or the given ones; those of the last bodies are known.
+    """Eigenmodes (lowest first) and attachment modes, or the given ones; cached for recent bodies.
 
     Raises KernelError if there are too few or something can move without mass or stiffness.
     """
@@ -208,7 +207,7 @@ def _shapes(
 
 
 def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
-    """Nodes, matrices of six degrees of freedom per node, and those that do not deform."""
+    """Nodes, matrices with six degrees of freedom per node, and fixed ones."""
     if beam := flexible.beam:
         M, K = beam_matrices(beam)
         last = 6 * beam.elements
@@ -235,7 +234,7 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
 
 
 def _given(name: str, flexible: Flexible, modal: Modal) -> FlexibleModes:
-    """Modes of a table, scaled to a largest displacement of 1, at its places and one that moves with the frame."""
+    """Tabulated modes scaled to a largest displacement of 1, at their places and one that moves with the frame."""
     nodes = np.array([*modal.nodes, (0.0, 0.0, 0.0)])
     given = np.array(modal.shapes, float).reshape(len(modal.shapes), -1).T
     scale = np.abs(given).max(axis=0, initial=0.0)
@@ -247,8 +246,8 @@ def _given(name: str, flexible: Flexible, modal: Modal) -> FlexibleModes:
 
 
 def _static(flexible: Flexible, M: np.ndarray, K: np.ndarray, free: list[int], rigid: np.ndarray) -> np.ndarray:
-    """(n, m) static deflections under unit forces at the stations `loads`; of a body that moves freely, with the rigid
-    motions (n, r), under those less what accelerates it."""
+    """Static deflections (n, m) under unit forces at the stations `loads`; for a free body with rigid motions (n, r)
+    without inertia forces."""
     beam = flexible.beam
     assert beam is not None, "checked with the description"
     directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
@@ -265,7 +264,7 @@ def _loose(name: str, mode: int) -> KernelError:
 
 
 def _normal(shape: np.ndarray) -> np.ndarray:
-    """The shape with a largest displacement (torsion: rotation) of 1; the first such one is positive."""
+    """The shape with a largest displacement (torsion: rotation) of 1, the first such one positive."""
     parts = shape.reshape(-1, 6)
     moved = parts[:, :3] if np.abs(parts[:, :3]).max() > DEPENDENT * np.abs(parts[:, 3:]).max() else parts[:, 3:]
     flat = moved.ravel()

@@ -27,7 +27,7 @@ TIES = 1e-6  # part of the largest displacement by which nodes may differ that m
 
 @dataclass(frozen=True)
 class Smallness:
-    """Rows of (13), linear in the modes: `rows` (n, m), those of one place and kind one after the other in `groups`.
+    """Rows of (13), linear in the modes: `rows` (n, m), `groups` by place and kind.
 
     `turns`: whether a group is a rotation.
     """
@@ -38,8 +38,8 @@ class Smallness:
 
     @property
     def numbers(self) -> list[float]:
-        """In P: the limit that holds now, squared; whether compression has been noted, since when it would
-        be, and since when it buckles the body; the rows."""
+        """Numbers of P: the current limit squared, whether and since when compression is noted and buckles the body,
+        rows."""
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
@@ -59,7 +59,7 @@ class Smallness:
         return p[0] - largest
 
     def largest(self, eta: np.ndarray) -> tuple[float, bool]:
-        """(13) at the place where it is largest, and whether that is a rotation."""
+        """Largest value of (13), and whether it is a rotation."""
         use = self.use(eta.astype(object), self.rows)  # floats of Python, whose products are summed in order
         first = max(range(len(use)), key=use.__getitem__)
         return sqrt(float(use[first])), self.turns[first]
@@ -82,7 +82,7 @@ class ModeShapes(Protocol):
 
 
 def smallness(modes: ModeShapes) -> Smallness:
-    """The rows (13) of a body: at equal distances along a beam, else at the nodes that a mode moves or turns most."""
+    """Rows (13) of a body: equidistant along a beam, else at the nodes with largest motion of a mode."""
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:
         length = beam.length
@@ -113,7 +113,7 @@ def smallness(modes: ModeShapes) -> Smallness:
 
 
 def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
-    """The sentence on a body that has come to a limit at t [s]; use: (13)."""
+    """Sentence about a body that has reached a limit at t [s]; use: (13)."""
     size = use * WARNED
     turned, bent = (
         f"turns by {degrees(TURNED * size):.3g} degrees within itself",
@@ -130,6 +130,6 @@ def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: 
 
 
 def _most(parts: np.ndarray) -> set[int]:
-    """Nodes that one of the modes moves most; parts: (n, 3, m)."""
+    """Nodes with the largest motion of a mode; parts: (n, 3, m)."""
     moved = sizes(parts.transpose(2, 0, 1))
     return {int(i) for size in moved if np.any(size) for i in np.flatnonzero(size > (1.0 - TIES) * size.max())}

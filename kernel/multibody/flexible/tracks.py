@@ -45,7 +45,7 @@ SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials, sought and refused; sh
 
 @lru_cache(maxsize=64)
 def track(modes: FlexibleModes, joint: str) -> Track:
-    """Displacements and rotations (slopes) of every mode as polynomials of the place along the beam.
+    """Displacements and rotations (slopes) of modes as polynomials along the beam.
 
     Raises KernelError naming the joint that slides if this is no beam or a mode is not smooth.
     """
@@ -79,7 +79,7 @@ def track(modes: FlexibleModes, joint: str) -> Track:
 
 
 def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
-    """The system with stations and every point on one of them, and the modes of its flexible bodies by name."""
+    """The system with a station for each point of flexible bodies, and their modes by name."""
     modes = {b.name: modes_of(b.name, b.flexible) for b in system.bodies if b.flexible}
     if not modes:
         return system, modes
@@ -162,7 +162,7 @@ def reduced(modes: FlexibleModes) -> ReducedBody:
 
 
 def _turning(u: np.ndarray) -> np.ndarray:
-    """(n, 3) what turning the frame adds to the velocity of displaced nodes, B_k of equation (2)."""
+    """Velocity of displaced nodes by rotation of the frame (n, 3), B_k of equation (2)."""
     B = np.zeros((len(u), 3))
     for j in range(0, len(u), 6):
         B[j : j + 3] = -skew(u[j : j + 3])

@@ -30,7 +30,7 @@ FORMULATIONS: dict[str, Callable[..., tuple[Array, Array, Array]]] = {
 
 
 def formulated(name: str) -> Callable[..., tuple[Array, Array, Array]]:
-    """The text of a formulation; raises KernelError if there is none of this name."""
+    """The equations of a formulation; raises KernelError for an unknown name."""
     if name not in FORMULATIONS:
         raise KernelError(f"formulation '{name}': there are {', '.join(FORMULATIONS)}")
     return FORMULATIONS[name]

@@ -34,7 +34,7 @@ PASSES = 2  # of refinement: each takes the error down by REGULAR times the rati
 
 @dataclass(frozen=True)
 class _Joint:
-    """A joint between its body and the parent; all (6,) and (6, n) in world axes about the tree's point.
+    """A joint between body and parent; (6,) and (6, n) in world axes about the tree's point.
 
     S: the columns of all degrees of freedom by number, `free` the numbers of those that are not prescribed.
     Q, R: orthonormal motions about the child's origin with free columns = Q R; B: the wrenches of the constraints.
@@ -51,14 +51,14 @@ class _Joint:
         return self.X.T @ self.Q[:, len(self.free) :]
 
     def applied(self, tau: Array) -> Array:
-        """(6,) wrench that brings the joint forces tau and nothing across them: R^T y = tau."""
+        """Wrench (6,) with joint forces tau and no constraint part: R^T y = tau."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
             y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
     def accelerations(self, x: Array) -> dict[int, Array]:
-        """Of the free degrees of freedom, from the acceleration (6,) of the child against the parent: R a = Q^T x."""
+        """Accelerations of free degrees of freedom from the relative acceleration (6,): R a = Q^T x."""
         a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
             rest = sum((self.R[n][m] * a[self.free[m]] for m in range(n + 1, len(self.free))), 0.0)
@@ -69,7 +69,7 @@ class _Joint:
 def augmented(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
+    """dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     joints = _joints(tree, K)
@@ -106,7 +106,7 @@ def _named(i: int, B: Array) -> Array:
 
 
 def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
-    """(6,) per body: the force of its own joint less those of the joints that it carries (the paper's eqs (1)-(4))."""
+    """Forces (6,) per body: of its own joint minus those of the joints that it carries (the paper's eqs (1)-(4))."""
     out = list(F)
     for i, p in enumerate(parents):
         if p >= 0:
@@ -119,7 +119,7 @@ def _against_parent(parents: list[int], x: list[Array], i: int) -> Array:
 
 
 def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
-    """Per body the factors of M, to which a part of what it carries is added as mass and as moment [kg, kg m2]."""
+    """Factors of M per body, regularised by a part of the carried mass and inertia [kg, kg m2]."""
     carried = list(M)
     for i in reversed(range(len(M))):
         if (p := tree.bodies[i].parent) >= 0:
@@ -135,7 +135,7 @@ def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
 def _solve(
     M: list[Array], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Array]
 ) -> tuple[list[Array], list[Array]]:
-    """x (6,) per body and the constraint wrench (6,) of its joint, from M x = f + wrenches and B^T (x - x_parent) = 0.
+    """x (6,) per body and constraint wrench (6,) of its joint from M x = f + wrenches and B^T (x - x_parent) = 0.
 
     A: factors of the regularised M.
     """
@@ -177,7 +177,7 @@ def _solve(
 def embedding(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
+    """dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     R = velocity_transformation(tree, K)
@@ -195,7 +195,7 @@ def embedding(
 
 
 def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
-    """R: per body (6, n_v), the columns of joints and modes on its path; all others are zero."""
+    """R: columns of joints and modes on the path of each body (6, n_v); others are zero."""
     R: list[Array] = []
     k = 0
     for i, (b, columns) in enumerate(zip(tree.bodies, K.S, strict=True)):
@@ -214,7 +214,7 @@ Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 
 def articulated(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
+    """dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, p = newton_euler(tree, K, W)
     given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))

@@ -33,7 +33,7 @@ _UPPER = [(i, j) for i in range(6) for j in range(i, 6)]
 
 @dataclass(frozen=True)
 class Limb:
-    """Bodies of a tree by number, the root first, and the body of the trunk that they hang on."""
+    """Bodies of a branch, root first, and the trunk body that carries it."""
 
     bodies: tuple[int, ...]
     on: int
@@ -41,7 +41,7 @@ class Limb:
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of limb as a tree of its own, whose parameters differ from limb to limb, and its functions.
+    """A kind of equal limbs as a tree with separate parameters, and its functions.
 
     place(q, v, P, base) -> ends; bend(q, v, tau, P, base, w...) -> what the trunk feels, dq and m; swing(x, m) -> dv.
     """
@@ -55,7 +55,7 @@ class Kind:
 
 
 class Limbs:
-    """A tree as trunk and limbs; `place` and `dynamics` as those of the whole tree."""
+    """A tree as trunk and limbs; `place` and `dynamics` as of the whole tree."""
 
     def __init__(self, tree: Tree, kinds: Sequence[Kind]) -> None:
         self._tree, self._kinds = tree, kinds
@@ -63,7 +63,7 @@ class Limbs:
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
     def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
-        """(21,) rotation, tree's point, place and twist of the bodies that laws act on; `tree` with its numbers."""
+        """Rotation, tree's point, place and twist (21,) of the bodies of laws; `tree` with its numbers."""
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -136,7 +136,7 @@ def _base(K: Kinematics, i: int) -> list[Scalar]:
 
 
 def _of(tree: Tree, what: str, bodies: Sequence[int], x: Array) -> Any:
-    """Coordinates (what = "q") or velocities ("v") of some bodies, one after the other."""
+    """Coordinates (what = "q") or velocities ("v") of some bodies in order."""
     return [e for i in bodies for e in list(x[getattr(tree.bodies[i], what)])]
 
 
@@ -147,7 +147,7 @@ def _spread(tree: Tree, what: str, bodies: Sequence[int], x: Scalars) -> dict[in
 
 
 def _symmetric(upper: Array) -> Any:
-    """(6, 6) of the 21 numbers on and above its diagonal."""
+    """Symmetric (6, 6) from the 21 numbers of its upper triangle."""
     A = np.zeros((6, 6), dtype=object)
     for (i, j), x in zip(_UPPER, upper, strict=True):
         A[i, j] = A[j, i] = x
@@ -155,7 +155,7 @@ def _symmetric(upper: Array) -> Any:
 
 
 def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
-    """Some bodies as a tree of their own."""
+    """Some bodies as a tree."""
     at = {i: n for n, i in enumerate(bodies)}
     out: list[TreeBody] = []
     q = v = 0
@@ -168,7 +168,7 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 
 
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
-    """Trunk and limbs of a rigid tree, if some of its branches are equal; `name` begins those of their functions."""
+    """Trunk and limbs of a rigid tree with equal branches; `name` is the prefix of their functions."""
     if any(b.elastic is not None or b.place is not None for b in tree.bodies):
         return None
     below = [[i] for i in range(len(tree.bodies))]
@@ -192,17 +192,17 @@ def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
 
 
 def _resists(b: TreeBody) -> bool:
-    """Whether a body alone resists every motion; what else resists is looked at in the whole tree."""
+    """Whether a body alone has inertia against every motion; others are checked in the whole tree."""
     return bool(b.mass != 0.0 and (np.diag(b.inertia) != 0.0).all() and b.added is None)
 
 
 def _unplaced(part: Tree) -> Tree:
-    """Where a limb hangs need not be alike."""
+    """A limb without its place, which may differ."""
     return replace(part, bodies=(replace(part.bodies[0], p_PJ=np.full(3, 0.5)), *part.bodies[1:]))
 
 
 def _common(tree: Tree, limbs: Sequence[Limb]) -> Tree:
-    """The limb as a tree: structure is what is so in all of them."""
+    """The common tree of limbs: structure is what all share."""
     part = _part(tree, limbs[0].bodies)
     places = np.array([tree.bodies[limb.bodies[0]].p_PJ for limb in limbs])
     p = [x[0] if structural(x[0]) and (x == x[0]).all() else 0.5 for x in places.T]

@@ -15,7 +15,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.trees import Tree
 
-from .start_pose import fitting_speeds, keeping, told_changes
+from .start_pose import changes_message, fitting_speeds, keeping
 
 CLOSED = 1e-9  # [m or rad, m/s or rad/s] what counts as closed at the start
 SHUT = 1e-11  # [m or rad] where Newton's method may end
@@ -30,13 +30,13 @@ Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 
 
 def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tuple[np.ndarray, list[str]]:
-    """(ny,) the initial state with all loops closed, in places and speeds, and sentences that say what was changed.
+    """Initial state (ny,) with closed loops and consistent speeds, and sentences about changes.
 
     Raises KernelError naming the joint.
     """
     _, gap, slip, pivot = step(y)
     asked = y
-    told: list[str] = []
+    message: list[str] = []
     if max(_widest(gap), _widest(slip)) > CLOSED:
         if _widest(gap) > CLOSED:
             y = keeping(program, y, P, lambda: _closed(program, asked, step))
@@ -44,9 +44,9 @@ def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tupl
         y = np.concatenate([y[: program.nq], step(y)[0][program.nq :]])
         pivot = step(y)[3]
     if len(program.constraints.of):
-        told = told_changes(program, asked, y, P)
+        message = changes_message(program, asked, y, P)
     _check_mobility(program, pivot > INDEPENDENT)
-    return y, told
+    return y, message
 
 
 def _widest(gap: np.ndarray) -> float:
@@ -80,7 +80,7 @@ def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
 
 
 def _gap(program: Program, gap: np.ndarray) -> tuple[str, str]:
-    """The joint with the widest gap, and how wide it is."""
+    """The joint with the largest gap, and the gap."""
     r = int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf))))
     name, unit = program.constraints.names[r], program.constraints.units[r]
     size = abs(float(gap[r]))
@@ -89,7 +89,7 @@ def _gap(program: Program, gap: np.ndarray) -> tuple[str, str]:
 
 
 def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) -> None:
-    """Trees that loops hold together need a freedom, unless a drive prescribes how they move."""
+    """Trees in loops need a degree of freedom, unless a drive prescribes their motion."""
     constraints = program.constraints
     n = len(constraints.of)
     for rows, trees in constraints.groups:
@@ -107,7 +107,7 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
 
 
 def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
-    """What to say if a gap opened within a step that no correction should have to close; moving: prescribed drives."""
+    """The error for a gap that opened within a step; moving: prescribed drives."""
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
@@ -118,7 +118,7 @@ def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()
 def locked(
     program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float, moving: Sequence[str] = ()
 ) -> KernelError | None:
-    """What to say of steps that became too small if a row has become a combination of others."""
+    """The error for steps that became too small because a row has become dependent."""
     pivot, at_start = (x[: len(program.constraints.of)] for x in (pivot, at_start))
     if not len(pivot):
         return None
@@ -131,7 +131,7 @@ def locked(
 
 
 def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
-    """As part of a sentence; row: of what was lost; moving: names of prescribed drives in motion."""
+    """Cause, as part of a sentence; row: lost row, moving: prescribed drives in motion."""
     trees = _tied(program, row)
     bodies = [b for tree in trees for b in tree.bodies]
     dofs = {k for tree in trees for k in range(tree.v.start, tree.v.stop)}
@@ -150,7 +150,7 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Why states of a rigid rope switch without end, as part of a sentence, or ""."""
+    """Why the states of a rigid rope switch endlessly, as part of a sentence, or ""."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)
@@ -161,7 +161,7 @@ def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> s
 
 
 def _tied(program: Program, row: int) -> list[Tree]:
-    """Trees that the loops of a row's group tie together, driven ones too."""
+    """Trees coupled by the loops of a row's group, including driven ones."""
     rows = next((rows for rows, _ in program.constraints.groups if row in rows), [row])
     ends = {body for r in rows for body in program.constraints.held[r]}
     return [tree for tree, _ in program.instances if ends & set(range(tree.first, tree.first + len(tree.bodies)))]

@@ -1,4 +1,4 @@
-"""The start pose of loops: what was asked stays where it can, and what had to be changed is told.
+"""The start pose of loops: what was asked stays where it can, and what had to be changed is reported.
 
 Coordinates and speeds that a description gives are asked; those that it leaves out follow.  First only what is free to
 follow moves.  Where that does not close the loops, what was asked moves, too, by full steps of Gauss and Newton, and
@@ -42,7 +42,7 @@ Columns = Sequence[float]
 
 
 def keeping(program: Program, y: np.ndarray, P: np.ndarray, closed: Callable[[], np.ndarray]) -> np.ndarray:
-    """(ny,) the state with its loops closed near what was asked.  Raises KernelError where that cannot be.
+    """State (ny,) with loops closed near the given values. Raises KernelError if that is impossible.
 
     `closed`: a pose that closes the loops, however far away; it raises KernelError if there is none.
     """
@@ -63,7 +63,7 @@ def keeping(program: Program, y: np.ndarray, P: np.ndarray, closed: Callable[[],
 
 
 def _asked(program: Program, given: Sequence[bool]) -> dict[tuple[int, int], bool]:
-    """Whether a degree of freedom belongs to a joint of which something is given, in the order of links."""
+    """Whether a degree of freedom belongs to a joint with given values, in link order."""
     found: dict[tuple[int, int], bool] = {}
     for i, (tree, _) in enumerate(program.instances):
         for n, b in enumerate(tree.bodies):
@@ -80,7 +80,7 @@ def _size(pose: Pose) -> float:
 
 
 def _step(g: RowGroup, residual: Sequence[float], weights: Columns) -> list[float]:
-    """Of least weighted length among those that lessen the residual most."""
+    """The least-weighted step with the largest reduction of the residual."""
     G = [[x * w for x, w in zip(row, weights, strict=True)] for row in g.G]
     least = RANK * max(singular_values(G), default=0.0)
     step = least_norm(G, [-x for x in residual], least)
@@ -88,11 +88,11 @@ def _step(g: RowGroup, residual: Sequence[float], weights: Columns) -> list[floa
 
 
 def _followed(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
-    """The best pose that what follows can reach, from several starts."""
+    """The best pose of dependent coordinates, from several starts."""
     best = pose
     for n in range(TRIES):
-        aside = [(g, _aside(g, f, n)) for g, f in zip(pose.groups, free, strict=True)]
-        found = _descent(pose.moved(aside) if n else pose, free)
+        lateral = [(g, _aside(g, f, n)) for g, f in zip(pose.groups, free, strict=True)]
+        found = _descent(pose.moved(lateral) if n else pose, free)
         if _size(found) < _size(best):
             best = found
         if _size(best) <= SHUT:
@@ -101,7 +101,7 @@ def _followed(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
 
 
 def _aside(g: RowGroup, free: Sequence[bool], n: int) -> list[float]:
-    """The n-th start of what follows: its angles elsewhere."""
+    """The n-th start of dependent coordinates, with other angles."""
     angles = (may and by == 1.0 for may, by in zip(free, g.columns_by, strict=True))
     return [ASIDE * n * (k + 1) % 3.0 if angle else 0.0 for k, angle in enumerate(angles)]
 
@@ -125,7 +125,7 @@ def _descent(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
 
 
 def _newton(pose: Pose, weights: Sequence[Columns]) -> Pose | None:
-    """The solution in whose neighbourhood a pose is, None if it is in none."""
+    """The solution near a pose, None if there is none."""
     before = inf
     for _ in range(NEAR):
         if _size(pose) <= SHUT:
@@ -142,7 +142,7 @@ def _newton(pose: Pose, weights: Sequence[Columns]) -> Pose | None:
 
 
 def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray:
-    """(ny,) the state in which what is not asked moves along with what is; left over is what contradicts itself."""
+    """State (ny,) with dependent speeds from given ones; a remainder is a contradiction."""
     pose = pose_of(program, y, P)
     asked = _asked(program, [bool(k.joint.v0) for k in program.graph.links])
     out = y.copy()
@@ -154,10 +154,10 @@ def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray
     return out
 
 
-# ---- what is told ------------------------------------------------------------------------------------------------
+# ---- what is reported ------------------------------------------------------------------------------------------------
 
 
-def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
+def changes_message(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
     """What of asked coordinates and speeds was changed beyond the rounding of their digits, one sentence for each.
 
     Those of a joint that closes a loop follow from all others.
@@ -195,9 +195,9 @@ def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.
 
 
 def _changed(joint: Joint, asked: Columns, found: Columns) -> list[str]:
-    """What of a joint's coordinates is not as asked."""
+    """Coordinates of a joint that differ from the given ones."""
     return [
-        f"{where} from {_told(x, turns)} to {_told(z, turns)}"
+        f"{where} from {_message(x, turns)} to {_message(z, turns)}"
         for where, x, z, turns in _coordinates(joint, asked, found)
         if abs(z - x) > ROUNDED * max(1.0, abs(x) if not turns else 1.0)
     ]
@@ -235,12 +235,12 @@ def _coordinates(j: Joint, before: Columns, after: Columns) -> list[tuple[str, f
     return out
 
 
-def _told(x: float, turns: bool) -> str:
+def _message(x: float, turns: bool) -> str:
     return f"{degrees(x):.6g} degrees" if turns else f"{x:.6g} m"
 
 
 def _refusal(program: Program, pose: Pose, asked: Mapping[tuple[int, int], bool], possible: np.ndarray) -> KernelError:
-    """Which joint would have to start elsewhere, and where."""
+    """The error that names the joint to start elsewhere, and where."""
     y = np.zeros(program.ny)
     y[: program.nq] = pose.q
     changes = [
@@ -255,7 +255,7 @@ def _refusal(program: Program, pose: Pose, asked: Mapping[tuple[int, int], bool]
     widest, r = max(gaps)
     size = f"{widest * 1e3:.4g} mm" if pose.units[r] == "m" else f"{degrees(widest):.4g} degrees"
     return KernelError(
-        f"{where}: asked to start at {_told(x, turns)}, where the loop of {pose.names[r]} is {size} open; it closes at "
-        f"{_told(z, turns)}, which is another branch or too far away to be meant: correct the start values, or leave "
-        "out those that may follow"
+        f"{where}: asked to start at {_message(x, turns)}, where the loop of {pose.names[r]} is {size} open; it closes "
+        f"at {_message(z, turns)}, which is another branch or too far away to be meant: correct the start values, or "
+        "leave out those that may follow"
     )

@@ -35,8 +35,8 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """What the solver may do to a simulation: `survey` -> matrix, speeds, free accelerations of all rows; `slack` ->
-    [m] of all rigid ropes; `kick` by impulses of all rows; `close`: places and speeds onto the rows."""
+    """Operations of the solver on a simulation: `survey` -> matrix, speeds, free accelerations of rows; `slack` [m] of
+    rigid ropes; `kick` by impulses; `close`: project places and speeds onto the rows."""
 
     survey: Callable[[], Survey]
     slack: Callable[[], np.ndarray]
@@ -46,7 +46,7 @@ class Act:
 
 @dataclass(frozen=True)
 class ImpactResult:
-    """What happened at an event, what goes to the accounts (heat, work; by name) [J], impulses by name [N s]."""
+    """Result of an impact: events, heat and work by name [J], impulses by name [N s]."""
 
     events: list[StateChange]
     accounts: dict[tuple[str, str], float]
@@ -54,7 +54,7 @@ class ImpactResult:
 
 
 class ContactSets:
-    """Decides in P which contacts push, stick and slide, and which rigid ropes beside them are taut."""
+    """Determines which contacts push, stick and slide, and which rigid ropes are taut, in P."""
 
     def __init__(self, program: "Program", P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
@@ -144,8 +144,7 @@ class ContactSets:
         return out
 
     def _rest(self, act: Act) -> None:
-        """Take the nanometre by which something is too close, and speeds that count as none: what begins to slide or
-        is let go does so from rest, not against what is left of another motion."""
+        """Remove residual gaps of a nanometre and negligible speeds, so that sliding begins from rest."""
         _, speed, _ = act.survey()
         for x in self._slots:
             if x.on and _moves(speed, x):
@@ -175,7 +174,7 @@ class ContactSets:
         return extra
 
     def _force(self, t: float, act: Act, spent: list[Unilateral]) -> None:
-        """States of what stays in touch, from the accelerations.
+        """States of closed contacts from the accelerations.
 
         Where forces are not unique, they may be found otherwise than in the evaluation, in which those of `spent`
         have vanished: such a contact or rope is let go if the others can do without it.
@@ -237,7 +236,7 @@ def _holds(
     f: FrictionSolution,
     loops: list[int],
 ) -> bool:
-    """Whether what is let go does not fall back under the forces f of the others."""
+    """Whether released contacts do not close again under the forces f of the others."""
     problem, x = Condensed(A, free, _rows(on), loops), np.zeros(3 * len(on))
     for i, s in enumerate(others):
         k = on.index(s)
@@ -246,12 +245,12 @@ def _holds(
 
 
 def _length(x: Any, y: Any) -> Any:
-    """Of a vector (x, y), or of many."""
+    """Length of one or many vectors (x, y)."""
     return np.sqrt(x * x + y * y)
 
 
 def _moves(speed: np.ndarray, x: Unilateral) -> bool:
-    """Whether it has friction and slides at an event."""
+    """Whether a contact has friction and slides at an event."""
     return bool(x.rows[1] >= 0 and _length(*speed[x.rows[1:]]) > RESTING)
 
 

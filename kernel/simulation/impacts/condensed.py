@@ -11,7 +11,7 @@ SOFT = 1e-10  # regularisation of joints that close loops, relative
 
 
 def part(values: np.ndarray, rows: list[int]) -> np.ndarray:
-    """Values of the rows; 0 for row -1, a tangent that does not exist."""
+    """Values of the rows; 0 for row -1, a missing tangent."""
     wide: np.ndarray = np.append(values, 0.0)[rows] if rows else np.zeros(0)
     return wide
 
@@ -41,7 +41,7 @@ class Condensed:
         return w
 
     def impulses(self, x: np.ndarray, n: int) -> np.ndarray:
-        """Of all n rows."""
+        """Impulses of all n rows."""
         out = np.zeros(n + 1)
         out[self._rows] = x
         if self._loops:

@@ -37,7 +37,7 @@ CREEP = 1e-6  # relative size of an acceleration against a slip that begins
 @dataclass(frozen=True)
 class ContactProblem:
     """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
-    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero."""
+    tangent); mu (m,); moving (m, 2): direction of sliding contacts, else zero."""
 
     A: np.ndarray
     b: np.ndarray
@@ -49,9 +49,8 @@ class ContactProblem:
 
 @dataclass(frozen=True)
 class FrictionSolution:
-    """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding;
-    share (m, 2): by its square, what each tangent should hold of the friction where that is not unique;
-    prior (3m,): forces next to which those are that are not unique.
+    """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding; share (m,
+    2): friction shares if not unique; prior (3m,): reference for forces that are not unique.
 
     `found` is False where no set fulfils all conditions.
     """
@@ -99,7 +98,7 @@ def settle(c: ContactProblem) -> FrictionSolution:
 def _begin(
     c: ContactProblem, given: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[int, float]]:
-    """What sticks, directions of what slides, shares, and the sides of the last solution, to begin with."""
+    """Initial sticking contacts, sliding directions, shares, and sides of the last solution."""
     stick, u, share = ~given & (c.mu > 0.0), c.moving.copy(), np.ones((len(c.mu), 2))
     prior = np.zeros(3 * len(c.mu))
     if not stick.any():
@@ -118,7 +117,7 @@ def _begin(
 
 
 def _swept(c: ContactProblem) -> FrictionSolution:
-    """The set that sweeps find, for contacts whose forces are not unique."""
+    """The active set found by Gauss-Seidel sweeps, for forces that are not unique."""
     m = len(c.mu)
     x, found = sweep(c.A, c.b, c.mu, c.moving)
     w = _velocities(c, x)
@@ -150,13 +149,13 @@ def _velocities(c: ContactProblem, x: np.ndarray) -> np.ndarray:
 
 
 def _across(c: ContactProblem, i: int, u: np.ndarray) -> np.ndarray:
-    """What a unit of friction of contact i along u does to all rows."""
+    """Effect of unit friction of contact i along u on all rows."""
     out: np.ndarray = c.A[:, 3 * i + 1] * u[0] + c.A[:, 3 * i + 2] * u[1]
     return out
 
 
 def _turn(c: ContactProblem, f: FrictionSolution, turns: np.ndarray, u: np.ndarray) -> float:
-    """One Newton step for the directions of contacts that begin to slide, u x w_t = 0; returns the largest angle.
+    """A Newton step for the directions of contacts that begin to slide, u x w_t = 0; returns the largest angle.
 
     The normal forces and the held tangents follow: rows w_n = 0, w_t = 0 against columns x_n, x_t, and the angles.
     """
@@ -190,7 +189,7 @@ def _turn(c: ContactProblem, f: FrictionSolution, turns: np.ndarray, u: np.ndarr
 
 
 def _size(c: ContactProblem) -> np.ndarray:
-    """(3m,) softness of each row; a joint may not let a tangent move at all."""
+    """Compliance (3m,) of each row; zero for a tangent that a joint blocks."""
     size = np.diag(c.A) if c.size is None else c.size
     out: np.ndarray = np.maximum(size, SMALL * size.max(initial=0.0))
     return out
@@ -199,7 +198,7 @@ def _size(c: ContactProblem) -> np.ndarray:
 def _inner(
     c: ContactProblem, stick: np.ndarray, u: np.ndarray, share: np.ndarray, prior: np.ndarray, side: dict[int, float]
 ) -> tuple[FrictionSolution, dict[int, float]]:
-    """Normals against each other for given sticking contacts and directions of sliding."""
+    """Normal forces for given sticking contacts and sliding directions."""
     m = len(c.mu)
     rows = [k for i in range(m) for k in (3 * i, 3 * i + 1, 3 * i + 2)[: 3 if stick[i] else 1]]
     columns = c.A.copy()

@@ -139,7 +139,7 @@ ENOUGH = 1e-8  # change that is accepted after all sweeps
 
 
 def sweep(A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, bool]:
-    """x (3m,) impulses or forces as in `coulomb.settle`, and whether they have settled."""
+    """x (3m,) impulses or forces as in `coulomb.settle`, and whether the sweeps converged."""
     a, w, x = A.tolist(), b.tolist(), [0.0] * len(b)
     contacts = [
         (3 * i, float(mu[i]), [float(e) for e in moving[i]], _rate(A[3 * i + 1 : 3 * i + 3, 3 * i + 1 : 3 * i + 3]))

@@ -25,8 +25,8 @@ LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such 
 
 @dataclass(frozen=True)
 class RopeImpactResult:
-    """After an event: velocities (n_v,), and per rigid rope whether it may pull, whether it is taut, its impulse [N s],
-    heat and work of that [J]."""
+    """After an impact: velocities (n_v,), and per rigid rope whether it may pull, is taut, its impulse [N s], heat and
+    work [J]."""
 
     v: np.ndarray
     may: list[bool]
@@ -37,7 +37,7 @@ class RopeImpactResult:
 
 
 def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> RopeImpactResult:
-    """Impulses and taut ropes that follow from a state; ropes that are taut in P stay unless they would push.
+    """Impulses and taut ropes of a state; ropes taut in P stay unless they would push.
 
     Raises KernelError if no set of taut ropes fits the forces.
     """
@@ -65,7 +65,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
         return y_after
 
     def forces(still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tensions of ropes that may pull, and how fast all grow slack then."""
+        """Tensions of ropes that may pull, and the resulting slack accelerations."""
         there = evaluate(program, t, moved(), Q, among).constraint_rows()
         return _complementary(there.matrix(), np.array(there.approach(), dtype=float), first, still, t)
 
@@ -88,7 +88,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
 
 
 def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> np.ndarray:
-    """Impulses that end the motion of the ropes `still` and of the loops."""
+    """Impulses that stop the ropes `still` and the loops."""
     rows = [*range(first), *(first + np.flatnonzero(still))]
     x = np.zeros(len(speed))
     free = np.full(len(rows), np.inf)
@@ -119,6 +119,6 @@ def _complementary(
 
 
 def _scale(diagonal: np.ndarray) -> np.ndarray:
-    """Factors that make rows equal which move masses of very different size, and so share nothing; else 1."""
+    """Scale factors for rows that move very different masses; else 1."""
     wide = diagonal.max(initial=0.0) > WIDE * diagonal.min(initial=np.inf)
     return 1.0 / np.sqrt(diagonal) if wide else np.ones(len(diagonal))

@@ -34,7 +34,7 @@ Numbers = Callable[[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Unilateral(ABC):
-    """`numbers` of P; `rows` among all, normal first; `guard` that falls with its force."""
+    """A unilateral constraint: `numbers` of P; `rows`, normal first; `guard` that falls with its force."""
 
     name: str
     numbers: Numbers
@@ -60,17 +60,17 @@ class Unilateral(ABC):
 
     @abstractmethod
     def let_go(self) -> None:
-        """From here on it does not push."""
+        """Release it."""
 
     @abstractmethod
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """It pushes: sticking, or at the limit of friction along u (2,), moving already or not, free to slip away or
-        held by others; `share` of friction (2,); `prior` (3,) force that it has."""
+        """Keep it: sticking, or at the friction limit along u (2,), sliding or not; `share` of friction (2,); `prior`
+        (3,) force."""
 
 
 @dataclass(frozen=True)
 class Slot(Unilateral):
-    """One place where two bodies touch; `name`: of its contact, `key`: its own."""
+    """A place where two bodies touch; `name` of its contact, `key` of its own."""
 
     site: Site
     key: str
@@ -87,7 +87,7 @@ class Slot(Unilateral):
 
     @property
     def state(self) -> np.ndarray:
-        """What P holds of it."""
+        """Its numbers in P."""
         return self.numbers("slot", self.key)
 
     @property
@@ -99,18 +99,18 @@ class Slot(Unilateral):
         return bool(self.state[SlotAt.SLIPS] > 0.0)
 
     def take(self, candidate: int, held: list[float]) -> None:
-        """From here on it is the place of a candidate."""
+        """Assign a candidate."""
         self.state[:HELD] = held
         self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE] = 1.0, candidate
         self.numbers("held", self.name)[candidate] = 1.0
 
     def grip(self) -> None:
-        """Stick, until the solver says more."""
+        """Set it sticking until the solver decides."""
         self.state[SlotAt.STICK], self.state[SlotAt.SOFT], self.state[SlotAt.U] = 1.0, 1.0, 0.0
         self.state[SlotAt.PRIOR] = 0.0
 
     def slide(self) -> None:
-        """Along the speed that it has, until the solver says more."""
+        """Set it sliding along its velocity until the solver decides."""
         self.state[SlotAt.STICK] = 0.0
 
     def let_go(self) -> None:
@@ -142,7 +142,7 @@ class UnilateralRope(Unilateral):
         return bool(self._state[RigidAt.TAUT] > 0.0)
 
     def take(self, slack: float) -> None:
-        """Taut from here on, if it is hooked and `slack` [m] is used up."""
+        """Set the rope taut if it is hooked and `slack` [m] is exhausted."""
         if self._state[RigidAt.HOOKED] > 0.0 and slack < TOUCHING:
             self._state[RigidAt.TAUT] = 1.0
 
@@ -150,11 +150,11 @@ class UnilateralRope(Unilateral):
         self._state[RigidAt.TAUT] = 0.0
 
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """It is taut already."""
+        """Does nothing: the rope is taut."""
 
 
 def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
-    """All rigid ropes, in order."""
+    """All rigid ropes in order."""
     row = len(program.constraints.of)
     guard = first_guard(program, "rigid")
     return [
@@ -163,7 +163,7 @@ def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
 
 
 def slots_of(program: "Program", numbers: Numbers) -> list[Slot]:
-    """All slots of contacts, in order."""
+    """All contact slots in order."""
     out: list[Slot] = []
     row, press = len(program.constraints) - len(program.contacts.held), first_guard(program, "press")
     for s in program.contacts.sites:
@@ -198,7 +198,7 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
 
 
 def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
-    """Free the slots whose place has left its face; give free ones to what touches, fastest first.  All stick.
+    """Free slots that left their face; assign free slots to touching candidates, fastest first. All stick.
 
     `fell`: candidates, counted through all sites, whose guards say that they touch.  At the end of an edge they may
     say so by round-off that is another one here.
@@ -250,14 +250,14 @@ def _within(f: ContactFrame, h: np.ndarray) -> bool:
 
 
 def _adds(f: ContactFrame, places: list[tuple[ContactFrame, Slot]]) -> bool:
-    """Whether a candidate holds what others do not hold: where a corner meets an edge, many candidates are one place,
-    and two directions hold it."""
+    """Whether a candidate constrains something new: at a corner on an edge, many candidates are one place held in two
+    directions."""
     here = [g for g, _ in places if _near(f, g)]
     return len(here) < 2 and all(np.abs(f.F[0] - g.F[0]).max() > SAME for g in here)
 
 
 def _second(places: list[tuple[ContactFrame, Slot]]) -> Slot | None:
-    """The slot of a second direction at some place, which what approaches elsewhere needs more."""
+    """The slot of a second direction at some place, which may be reassigned."""
     found = (x for k, (f, x) in enumerate(places) if any(_near(f, g) for g, _ in places[:k]))
     return next(found, None)
 

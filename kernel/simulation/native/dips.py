@@ -15,18 +15,18 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """At the start of a stretch: a point before it, on the tangent to the one `ahead`."""
+    """Add a point before the start, on the tangent to the one `ahead`."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 
 def remember(s: StepState) -> None:
-    """Before an attempt: the last step, if it was taken, becomes the one before it."""
+    """Before an attempt: make the last accepted step the previous one."""
     taken = s.t > s.t0
     s.tg, s.Ga, s.Gb = select(taken, s.t0, s.tg), select(taken, s.Gb, s.Ga), select(taken, s.G, s.Gb)
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """After a step, if it was taken and no guard was seen below zero: whether one may have been."""
+    """After an accepted step without a fallen guard: whether one may have dipped below zero."""
     end = select(taken, s.t, s.t0 + 1.0)
     h, over, twice, whole = end - s.t0, 1.0 / (end - s.t0), 1.0 / (s.t0 - s.tg), SEEN / (end - s.tg)
     low = []
@@ -40,12 +40,12 @@ def watch(s: StepState, taken: Value) -> None:
 
 
 def _shallow(s: StepState, b: Value, c: Value) -> Value:
-    """How deep a dip may be that is not looked for."""
+    """Depth of a dip that may be missed."""
     return minimum(s.tol, SLIGHT) * maximum(abs(b), abs(c))
 
 
 def dive(s: StepState, rate: Rate, method: Method) -> None:
-    """Begin the location of an event where a guard is lowest in the last step, if it is below zero there."""
+    """Locate an event at the minimum of a guard in the last step, if it is below zero there."""
     among = s.t0 + 0.5 * s.h0
     parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).G for x in parts[1:-1]]

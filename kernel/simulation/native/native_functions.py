@@ -31,7 +31,7 @@ RARE = "sample", "look", "refresh", "slope", "climb", "dive"  # between steps
 
 
 class Stepping:
-    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look."""
+    """Native functions of a program: `advance` (the loop), step, commit, sample, bisect, refresh, look."""
 
     def __init__(self, program: Program, method: Method, control: Control) -> None:
         p = self.program = program
@@ -41,13 +41,13 @@ class Stepping:
         climbs = n_ropes > 0 and method.native
         states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
-        beside = ["coarse"] if method.completes else []
+        other = ["coarse"] if method.completes else []
         blind = p.contacts.bounded and not isinstance(control, ErrorControl)
-        beside += ["passing"] if blind else []
-        beside += FLAGS if climbs else []
+        other += ["passing"] if blind else []
+        other += FLAGS if climbs else []
         dipping = n_guards > 0 and method.native
-        beside += dips.FLAG if dipping else []
-        scalars = dict.fromkeys([*SCALARS, *method.scalars, *beside])
+        other += dips.FLAG if dipping else []
+        scalars = dict.fromkeys([*SCALARS, *method.scalars, *other])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
         pushed = rows["gap"] if p.contacts.sites else 0
         surveyed = {"delassus": pushed * pushed, "speed": pushed, "free": pushed, "impulse": pushed}
@@ -133,8 +133,8 @@ class Stepping:
         if dipping:
             f["dive"] = self._on_block("dive", lambda s, rate, row: dive(s, rate, method))
             searching = (While("diving", at["dip"], (*ready, f["dive"])),)
-        looking = *searching, locating
-        self.advance: EmittedParts = While("advance", at["run"], (f["commit"], *peaks, sampling, f["step"], *looking))
+        observers = *searching, locating
+        self.advance: EmittedParts = While("advance", at["run"], (f["commit"], *peaks, sampling, f["step"], *observers))
         if not method.native:
             del f["step"]
             f |= {"sampling": sampling, "locating": locating}
@@ -145,7 +145,7 @@ class Stepping:
         return module(self.advance, *self.functions.values(), fused=fused)
 
     def _halt(self, n_p: int) -> Function:
-        """Brings the locked joints to rest at once."""
+        """Stops locked joints at once."""
         p = self.program
         blocks = {"t": 1, "y": p.ny, "P": n_p}
         at_once = Function("halted", lambda t, y, P: {"after": halted(evaluate(p, t[0], y, P))}, blocks, ["after"])
@@ -175,7 +175,7 @@ class Stepping:
     def _on_method(
         self, name: str, part: Callable[..., Value], matrices: bool = False, plain: bool = False
     ) -> Function:
-        """A part of a method, `part(s, rate)`; `plain`: it wants the state in scalars."""
+        """A part of a method, `part(s, rate)`; `plain`: with the state in scalars."""
         return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
 
     def _on_block(

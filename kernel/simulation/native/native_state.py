@@ -61,7 +61,7 @@ _loaded: dict[tuple[str, int], tuple[Stepping, Library]] = {}  # by structure an
 
 
 class NativeState:
-    """X, P, the matrices M of a method and the table, with the machine code that works on them.
+    """X, P, matrices M of a method and the table, with the machine code for them.
 
     `epoch`: where local time begins [ns]; `calm`: ropes without events; `notes`: warnings of the run so far.
     """
@@ -97,7 +97,7 @@ class NativeState:
     # ---- code ---------------------------------------------------------------------------------------------
 
     def use(self, locked: frozenset[str] | None) -> None:
-        """Go on with the code of the scene in which these locks hold (None: those of the start)."""
+        """Switch to the code of the scene with these locks (None: those of the start)."""
         if locked is None or (locked, self.calm) not in self._variants:
             variant = self._variant(locked)
             locked = variant[0].locked
@@ -149,7 +149,7 @@ class NativeState:
         self._calls[name]()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """A native function on these blocks, to be run again and again; the caller keeps them."""
+        """A native function on these blocks ready for repeated calls; the caller keeps them alive."""
         code = self.code
         return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
@@ -190,12 +190,12 @@ class NativeState:
 
     @property
     def attempts(self) -> float:
-        """Steps so far, taken or not."""
+        """Attempted steps so far."""
         return self["accepted"] + self["rejected"]
 
     @property
     def evaluations(self) -> int:
-        """Of the right-hand side in all attempted steps, and of Jacobians; samples, events, peaks not counted."""
+        """Evaluations of the right-hand side in steps and of Jacobians; without samples, events and peaks."""
         method = self.method.method
         return round(method.evaluations * self.attempts + sum(n * self[name] for name, n in method.counted.items()))
 
@@ -209,14 +209,14 @@ class NativeState:
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
     def reached_ns(self, t: float) -> int:
-        """The first instant [ns] whose local time is not before t [s], by the comparison that ends steps."""
+        """The first time [ns] not before local time t [s], by the comparison that ends steps."""
         n = self.epoch + max(0, ceil(t * 1e9) - 1)
         while self.local(n) < t:
             n += 1
         return n
 
     def among(self) -> float:
-        """A local time within the piece of the profiles that begins now, as in the steps."""
+        """A local time within the present piece of the profiles, as in steps."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------
@@ -226,13 +226,13 @@ class NativeState:
         return self.method.row_layout.unpack(self.raw().copy(), SimpleNamespace)
 
     def raw(self) -> np.ndarray:
-        """The same as it stands in the native table until the next call."""
+        """The present row in the native table, until the next call."""
         self.call("look")
         row: np.ndarray = self.table[int(self["row"])]
         return row
 
     def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
-        """The row at a time within the tentative step, by its dense output, or at rest; changes nothing.
+        """The row at a time within the tentative step (dense output), or at rest; does not change the state.
 
         `before`: X before an event within that step was located.
         """
@@ -253,11 +253,11 @@ class NativeState:
         return row
 
     def instant(self) -> Evaluation:
-        """All that the equations say of the present state, on floats: forces, accelerations, guards."""
+        """The evaluation of the present state on floats: forces, accelerations, guards."""
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """One Newton step onto the constraints from y; gaps and slips before it, pivots of the rows."""
+        """One Newton step of y onto the constraints; gaps and slips before it, pivots of the rows."""
         self.X[self.at["y"]] = y
         self.call("close")
         place, gap, slip, pivot = (self.part(name).copy() for name in ("y", "gap", "slip", "pivot"))

@@ -23,26 +23,27 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """At the start of a stretch: a point before it, on the tangent to the one `ahead`."""
+    """Add a point before the start, on the tangent to the one `ahead`."""
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
 
 
 def remember(s: StepState) -> None:
-    """Before an attempt: the last step, if it was taken, becomes the one before it."""
+    """Before an attempt: make the last accepted step the previous one."""
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """After a step, if it was taken: whether a hill or a rise calls for a closer look."""
+    """After an accepted step: whether a maximum or rise needs a closer look."""
     hills, rises = _bounds(s, select(taken, s.t, s.t0 + 1.0))
     s.hilly = select(taken & any_of(hills), 1.0, 0.0)
     s.steep = select(taken & any_of(rises), 1.0 - s.hilly, 0.0)
 
 
 def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
-    """Of each rope, whether a hill in the step to time `end` may be the highest, or rises so that this is open."""
+    """Whether a maximum of each rope in the step to time `end` may be the highest, or whether a rise leaves that
+    open."""
     h, before = end - s.t0, s.t0 - s.ta
     over, twice, whole = 1.0 / h, 1.0 / before, SEEN / (end - s.ta)
     least = 1.0 + minimum(s.tol, SLIGHT)
@@ -57,7 +58,7 @@ def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
 
 
 def slope(s: StepState, rate: Rate) -> None:
-    """Whether a tension that has risen falls at the end of the step."""
+    """Whether a rising tension falls at the end of the step."""
     behind = rate(s.t - NEAR, s.t0 + 0.5 * s.h0, s.y - NEAR * s.f).T
     _, rises = _bounds(s, s.t)
     s.hilly = select(any_of(r & (b > c) for r, b, c in zip(rises, behind, s.T, strict=True)), 1.0, 0.0)
@@ -85,16 +86,16 @@ def _chosen(new: list[Value], found: list[Value], old: Value) -> np.ndarray:
 
 
 def _top(V: Value) -> dict[str, Value]:
-    """The largest of a polynomial through tensions at `NODES`, and where: by Newton's method from the highest node, at
-    most by half as much above it as its neighbours are below."""
+    """Maximum of a polynomial through tensions at `NODES`, with its place: Newton's method from the highest node,
+    bounded by half of its neighbours' distance."""
     c = [combine(row, list(V)) for row in POWERS]
     first = [j * x for j, x in enumerate(c)][1:]
     second = [j * x for j, x in enumerate(first)][1:]
     best, start, low = V[0], NODES[0], minimum(V[1], V[2])
     for i in range(1, len(NODES)):
-        beside = minimum(V[i - 1], V[i + 1] if i + 1 < len(NODES) else V[i - 2])
+        other = minimum(V[i - 1], V[i + 1] if i + 1 < len(NODES) else V[i - 2])
         more = V[i] > best
-        best, start, low = select(more, V[i], best), select(more, NODES[i], start), select(more, beside, low)
+        best, start, low = select(more, V[i], best), select(more, NODES[i], start), select(more, other, low)
     u = start
     for _ in range(ROUNDS):
         curve = _at(second, u)

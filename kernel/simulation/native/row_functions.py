@@ -18,7 +18,7 @@ from heavylift.kernel.multibody.motion import rates
 
 
 def projection(program: Program) -> Function:
-    """t, y, P -> place: y on the constraints; gap, slip (n,) as they were before; pivot (n,) see `Rows.pivots`."""
+    """t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,) see `Rows.pivots`."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
@@ -74,7 +74,7 @@ def kicking(program: Program) -> Function:
 
 
 def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
-    """Fill the block with what `surveying` finds at (t, y)."""
+    """Evaluate `surveying` at (t, y) into the block."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 

@@ -17,7 +17,7 @@ Label = tuple[str, str, int]  # group of columns, whose, which of its own
 
 
 class SampleInstant:
-    """An evaluation, with what several groups of columns have in common."""
+    """An evaluation, with values shared by several column groups."""
 
     def __init__(self, x: Evaluation) -> None:
         self.x, self.program = x, x.program
@@ -29,7 +29,7 @@ class SampleInstant:
 
     @cached_property
     def loads(self) -> list[list[Value]]:
-        """Of loops; tensions, slacks and lengths of rigid ropes."""
+        """Loads of loops; tensions, slacks and lengths of rigid ropes."""
         values, ropes = self.x.loads(), len(self.program.system.rigid_ropes)
         first = len(values) - 3 * ropes
         return [values[:first], *(values[first + i * ropes : first + (i + 1) * ropes] for i in range(3))]
@@ -37,7 +37,7 @@ class SampleInstant:
 
 @dataclass(frozen=True)
 class ColumnGroup:
-    """A group of columns: its unit, the frame that it is measured in, whose each of them is, and where it is read.
+    """A group of columns: unit, frame, owners, source.
 
     Without `read` it is a part of X that the steps keep.
     """
@@ -52,7 +52,7 @@ class ColumnGroup:
 
 
 def _names(group: str) -> Callable[[Program], list[str]]:
-    """Of the elements of one kind."""
+    """Names of the elements of one kind."""
     return lambda p: [x.name for x in getattr(p.system, group)]
 
 
@@ -67,14 +67,14 @@ def _velocities(p: Program) -> list[str]:
 
 
 def _law(group: str, unit: str, frame: str) -> ColumnGroup:
-    """Of what laws show in this group (see `Shown`)."""
+    """Sampled quantities of laws in this group (see `Shown`)."""
     return ColumnGroup(
         group, unit, frame, lambda p: [x for (_, x), _, _ in p.columns[group]], lambda i: i.x.column(group)
     )
 
 
 def _signals(i: int) -> Callable[[SampleInstant], list[Value]]:
-    """Values (0) or rates (1) of what elastic ropes are led by."""
+    """Values (0) or rates (1) of the signals of elastic ropes."""
     return lambda x: [x.x.signals[r.name][i] for r in x.program.system.ropes]
 
 
@@ -131,7 +131,7 @@ def columns(x: Evaluation) -> list[Value]:
 
 
 def kept(s: StepState) -> list[Value]:
-    """Those of the others, which the steps keep."""
+    """Values of the others, stored by the steps."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
 

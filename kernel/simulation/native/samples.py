@@ -41,7 +41,7 @@ class SampleSlice:
 
 
 class RawRows:
-    """(n, columns) raw rows, by group of columns: (n, columns of it)."""
+    """Raw rows (n, columns), by group of columns."""
 
     def __init__(self, method: Stepping, rows: np.ndarray) -> None:
         self._rows, self._at = rows, method.row_layout.at
@@ -74,7 +74,7 @@ Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its co
 
 @lru_cache(maxsize=256)
 def _topics(p: Program) -> list[Topic]:
-    """All channels of a scene that have columns, in their order."""
+    """All channels of a scene with columns, in order."""
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
     ropes, straight = ([r.name for r in group] for group in (s.ropes, s.straight_ropes))
     winches = [i for i, r in enumerate(s.ropes) if r.winch]
@@ -83,7 +83,7 @@ def _topics(p: Program) -> list[Topic]:
     gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
-        """The columns of some groups as they are."""
+        """Columns of some groups unchanged."""
         return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
 
     def energies(raw: RawRows) -> np.ndarray:
@@ -118,7 +118,7 @@ def _topics(p: Program) -> list[Topic]:
 
 
 def _gauges(link: Link) -> tuple[list[str], slice, np.ndarray]:
-    """Names, mode coordinates and (n, m) what each of them moves, of the places of a flexible body that are sampled."""
+    """Names, modal coordinates and displacement matrix (n, m) of the sampled places of a flexible body."""
     assert link.modes is not None, "of a flexible body"
     names, rows = list[str](), list[np.ndarray]()
     for gauge in link.modes.flexible.gauges:
@@ -144,7 +144,7 @@ def _pose(first: int) -> Read:
 
 
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
-    """Topic and unit of what forces show -> names with their columns in `row.shown`."""
+    """Topic and unit of sampled force quantities -> names with columns in `row.shown`."""
     groups: dict[tuple[str, str], list[tuple[str, int]]] = {}
     for i, (_, _, x) in enumerate(p.columns["shown"]):
         groups.setdefault((x.topic, x.unit), []).append((x.name, i))
@@ -171,7 +171,7 @@ Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,
 
 
 def reader(program: Program, signal: ScalarSignal) -> Reader:
-    """The function that reads a signal; raises KernelError if the scene has no such signal."""
+    """The function that reads a signal; raises KernelError if the scene has none such."""
     system = program.system
     check_signal(signal, system, f"signal '{signal.quantity}'")
     places = [_placed(program, point) for point in points(signal, system)]
@@ -181,7 +181,7 @@ def reader(program: Program, signal: ScalarSignal) -> Reader:
 
 
 def _column(program: Program, signal: ScalarSignal, name: str) -> int:
-    """Where a row has what a signal is of."""
+    """Column of a signal's source."""
     at, s, kind = row_layout(program).at, program.system, signal.quantity
     if kind in ("joint", "speed"):
         i, k = program.graph.coordinate(f"signal '{kind}'", name, signal.coordinate)

@@ -26,7 +26,7 @@ Row = Callable[[Value, Value], list[Value]]  # (t, y) -> columns of a sample
 
 
 def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
-    """One attempt from (t, y, f); f is the derivative at y.  `forced` accepts whatever comes.
+    """An attempt from (t, y, f); f: derivative at y. `forced` accepts all.
 
     Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
     """
@@ -68,7 +68,7 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
 
 
 def fallen_status(s: StepState, fallen: Value) -> Value:
-    """Why the call returns if a guard has fallen, or has not."""
+    """Return status by fallen guards."""
     return select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm)
 
 
@@ -79,19 +79,18 @@ def dive(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def bounded(h: Value, r: Evaluated) -> Value:
-    """Length of the next step, no longer than guards can see shapes pass through each other, where they could."""
+    """Length of the next step, bounded so that guards see shapes before they pass through each other."""
     return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Local time, plus a second, from which a fixed step could let shapes pass through each other unseen; 0: none yet,
-    below: it has been noted."""
+    """Local time plus one second from which a fixed step could let shapes pass unseen; 0: none yet, negative: noted."""
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """The loop goes on while nothing has happened and there is budget, room for samples, and time."""
+    """Whether the loop continues: no event, and budget, sample space and time left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
@@ -168,18 +167,18 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def close(s: StepState, project: Project) -> None:
-    """One Newton step onto the constraints, with what was missing before and which rows are independent."""
+    """A Newton step onto the constraints, with the gaps before it and independent rows."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 
 
 def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
-    """The state as it stands in the next free row, which stays free."""
+    """The present state in the next free row, which stays free."""
     return s.row, [*row(s.t, s.y), *kept(s)]
 
 
 def sample(s: StepState, rate: Rate, row: Row, method: Method) -> tuple[Value, list[Value]]:
-    """One row from the dense output of the committed step; steps are never shortened for samples."""
+    """A row from the dense output of the committed step; steps are not shortened for samples."""
     values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0

@@ -24,14 +24,14 @@ Rate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Rattling:
-    """Counts the events of each rope that follow too fast upon each other; `counts`: name -> number, time of last."""
+    """Counts rapidly repeated events of each rope; `counts`: name -> number, time of last."""
 
     def __init__(self, resolved: float) -> None:
         self._resolved_ns = round(resolved * 1e9)
         self.counts: dict[str, tuple[int, int, int]] = {}  # how many, when the first and the last came [ns]
 
     def hear(self, name: str, t_ns: int) -> float:
-        """Take note of an event; 0, or the frequency of the rattle [Hz] once it is one."""
+        """Register an event; returns the frequency of a rattle [Hz], or 0."""
         n, first, last = self.counts.get(name, (0, t_ns, t_ns))
         n, first = (n + 1, first) if t_ns - last <= self._resolved_ns else (0, t_ns)
         self.counts[name] = n, first, t_ns
@@ -42,12 +42,12 @@ class Rattling:
 
 
 def critical(EA: float, L0: float, mass: float) -> float:
-    """Damping [N s/m] at which a mass on a rope comes to rest without swinging; none for a mass that is not moved."""
+    """Critical damping [N s/m] of a mass on a rope; zero without moved mass."""
     return 2.0 * sqrt(EA / L0 * mass) if mass < np.inf else 0.0
 
 
 def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Rate) -> float:
-    """Mass [kg] that rope i feels along its length, 1/(J H^-1 J^T), while it becomes longer; infinite if it moves none.
+    """Effective mass [kg] along rope i, 1/(J H^-1 J^T); infinite if it moves none.
 
     p: the rope's numbers, put back in the end; `rate(y)`: derivative and tensions with these numbers.
     """
@@ -71,13 +71,13 @@ def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Ra
 
 
 STEPS = 1_000_000  # attempted for one second of the scene
-CROWD = 2000  # events in a row, each so close to the last that no rope or support could tell them apart, or in a spell
+CROWD = 2000  # events in a row, each so close to the last that no rope or support could distinguish them, or in a spell
 SPELL_NS = 10_000_000  # of the scene
 
 
 class StepBudget:
-    """`since`: attempts and time [s] at which the present second began; `crowd`: events in a row, time of the last;
-    `spell`: events in it, when it began [ns]."""
+    """`since`: attempts and time [s] at the begin of the present second; `crowd`: consecutive events, time of the last;
+    `spell`: events, begin [ns]."""
 
     def __init__(self, resolved_ns: int) -> None:
         self._resolved_ns = resolved_ns
@@ -86,7 +86,7 @@ class StepBudget:
         self.spell = 0, 0
 
     def ends(self, attempts: float, t: float) -> bool:
-        """Whether a second of the scene has taken too many steps; t: of the run [s]."""
+        """Whether a simulated second has taken too many steps; t: run time [s]."""
         before, start = self.since
         if t - start >= 1.0:
             self.since = attempts, t
@@ -94,7 +94,7 @@ class StepBudget:
         return attempts - before >= STEPS
 
     def crowded(self, t_ns: int) -> bool:
-        """Whether the event at t_ns is one of too many."""
+        """Whether there are too many events at t_ns."""
         count, since = self.spell
         self.spell = (count + 1, since) if t_ns - since <= SPELL_NS else (1, t_ns)
         n, last = self.crowd

@@ -30,25 +30,27 @@ LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, sq
 
 
 def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
-    """A flexible body has come to the limit that holds now; its value is the part of the length that it bends by.
+    """A flexible body has reached the current limit; the value is the relative deflection.
 
     Raises KernelError at the second one.
     """
     link = native.program.graph.links[native.program.graph.number(name)]
     limit = native.P[native.program.parameters.at["bending", name]]
     if limit[0] >= LAST:
-        raise KernelError(_told(native, link, t_ns, refused=True))
+        raise KernelError(_message(native, link, t_ns, refused=True))
     limit[0] = LAST
     return StateChange(name, "bent", _use(native, link)[0] * WARNED)
 
 
 def bent(native: NativeState, name: str, t_ns: int) -> Note:
-    """What is to be said of a body at the first limit."""
-    return Note(t_ns, _told(native, native.program.graph.links[native.program.graph.number(name)], t_ns, refused=False))
+    """Note about a body at the first limit."""
+    return Note(
+        t_ns, _message(native, native.program.graph.links[native.program.graph.number(name)], t_ns, refused=False)
+    )
 
 
 def check_bending(native: NativeState) -> None:
-    """Of the present pose, for statics: raises KernelError where a body is beyond the second limit, notes the first."""
+    """For statics: raise KernelError for a body beyond the second limit, note the first."""
     t_ns = native.epoch + round(native["t"] * 1e9)
     if native.program.axial:
         check_compression(native, np.array(native.method.row_layout.pack(native.row())), t_ns, lasting=0.0)
@@ -56,14 +58,14 @@ def check_bending(native: NativeState) -> None:
         if link.modes and link.n_modes:
             use, limit = _use(native, link)[0] ** 2, native.P[native.program.parameters.at["bending", link.body.name]]
             if use > LAST:
-                raise KernelError(_told(native, link, t_ns, refused=True))
+                raise KernelError(_message(native, link, t_ns, refused=True))
             if use > limit[0]:
                 limit[0] = LAST
                 native.notes.append(bent(native, link.body.name, t_ns))
 
 
 def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
-    """Which of (n, columns) of the native table `check_compression` has to look at closely."""
+    """Rows (n, columns) of the native table for which `check_compression` is needed."""
     close = np.zeros(len(rows), dtype=bool)
     for link, _, loads in _loaded(native, rows):
         assert link.modes is not None, "of a flexible body"
@@ -72,7 +74,7 @@ def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
 
 
 def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[Link], np.ndarray]]:
-    """Each flexible body, what is on it, and (n, those + 2, 3): forces on it, acceleration and turning of its frame."""
+    """Each flexible body, bodies on it, and (n, those + 2, 3): forces, acceleration and rotation of its frame."""
     whole = rows[:, native.method.row_layout.at["axial"]].reshape(len(rows), -1, 3)
     return ((link, on, whole[:, at]) for link, on, at in native.program.compressible)
 
@@ -84,8 +86,8 @@ def relieve(native: NativeState) -> None:
 
 
 def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
-    """Of a row of the native table: raises KernelError where a body that nothing else holds is compressed beyond its
-    buckling load, notes what is near to it, if that has been so for a time [s]."""
+    """Raise KernelError for a row with a body compressed beyond its buckling load; note one near it for some time
+    [s]."""
     program, q = native.program, row[native.method.row_layout.at["q"]]
     for link, on, (loads,) in _loaded(native, row[None]):
         assert link.modes is not None, "of a flexible body"
@@ -144,6 +146,6 @@ def _use(native: NativeState, link: Link) -> tuple[float, bool]:
     return link.modes.smallness.largest(native.state[link.q_modes])
 
 
-def _told(native: NativeState, link: Link, t_ns: int, refused: bool) -> str:
+def _message(native: NativeState, link: Link, t_ns: int, refused: bool) -> str:
     use, turns = _use(native, link)
     return sentence(link.body.name, link.joint.name, t_ns * 1e-9, turns, use, refused)

@@ -34,13 +34,13 @@ def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
 
 
 def wound_up(lengths: np.ndarray) -> np.ndarray:
-    """Whether a rope has no length left, for each of these [m]."""
+    """Whether each rope has no length left [m]."""
     found: np.ndarray = lengths < SHORTEST_ROPE
     return found
 
 
 def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
-    """Raises KernelError for a slider beyond the ends of its beam; q: (nq,) coordinates."""
+    """Raise KernelError for a slider beyond its beam; q: (nq,) coordinates."""
     for k, length in program.sliders:
         if not 0.0 <= q[k.q.start] <= length:
             raise KernelError(
@@ -50,7 +50,7 @@ def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
 
 
 def off_beams(program: Program, q: np.ndarray) -> np.ndarray:
-    """Whether a slider is beyond the ends of its beam, in each of (n, nq) coordinates."""
+    """Whether a slider is beyond its beam, for coordinates (n, nq)."""
     off = np.zeros(len(q), dtype=bool)
     for k, length in program.sliders:
         x = q[:, k.q.start]
@@ -59,14 +59,14 @@ def off_beams(program: Program, q: np.ndarray) -> np.ndarray:
 
 
 def unsolved(method: str, t: float) -> KernelError:
-    """An implicit method whose iteration does not converge."""
+    """The error for an implicit method that does not converge."""
     return KernelError(
         f"step near {t:.6f} s: method '{method}' finds no solution of its equations; choose a smaller step or tolerance"
     )
 
 
 def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
-    """A rope without direction or a body whose velocities v (nv,) are not finite; raises KernelError as above."""
+    """The error for a rope without direction, or a body with infinite velocities v (nv,)."""
     check_lengths(program, t, row.length)
     for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
         if span < SHORTEST_ROPE:
@@ -74,8 +74,8 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
             return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
     pose = poses_of(program, row)
     for x in program.laws:
-        if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose, program.shown(x, row))):
-            return KernelError(f"reeving '{x.name}' at {t:.3f} s: {told}")
+        if isinstance(x.law, ReevingLaw) and (message := x.law.off_its_sheaves(x.force, pose, program.shown(x, row))):
+            return KernelError(f"reeving '{x.name}' at {t:.3f} s: {message}")
     for link in program.graph.links:
         if not np.isfinite(v[link.v.start : link.v_modes.stop]).all():
             return KernelError(
@@ -85,7 +85,7 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
 
 
 def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
-    """More steps for a second of the scene than anybody waits for, blamed on the fastest mode."""
+    """The error for too many steps per simulated second, with the fastest mode as cause."""
     cure = OTHER.get(method, "choose method radau5 or a larger tolerance")
     return KernelError(
         f"run at {t:.6f} s: a million steps of method '{method}' were not enough for one second, they are "
@@ -117,7 +117,7 @@ FULL = 1e-12  # least principal moment of a full inertia, relative to the larges
 
 
 def check_resistance(program: Program, y: np.ndarray) -> None:
-    """Raises KernelError naming the body and the joint in which it moves without any resistance; y: initial state."""
+    """Raise KernelError that names a body and joint without inertia against motion; y: initial state."""
     for tree, _ in program.instances:
         if not all(map(_full, tree.bodies)):
             _check(program, tree, y[tree.q])

@@ -27,7 +27,7 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """Frequency |s|/2 pi [Hz], damping ratio, the body with most kinetic energy, the law that holds it, or ""."""
+    """Frequency |s|/2 pi [Hz], damping ratio, body with most kinetic energy, law of its stiffness or ""."""
 
     frequency: float
     damping: float
@@ -35,21 +35,21 @@ class Fastest:
     law: str
 
     @property
-    def told(self) -> str:
+    def message(self) -> str:
         """As part of a sentence."""
         held = f" on '{self.law}'" if self.law else ""
         kind = "decays" if self.damping >= 1.0 else "swings"
         return f"'{self.body}'{held} {kind} at {self.frequency:.3g} Hz"
 
 
-def told_fastest(native: NativeState, J: np.ndarray | None = None) -> str:
+def fastest_mode_text(native: NativeState, J: np.ndarray | None = None) -> str:
     """The fastest mode of the scene as it stands, as part of a sentence, or ""."""
     mode = fastest(native, native.jacobian() if J is None else J)
-    return mode.told if mode else ""
+    return mode.message if mode else ""
 
 
 def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
-    """Of J (n, n), the derivative of the rates of coordinates and velocities; None if nothing holds anything."""
+    """The fastest mode of J (n, n), the derivative of rates of coordinates and velocities; None without stiffness."""
     p, y = native.program, native.state.copy()
     if not (np.isfinite(J).all() and np.isfinite(y).all()):
         return None
@@ -60,14 +60,14 @@ def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
     if size == 0.0 or not np.abs(shape[p.nq :]).any():
         return None
     bodies, _ = KineticShares(p, native.P, y[: p.nq]).shares(shape[p.nq :])
-    aside = np.real(shape[: p.nq])
-    aside *= ASIDE / max(float(np.abs(aside).max()), 1e-300)
+    lateral = np.real(shape[: p.nq])
+    lateral *= ASIDE / max(float(np.abs(lateral).max()), 1e-300)
     speed = np.real(shape[p.nq :] / s[k])
     speed *= ASIDE * size / max(float(np.abs(speed).max()), 1e-300)
 
     def at(move: float, rush: float) -> Evaluation:
         there = y.copy()
-        there[: p.nq] += move * aside
+        there[: p.nq] += move * lateral
         there[p.nq : p.nq + p.nv] = rush * speed
         return evaluate(p, native["t"], there, native.P, native.among())
 
@@ -90,7 +90,7 @@ SHORTER = 0.8  # of its length: a rope that much shorter is a quarter stiffer
 
 
 class StepCheck:
-    """`step` [s]; `lengths` of ropes at the last look [m]; `missed`: whether a mode that is missed has been noted."""
+    """`step` [s]; `lengths` of ropes at the last check [m]; `missed`: a distorted mode was noted."""
 
     def __init__(self, native: NativeState, step: float) -> None:
         self._native, self._step = native, step
@@ -98,43 +98,44 @@ class StepCheck:
         self.missed = False
 
     def see(self, t_ns: int, row: np.ndarray) -> None:
-        """Of a row of the native table on the way."""
+        """Check a row of the native table."""
         if (row[self._native.method.row_layout.at["length"]] < SHORTER * self.lengths).any():
             self.check(t_ns, row)
 
     def check(self, t_ns: int, row: np.ndarray) -> None:
-        """Raises KernelError if the step is unstable for the scene of a row; a note if it misses a mode."""
+        """Raise KernelError if the step is unstable for a row; note a distorted mode."""
         native, at = self._native, self._native.method.row_layout.at
         nq, nv, now = native.program.nq, native.program.nv, native.X.copy()
         self.lengths = row[at["length"]].copy()
         native.state[:nq], native.state[nq : nq + nv] = row[at["q"]], row[at["v"]]
         native.set(t=native.local(t_ns))
         try:
-            self._judge(t_ns)
+            self._check_stable(t_ns)
         finally:
             native.X[:] = now
 
-    def _judge(self, t_ns: int) -> None:
+    def _check_stable(self, t_ns: int) -> None:
         t, method, J = t_ns * 1e-9, self._native.method.method, self._native.jacobian()
 
-        def told() -> str:
-            return told_fastest(self._native, J) or "the scene is unstable"
+        def message() -> str:
+            return fastest_mode_text(self._native, J) or "the scene is unstable"
 
-        check_step(method, J, self._step, self._native.program.nq, t, told)
-        _check_followed(self._native, J, self._step, t, told)
+        check_step(method, J, self._step, self._native.program.nq, t, message)
+        _check_followed(self._native, J, self._step, t, message)
         blind, swings = unresolved(method, J, self._step)
         if blind and not self.missed:
             self.missed = True
             seen = (
                 f"step {self._step:g} s at {t:.3f} s: method '{method.name}' is out of step by a tenth of a swing "
                 f"{f'after {swings:.0f} swings' if swings > 1.0 else 'at once'} with oscillations from {blind:.3g} Hz "
-                f"upwards, {told()}: do not trust what depends on those; choose a shorter step to see them"
+                f"upwards, {message()}: do not trust what depends on those; choose a shorter step to see them"
             )
             self._native.notes.append(Note(t_ns, seen))
 
 
-def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, told: Callable[[], str]) -> None:
-    """Raises KernelError if a fixed step [s] leaves too much of what moves at time t [s]; `told`: the fastest mode."""
+def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, message: Callable[[], str]) -> None:
+    """Raise KernelError if a fixed step [s] distorts too much of the motion at time t [s]; `told`: fastest mode in
+    words."""
     method = native.method.method
     if not np.isfinite(J).all() or not any(bent(method, s, step) for s in np.linalg.eigvals(J)):
         return
@@ -148,12 +149,12 @@ def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, t
     share = sum(e for s, e in modes if bent(method, s, step))
     raise KernelError(
         f"step {step:g} s at {t:.3f} s: method '{method.name}' does not follow {100.0 * share:.0f} % of the energy of "
-        f"what moves, {told()}; choose at most {0.9 * low:.2g} s, or leave the step out"
+        f"what moves, {message()}; choose at most {0.9 * low:.2g} s, or leave the step out"
     )
 
 
 def _energies(native: NativeState, J: np.ndarray) -> list[tuple[complex, float]]:
-    """Eigenvalues of the oscillations and their parts of the energy."""
+    """Eigenvalues of oscillations with their shares of energy."""
     p, y = native.program, native.state.copy()
     n, speeds = p.nq + p.nv, slice(p.nq, p.nq + p.nv)
     rate = native.rate(native.state.copy())[0][:n]
@@ -197,7 +198,7 @@ class EnergyCheck:
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of (n, columns) of the native table: kinetic; potential, stored, heats, works with the opposite sign [J]."""
+        """Kinetic energies of rows (n, columns); potential, stored, heats, and negative works [J]."""
         return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
@@ -205,29 +206,29 @@ class EnergyCheck:
         self.balance.begin(float(row[self._kinetic]), row.take(self._parts) * self._signs)
 
     def see(self, rows: np.ndarray) -> None:
-        """On the way, (n, columns)."""
+        """Add readings (n, columns)."""
         self.balance.see(*self.energies(rows))
 
     def check(self, row: np.ndarray, t: float) -> None:
-        """Raises KernelError if energy has come out of nothing, or gone there, since the last event; t: of the run."""
+        """Raise KernelError for energy created or lost since the last event; t: run time."""
         before = self.balance.lost
         self.balance.check(f"{self._what} at {t:.3f} s", *self._reading(row[None]))
         if self.balance.lost > 0.0 and not before:
-            told = (
+            message = (
                 f"{self._what} at {t:.3f} s: {self.balance.lost:.3g} J, more than half of what was turned over, "
                 "are gone with motions too fast for the steps; choose shorter ones to see those"
             )
-            self._native.notes.append(Note(round(t * 1e9), told))
+            self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Whether there is nothing to say of (n, columns); they count as seen then."""
+        """Whether there is nothing new for rows (n, columns); they then count as read."""
         if self.balance.strict:
             self.see(rows)
             return True
         return self.balance.fine(*self._reading(rows))
 
     def _reading(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Energies as in `energies`; what errors of steps may make up, and the most that a rope has held (n,) [J]."""
+        """Energies as in `energies`; possible step errors, and largest rope energy (n,) [J]."""
         kinetic, parts = self.energies(rows)
         gravity, mass = abs(self._native.program.system.gravity), self._mass
         size = kinetic + np.abs(parts).sum(axis=1) + np.sqrt(2.0 * kinetic * mass) + gravity * mass
@@ -240,14 +241,14 @@ class EnergyCheck:
         self.balance.end(float(row[self._kinetic]), row.take(self._parts) * self._signs)
         highest = native.part("top" if "top" in native.at else "peak")
         if part := self.balance.strayed(float(self._held(row[None], highest[None])[0])):
-            told = (
+            message = (
                 f"{self._what} at {t:.3f} s: {100.0 * part:.0f} % of the energy turned over has "
                 "come or gone with the errors that its tolerance allows; do not trust tensions, or choose a smaller one"
             )
-            native.notes.append(Note(round(t * 1e9), told))
+            native.notes.append(Note(round(t * 1e9), message))
 
     def _held(self, rows: np.ndarray, highest: np.ndarray) -> np.ndarray:
-        """(n,) most energy that an elastic rope holds at its highest tension (n, ropes) [J]."""
+        """Largest elastic energy (n,) of a rope at its peak tension (n, ropes) [J]."""
         T = highest[:, : len(self._softness)]
         held: np.ndarray = (T * T * rows[:, self._at["length"]] * self._softness).max(axis=1, initial=0.0)
         return held

@@ -27,7 +27,8 @@ model_port_and_place = itemgetter(0, 1, 2)
 
 
 def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
-    """Put messages into the bags of their receivers; who of them is not due at `t` [ns], by index."""
+    """Put messages into the bags of their receivers; returns the indices of receivers that are not imminent at `t`
+    [ns]."""
     reached = []
     n = 0
     for source in sources:
@@ -46,7 +47,7 @@ def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int)
 
 
 def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
-    """A bag of several messages: ports by name, values by place; nothing lies there any more."""
+    """Return and clear a bag of several messages, sorted by port name and order."""
     assert m._port is not None
     assert m._more is not None
     bag = Arrived()
@@ -77,14 +78,14 @@ def spoken(
 
 
 def fitting(port: Port[Message], value: Message) -> Message:
-    """The message, if the port carries its type."""
+    """The message, after checking that the port carries its type."""
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
     return value
 
 
 def entry(model: Model, name: str) -> InPort[Message]:
-    """An in port of a model by its name."""
+    """An in port of a model by name."""
     port = model.ports.get(name)
     if not isinstance(port, InPort):
         ins = ", ".join(key for key, port in model.ports.items() if isinstance(port, InPort)) or "none"
@@ -93,7 +94,7 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Where a message from another node comes in, and the copy of it that the models here share."""
+    """The in port of a message from another node, and its decoded value, shared by all receivers here."""
     if (event.source, event.port) not in entries:
         raise ModelError(f"{event.source}.{event.port} at {event.tag}: nothing here is coupled to it")
     start, targets = entries[event.source, event.port]
@@ -111,12 +112,12 @@ STALE = 4  # stale entries for each atomic at which the slots are made anew
 
 
 class Schedule:
-    """`imminent`: indices of those due at the tag that `next` returned, in path order; they stand nowhere else."""
+    """`imminent`: indices of atomics due at the tag returned by `next`, in path order."""
 
     def __init__(
         self, atomics: list[Atomic], last: Instant, present: Present, known: Collection[Atomic] = frozenset()
     ) -> None:
-        """After the tag `last`; who is not `known` from before begins."""
+        """Schedule after the tag `last`; atomics not in `known` are started."""
         self.atomics = atomics
         self.times: list[int] = []  # heap of the times [ns] with a slot
         self.slots: dict[int, list[int]] = {}
@@ -130,7 +131,7 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """The earliest tag at which somebody is due after the tag `last`."""
+        """The earliest tag after `last` at which an atomic is due."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()
@@ -157,7 +158,7 @@ class Schedule:
             self.slots[self.times[0]] = self.imminent
 
     def move(self, m: Atomic, t: int, now: int) -> None:
-        """Give an atomic another time [ns]; if it is `now`, the caller puts it among those due `soon`."""
+        """Reschedule an atomic [ns]; for `now`, the caller adds it to those due `soon`."""
         before, slots, times = m._t, self.slots, self.times
         if t == before:
             return
@@ -180,7 +181,7 @@ class Schedule:
                 self._renew(now)
 
     def _enter(self, m: Atomic, now: int) -> None:
-        """Put an atomic where its own time says; `now` [ns]: who is due now is due at the next microstep."""
+        """Enter an atomic at its own time; one due `now` [ns] is due at the next microstep."""
         if m._t <= now:
             self.soon.append(m._index)
         else:
@@ -188,7 +189,7 @@ class Schedule:
             self.move(m, t, now)
 
     def _begin(self, m: Atomic, last: Instant, present: Present) -> None:
-        """Initial state of an atomic that comes in after the tag `last`, and its first time."""
+        """Start an atomic that was added after the tag `last`."""
         m._t, m._last, m._wait, m._port, m._more = NEVER, max(last[0], 0), None, None, None
         m._set = last[0] if last[0] >= 0 else -NEVER
         present.busy = True
@@ -204,7 +205,7 @@ class Schedule:
         self._enter(m, last[0])
 
     def _renew(self, now: int) -> None:
-        """All slots anew, without those who left them."""
+        """Rebuild all slots without removed atomics."""
         self._stale = 0
         self.slots.clear()
         self.times.clear()

@@ -37,17 +37,17 @@ _OPEN = object()  # in place of what is being made of its parts
 
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
-    """A value as bytes, without the things `around` it; TypeError if something in it cannot be kept."""
+    """Serialise a value without the objects `around` it; raises TypeError if part of it cannot be saved."""
     return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """A new value from its bytes, among as many things; TypeError or LookupError if they are not from here."""
+    """Deserialise a value frozen by `frozen`; raises TypeError or LookupError for other bytes."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
 class Freezer:
-    """Folds one value after the other; what it has met, and the things `around`, are told by their numbers."""
+    """Serialises values; objects met before, and the objects `around`, are referred to by number."""
 
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice
@@ -55,12 +55,12 @@ class Freezer:
         self._around = len(self._met)
 
     def forget(self) -> None:
-        """All that was folded so far, as if this one were new."""
+        """Forget all values serialised so far."""
         while len(self._met) > self._around:
             del self._numbers[id(self._met.pop())]
 
     def fold(self, x: Any) -> object:
-        """A value as plain data; TypeError if something in it cannot be kept."""
+        """A value as plain data; raises TypeError if part of it cannot be saved."""
         kind = type(x)
         if kind in _SCALARS:
             return x
@@ -219,21 +219,22 @@ def _defaults(cls: type[msgspec.Struct]) -> tuple[object, ...]:
 
 
 def _plain(cls: type) -> bool:
-    """Whether its objects are made by nothing but their attributes, and end without doing anything."""
+    """Whether objects of a class consist of their attributes only and have no finaliser."""
     own: object = cls.__new__
     return bool(cls.__flags__ & _MADE_IN_PYTHON) and own is object.__new__ and not hasattr(cls, "__del__")
 
 
 @functools.cache
 def _of_models(module: str) -> bool:
-    """Whether models are written in a module: not in the rest of heavylift, Python or an installed package."""
+    """Whether a module contains models: it belongs neither to the rest of heavylift nor to Python or an installed
+    package."""
     if module.startswith("heavylift."):
         return module.startswith(("heavylift.nodes.", "heavylift.kernel."))
     return module == "__main__" or written_by_user(module)
 
 
 def _value(module: str, name: str) -> tuple[str, str]:
-    """The same name; TypeError unless a model may have it in its state, where it may be called."""
+    """The same name; raises TypeError unless a model may have the object in its state, where it could be called."""
     found = _named(module, name)
     own = _of_models(module) and getattr(found, "__module__", "") == module
     types = module in ("builtins", "numpy") and isinstance(found, type)
@@ -244,7 +245,7 @@ def _value(module: str, name: str) -> tuple[str, str]:
 
 
 def _method(owner: object, name: str) -> object:
-    """A bound method; TypeError unless it is one of a model."""
+    """A bound method; raises TypeError unless it belongs to a model."""
     cls = owner if isinstance(owner, type) else type(owner)
     found = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
     function = getattr(found, "__func__", found)
@@ -254,13 +255,13 @@ def _method(owner: object, name: str) -> object:
 
 
 def _restoring(cls: Any) -> None:
-    """TypeError unless a class that takes its state by a method of its own is one of a model."""
+    """Raise TypeError for a class that restores its state by a method of its own, unless it is a model."""
     if not _of_models(getattr(cls.__setstate__, "__module__", None) or ""):
         raise TypeError(f"a {cls.__name__} cannot be kept")
 
 
 def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
-    """The class of this module and name; TypeError if it is no class or none of the kind that is wanted."""
+    """The class with this module and name; raises TypeError if there is none or if it is not of the wanted kind."""
     found = _named(*name[:2])
     if not isinstance(found, type) or not fits(found):
         raise TypeError(f"{name[1]} of {name[0]} makes no such value")
@@ -268,7 +269,7 @@ def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
 
 
 def _name(x: type | FunctionType | BuiltinFunctionType) -> tuple[str, str]:
-    """Module and qualified name of a class or function; TypeError if it cannot be found by them."""
+    """Module and qualified name of a class or function; raises TypeError if it cannot be found by them."""
     module, name = getattr(x, "__module__", None) or "", x.__qualname__
     if "<" in name or _found(module, name) is not x:
         raise TypeError(f"{name} cannot be kept, it has no name in a module")

@@ -25,7 +25,7 @@ Entries = dict[tuple[str, str], tuple[Port[Message], list[Port[Message]]]]  # by
 
 
 def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tuple[list[Atomic], Entries]:
-    """The atomics of trees in path order, their out ports with routes and exits; what comes from elsewhere.
+    """Atomics of trees in path order, their out ports with resolved routes, and entry points for outside messages.
 
     Without `wires` nothing is known of others: the in ports of a root take messages, and each of its out ports is an
     exit. With them those out ports are exits that are coupled to a model elsewhere; the others are `inner`.
@@ -71,13 +71,15 @@ def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tupl
     for start in starts:
         start.routes = tuple(routes[start])
         if isinstance(start, OutPort):
-            start.exits = tuple(way for way in exits[start] if wires is None or way[0] in leaving)
-            start.inner = tuple(way for way in exits[start] if wires is not None and way[0] not in leaving)
+            start.exits = tuple(distance for distance in exits[start] if wires is None or distance[0] in leaving)
+            start.inner = tuple(
+                distance for distance in exits[start] if wires is not None and distance[0] not in leaving
+            )
     return atomics, entries
 
 
 def tree(model: Model) -> list[Model]:
-    """A model and all that it is made of, each before its children, these in the order of their names."""
+    """A model and all its descendants, parents first, children by name."""
     found, waiting = list[Model](), [model]
     while waiting:
         model = waiting.pop()
@@ -88,7 +90,7 @@ def tree(model: Model) -> list[Model]:
 
 
 def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple[Entries, set[Port[Message]]]:
-    """Couplings between roots, noted in `ahead`; where messages come in, and the ports by which they leave."""
+    """Couplings between roots; returns entry points and ports that lead out."""
     entries: Entries = {}
     leaving = set[Port[Message]]()
     for source, port, target, into in wires:
@@ -107,16 +109,16 @@ def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple
 
 
 def _follow(start: Port[Message], ahead: Ahead, tops: dict[str, Model], into: dict[Port[Message], list[_Way]]) -> None:
-    """All ways from a port, noted at their ends."""
+    """Follow all routes from a port to their ends."""
     going = [(start, "")]
     while going:
         port, hops = going.pop()
         for target in ahead.get(port, ()):
             owner = target.owner
             source = "" if owner.parent is port.owner else port.owner.name
-            way = f"{source}\0{port.name}\1{hops}"  # sorts as the tuple of its names would, and is no container
+            distance = f"{source}\0{port.name}\1{hops}"  # sorts as the tuple of its names would, and is no container
             inward = isinstance(owner, Atomic)
             if inward or (isinstance(target, OutPort) and tops.get(owner.name) is owner):
-                into.setdefault(target, []).append((way, start))
+                into.setdefault(target, []).append((distance, start))
             if not inward:
-                going.append((target, way))
+                going.append((target, distance))

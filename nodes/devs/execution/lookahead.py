@@ -27,7 +27,7 @@ def outs(m: Model) -> list[OutPort[Never]]:
 
 
 def leaving(sources: Iterable[Port[Message]]) -> bool:
-    """Whether something of what is said by these ports leaves."""
+    """Whether an event of these ports leaves the node."""
     for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
         if isinstance(port, OutPort) and port.exits:
             return True
@@ -35,13 +35,13 @@ def leaving(sources: Iterable[Port[Message]]) -> bool:
 
 
 def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
-    """Those that something leaves from, each with the least lookahead of such a port [ns]."""
+    """Atomics with events that leave the node, each with the least lookahead of its ports [ns]."""
     found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
     return [(m, min(aheads)) for m, aheads in found if aheads]
 
 
 class Border:
-    """The out ports of root models and the atomics behind them, as long as the structure stays."""
+    """Out ports of root models and the atomics behind them, for an unchanged structure."""
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
@@ -60,14 +60,14 @@ class Border:
         """Of each out port "model.port" the smallest of the atomics' ports that lead there; NEVER without one [ns]."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Earliest tag after a silent one at which something can leave."""
+        """Earliest tag after a silent one at which an event can leave."""
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
             return soonest
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def still_promises(self, at: Tag, before: "Border") -> None:
-        """Refuse a change of structure by which a lookahead falls."""
+        """Refuse a change of structure that reduces a lookahead."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
@@ -79,7 +79,7 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Refuse what is said too soon after the transition that scheduled it."""
+    """Refuse an output earlier than the lookahead after the transition that scheduled it."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             since = tag[0] - m._set
@@ -94,21 +94,21 @@ Said = tuple[Instant, Sequence[Port[Message]], Sequence[Message]]  # when, by wh
 
 
 class Observed:
-    """For each port of an atomic that has spoken out of its root: what lookahead it could have had so far."""
+    """Observed lookaheads of all ports with events to other nodes."""
 
     def __init__(self) -> None:
         self._ports: dict[OutPort[Never], list[int]] = {}  # least wait [ns], and how often it has spoken
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """What was said that others may not hear, since this was asked last."""
+        """Outputs that other nodes may not receive, since the last call."""
         noted, self._among = self._among, []
         return noted
 
     def note(
         self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
     ) -> None:
-        """What is said at a tag, perhaps `noted` whole; what was scheduled from the start bounds no promise."""
+        """Record the outputs at a tag; those scheduled before the start do not bound a lookahead."""
         t = tag[0]
         if noted:
             self._among.append((tag, sources, values))
@@ -130,12 +130,12 @@ class Observed:
 def speak(
     tag: Instant, imminent: list[int], atomics: Sequence[Atomic], present: Present, witness: Witness, promises: bool
 ) -> None:
-    """Leave in `present` what they say; ModelError names who changes its state, or breaks a lookahead, if there is one
-    to keep."""
+    """Call the output functions of imminent atomics and store the messages in `present`; raises ModelError for one that
+    changes its state or breaks its lookahead."""
     present.now, present.sources, present.values = tag, [], []
     witness.left -= 1
-    looked_at = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
-    seen = witness.before(imminent) if looked_at else None
+    examined = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
+    seen = witness.before(imminent) if examined else None
     try:
         for i in imminent:
             present.speaker = m = atomics[i]
@@ -144,8 +144,8 @@ def speak(
             except BaseException as error:
                 fail(m, tag, "output", error)
             if m._wait is not None:
-                told = "output() must not change the state: call hold_in in a transition"
-                fail(m, tag, "output", ModelError(told))
+                message = "output() must not change the state: call hold_in in a transition"
+                fail(m, tag, "output", ModelError(message))
     finally:
         present.speaker = None
     if seen:
@@ -155,7 +155,7 @@ def speak(
 
 
 def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[str, Message]:
-    """By path, without those that tell nothing; `now` is the tag meanwhile."""
+    """Results by model path, omitting models without one; `now` is the tag meanwhile."""
     before, present.now = present.now, tag
     found: dict[str, Message] = {}
     for m in atomics:

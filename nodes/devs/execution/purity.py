@@ -35,16 +35,17 @@ State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
 
 
 class Witness:
-    """Compares the states of atomics `before` and `after` a tag, once `left` is negative or if one of them is `new`."""
+    """Compares the states of atomics `before` and `after` output functions, once `left` is negative or for `new`
+    atomics."""
 
-    def __init__(self, looks: bool = True) -> None:
-        self.looks = looks
-        self.left = 0 if looks else NEVER  # tags that are passed by
+    def __init__(self, candidates: bool = True) -> None:
+        self.looks = candidates
+        self.left = 0 if candidates else NEVER  # tags that are passed by
         self.new: set[int] = set()  # atomics of classes that have not spoken
         self._first, self._met, self._random = FIRST, set[type[Atomic]](), Random(EVERY)
 
     def meet(self, atomics: list[Atomic]) -> None:
-        """Take note of who is there."""
+        """Register the present atomics."""
         if not self.looks:
             return
         self._atomics = atomics
@@ -53,22 +54,22 @@ class Witness:
         self.new = {m._index for m in atomics if type(m) in unknown} if unknown else set()
 
     def before(self, imminent: list[int]) -> list[State]:
-        """The states of those who are about to speak and are looked at."""
+        """States of imminent atomics that are compared."""
         atomics, unmet = self._atomics, self.new.intersection(imminent)
-        looked_at: Iterable[int] = {type(atomics[i]): i for i in sorted(unmet)}.values()  # one of each new class
+        examined: Iterable[int] = {type(atomics[i]): i for i in sorted(unmet)}.values()  # one of each new class
         if self.left < 0 and self._first > 0:
-            looked_at = {*looked_at, *imminent[: self._first]}
-            self._first, self.left = self._first - len(looked_at), 0
+            examined = {*examined, *imminent[: self._first]}
+            self._first, self.left = self._first - len(examined), 0
         elif self.left < 0:
-            looked_at, self.left = imminent, self._random.randrange(2 * EVERY - 1)
-        some = [atomics[i] for i in sorted(looked_at)]
+            examined, self.left = imminent, self._random.randrange(2 * EVERY - 1)
+        some = [atomics[i] for i in sorted(examined)]
         if unmet:
             self._met.update(map(type, some))
             self.meet(atomics)
         return [_state(m) for m in some]
 
     def after(self, tag: Instant, seen: list[State]) -> None:
-        """ModelError names who has changed which attribute."""
+        """Raise ModelError for an atomic whose output function changed an attribute."""
         for m, known, was, kept in seen:
             changed = set[str]()
             if known is not None:
@@ -89,12 +90,12 @@ class Witness:
                 if (then := _changeable(now)) != kept:
                     changed |= {key for key in kept if kept[key] != then.get(key)}
             if changed:
-                told = f"output() must not change the state: it changed {min(changed)}, do that in a transition"
-                fail(m, tag, "output", ModelError(told))
+                message = f"output() must not change the state: it changed {min(changed)}, do that in a transition"
+                fail(m, tag, "output", ModelError(message))
 
 
 def _state(m: Atomic) -> State:
-    """Without a look at `vars(m)` where that is not needed: CPython 3.11 reads attributes more slowly afterwards."""
+    """Attributes of an atomic, without `vars(m)` where possible: CPython 3.11 reads attributes more slowly after it."""
     known = get_referents(m)
     if all(_is_still(x) or x is m.ports or x is m._present for x in known):
         return m, known, {}, {}
@@ -102,7 +103,7 @@ def _state(m: Atomic) -> State:
 
 
 def _named(now: dict[str, object], known: list[object], found: list[object]) -> set[str]:
-    """Attributes that refer to something else of another value."""
+    """Attributes that refer to a different object with a different value."""
     if len(known) > len(found):
         return {"an attribute, which it deleted"}
     if len(known) < len(found):
@@ -134,7 +135,7 @@ def _changeable(state: dict[str, object]) -> dict[str, bytes]:
 
 
 def image(x: object) -> bytes:
-    """The bytes of a value in this process, b"" if it has none; models and ports in it are told by identity."""
+    """Serialise a value within this process, b"" if that fails; models and ports are identified, not copied."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)
@@ -144,7 +145,7 @@ def image(x: object) -> bytes:
 
 
 class _Pickler(pickle.Pickler):
-    """Models and ports in a state are no part of it."""
+    """Pickles a state without models and ports."""
 
     def reducer_override(self, x: object) -> Any:
         return (int, (id(x),)) if isinstance(x, Model | Port) else NotImplemented

@@ -8,16 +8,17 @@ from heavylift.kernel.errors import HeavyliftError, ModelError, error_text
 from heavylift.nodes.devs.events import Instant, Tag
 from heavylift.nodes.devs.models import Atomic
 
-LIMIT = 10_000  # microsteps at one time that are taken for a loop, unless a run is told otherwise
+LIMIT = 10_000  # microsteps at one time that are taken for a loop, unless a run is reported otherwise
 LONGER = ", or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)"
 TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 
 class MicrostepLimit:
-    """Ends zero-time loops: from `start` on it notes who keeps time from advancing, and names them at the limit."""
+    """Ends zero-time loops: from `start` on it records the atomics that stop time from advancing, and names them at the
+    limit."""
 
     def __init__(self, microsteps: int) -> None:
-        """ModelError if that is no number > 0, or too large to be one of microsteps."""
+        """Raise ModelError unless `microsteps` is a number > 0 within the range of microsteps."""
         if type(microsteps) is not int or not 0 < microsteps < 2**31:
             raise ModelError(
                 f"microsteps={microsteps!r}: the limit of microsteps at one time must be an int > 0, and < 2**31"
@@ -40,7 +41,7 @@ class MicrostepLimit:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """The sentence of an atomic's function that raised, in one line; what ends the program is no error of a model."""
+    """Raise a one-line error for an exception in a model's function; exceptions that end the program pass."""
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error

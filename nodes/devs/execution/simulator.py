@@ -33,7 +33,7 @@ SILENT = 256  # tags, and messages between its models, that a node works ahead o
 
 
 class Simulator:
-    """Runs one model alone, or one model or several as the `Steppable` of a node."""
+    """Simulates one model alone, or one or several as the `Steppable` of a node."""
 
     def __init__(
         self,
@@ -44,9 +44,9 @@ class Simulator:
         watched: bool = True,
         wires: Iterable[Wire] | None = None,
     ) -> None:
-        """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error, and
-        so is an output that changes the state, where that is `watched`; `wires`: couplings (source, port, target, port)
-        of the models of a node, with each other and with others."""
+        """`log` receives every transition, `trace` stores them; a zero-time loop of `microsteps` tags is an error, and
+        so is an output function that changes the state, if that is `watched`; `wires`: couplings (source, port, target,
+        port) of the node's models."""
         self.models = [models] if isinstance(models, Model) else list(models)
         self._wires = None if wires is None else list(wires)
         self._patience, self._watched = MicrostepLimit(microsteps), watched
@@ -56,7 +56,7 @@ class Simulator:
         self._adopt()
 
     def _adopt(self) -> None:
-        """Take the model tree as it is now."""
+        """Flatten the present model tree."""
         if self.trace is not None:
             self.trace.settle()
         self.atomics, self._entries = flatten(self.models, self._wires)
@@ -67,7 +67,7 @@ class Simulator:
 
     @property
     def model(self) -> Model:
-        """The model that it runs, the first one of several."""
+        """The simulated model, the first of several."""
         return self.models[0]
 
     def start(self) -> None:
@@ -79,7 +79,7 @@ class Simulator:
         self._begin(())
 
     def _begin(self, known: Collection[Atomic]) -> None:
-        """Go on from the last tag with the atomics that are there now; who is not `known` starts."""
+        """Continue from the last tag with the present atomics; those not in `known` are started."""
         self._witness.meet(self.atomics)
         self._due, self._spoken = None, False  # whether lambda has run for it
         self._schedule = Schedule(self.atomics, self._last, self._present, known)
@@ -100,25 +100,25 @@ class Simulator:
 
     @property
     def passed(self) -> int:
-        """A number that grows with progress; any thread may read it."""
+        """A progress counter; thread-safe."""
         return sum(self._present.now)
 
     @property
     def quiet(self) -> Tag:
-        """Earliest tag at which something can leave the root if nothing reaches it."""
+        """Earliest tag at which an event can leave the root without input."""
         tag = self.next_time
         if tag == FOREVER or leaving(self._lambda(tag).sources):
             return tag
         return self._border.quiet(tag)
 
     def outputs(self) -> list[Event]:
-        """What leaves at next_time, in total order; changes nothing."""
+        """Events that leave at next_time, in total order; does not change the state."""
         tag = self.next_time
-        said = self._lambda(tag)
-        return spoken(tag, said.sources, said.values) if leaving(said.sources) else []
+        text = self._lambda(tag)
+        return spoken(tag, text.sources, text.values) if leaving(text.sources) else []
 
     def among(self) -> list[Event]:
-        """What the models have said to each other, or to nobody, since this was asked last, in total order."""
+        """Events between the models or without receiver since the last call, in total order."""
         return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:
@@ -127,14 +127,14 @@ class Simulator:
         self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
     def advance(self, tag: Tag, bag: Sequence[Event] = (), until: Tag = BEGIN) -> None:
-        """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on.
+        """Execute the transitions at `tag`: deliver `bag` (sorted) and injected messages.
 
         Then, while nothing leaves, at the next tags below `until` as well.
         """
         due = self.next_time
         if tag == due:
-            said = self._lambda(due)
-            imminent, sources, values = self._schedule.imminent, said.sources, said.values
+            text = self._lambda(due)
+            imminent, sources, values = self._schedule.imminent, text.sources, text.values
         elif tag <= self._last:
             raise ModelError(f"{self.model.path} at {Tag(*self._last)}: late message, {tag} is past already")
         elif tag > due:
@@ -156,9 +156,9 @@ class Simulator:
             if self._staged:
                 self.advance(due)
             else:
-                said = self._lambda(due)
+                text = self._lambda(due)
                 end = (until, 0) if stop is None else BEGIN
-                self._work(due, self._schedule.imminent, said.sources, said.values, end)
+                self._work(due, self._schedule.imminent, text.sources, text.values, end)
             if stop is not None and stop():
                 return
             due = self.next_time
@@ -258,7 +258,7 @@ class Simulator:
         self._begin(before)
 
     def snapshot(self) -> bytes:
-        """All that the future depends on, between two tags; ModelError if a state cannot be kept."""
+        """All state that the future depends on, between two tags; raises ModelError if part of it cannot be saved."""
         _ = self.next_time  # what was asked of the structure has happened then
         return frozen(self.models, self._last, self._staged)
 
@@ -271,7 +271,7 @@ class Simulator:
         self._begin(set(self.atomics))
 
     def _lambda(self, tag: Instant) -> Present:
-        """What the imminent atomics say at `tag` = next_time, in path order; later calls find it said."""
+        """Outputs of the imminent atomics at `tag` = next_time, in path order; computed once."""
         if not self._spoken:
             speak(tag, self._schedule.imminent, self.atomics, self._present, self._witness, self._border.promises)
             self._spoken = True
@@ -283,8 +283,8 @@ class Simulator:
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """What the atomics tell of a run that is over at `end` (a tag or ns), or else with the last transition; by
-        path, without those that tell nothing."""
+        """Results of the atomics at `end` (a tag or ns), default the last transition; by path, omitting atomics without
+        result."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))

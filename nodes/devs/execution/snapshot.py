@@ -18,7 +18,7 @@ Staged = list[tuple[InPort[Message], Message]]  # messages on their way in
 
 
 def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
-    """Model trees, their last tag and what is on its way into them as bytes."""
+    """Serialise model trees with their last tag and pending inputs."""
     parts = []
     for model in models:
         rest = last, [(port, value) for port, value in staged if port.owner is model]
@@ -32,7 +32,7 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """The model trees, in the places of former ones, and what belongs to them."""
+    """Deserialise model trees in place of former ones, with last tag and pending inputs."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

@@ -1,4 +1,4 @@
-"""What a simulator did: a trace that is whole and yet costs little, and a log that is told at once.
+"""What a simulator did: a trace that is whole and yet costs little, and a log that is reported at once.
 
 A run is determined by who was due at each tag and what was said: these few lists are kept, and the transitions (kinds,
 bags, what each model said) are made from them by the routes when somebody reads.  To keep a line for every transition
@@ -15,7 +15,7 @@ from heavylift.nodes.devs.ports import OutPort, Owner, Port
 
 
 class Transition(NamedTuple):
-    """One line: what an atomic did at a tag, received and said, as (port, message)."""
+    """A transition of an atomic at a tag, with received and sent messages as (port, message)."""
 
     tag: Tag
     path: str
@@ -25,7 +25,7 @@ class Transition(NamedTuple):
 
 
 class Trace:
-    """`Simulator(model, trace=Trace())` keeps all that happens; iterate over it for the transitions, in order."""
+    """Stores all transitions of `Simulator(model, trace=Trace())`; iterate over it in order."""
 
     def __init__(self) -> None:
         self._lines: list[Transition] = []
@@ -44,7 +44,7 @@ class Trace:
         sources: Sequence[Port[Message]],
         values: Sequence[Message],
     ) -> None:
-        """One tag: who was due, and all messages that were delivered."""
+        """Record a tag: imminent atomics and delivered messages."""
         self._atomics = atomics
         self._sizes += (*tag, len(imminent), len(values))
         self._due += imminent
@@ -52,12 +52,12 @@ class Trace:
         self._values += values
 
     def settle(self) -> None:
-        """Make the transitions; the simulator does so before routes change."""
-        sizes, due, said = iter(self._sizes), 0, 0
+        """Build the transitions; called before routes change."""
+        sizes, due, text = iter(self._sizes), 0, 0
         for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
-            imminent, now = self._due[due : due + n_due], slice(said, said + n_said)
+            imminent, now = self._due[due : due + n_due], slice(text, text + n_said)
             self._lines += _transitions((t, k), self._atomics, imminent, self._sources[now], self._values[now])
-            due, said = due + n_due, said + n_said
+            due, text = due + n_due, text + n_said
         self._sizes, self._due, self._sources, self._values = [], [], [], []
 
     def __iter__(self) -> Iterator[Transition]:
@@ -70,14 +70,14 @@ class Trace:
 
 
 class TransitionLog(Trace):
-    """Hands each transition on when its tag is done."""
+    """Passes on each transition at the end of its tag."""
 
     def __init__(self, tell: Callable[[Transition], None]) -> None:
         super().__init__()
         self._tell = tell
 
     def note(self, *instant: Any) -> None:
-        """One tag, told at once."""
+        """Record a tag and pass it on."""
         for line in _transitions(*instant):
             self._tell(line)
 
@@ -90,11 +90,11 @@ def _transitions(
     values: Sequence[Message],
 ) -> list[Transition]:
     """The transitions of one tag in path order."""
-    said: dict[Owner, list[tuple[str, Message]]] = {}
+    text: dict[Owner, list[tuple[str, Message]]] = {}
     heard: dict[int, list[tuple[int, str, Message]]] = {}
     for source, value in zip(sources, values, strict=True):
         if isinstance(source, OutPort):
-            said.setdefault(source.owner, []).append((source.name, value))
+            text.setdefault(source.owner, []).append((source.name, value))
         for m, port, place in source.routes:
             heard.setdefault(m._index, []).append((place, port.name, value))
     due = set(imminent)
@@ -103,6 +103,6 @@ def _transitions(
         bag = sorted(heard.get(i, ()), key=lambda entry: entry[0])
         kind = "external" if i not in due else "confluent" if bag else "internal"
         m = atomics[i]
-        told = tuple((port, value) for _, port, value in bag)
-        lines.append(Transition(Tag(*tag), m.path, kind, told, tuple(said.get(m, ()))))
+        message = tuple((port, value) for _, port, value in bag)
+        lines.append(Transition(Tag(*tag), m.path, kind, message, tuple(text.get(m, ()))))
     return lines

@@ -28,7 +28,7 @@ def turns(plan: Plan) -> bool:
 
 
 def turn_of(plan: Plan) -> str:
-    """The Master of the turns of a plan, which has the name of its lift where there are several."""
+    """The master of the turns of a plan, named after its lift if there are several."""
     return f"{plan.lists[0].name}-{TURN}" if plan.lists else TURN
 
 
@@ -48,13 +48,13 @@ def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) 
     return found | {interlock.name: interlock.machine for interlock in interlocks}
 
 
-def first_picture(machines: Sequence[Mechanism]) -> ObservedState:
+def first_state(machines: Sequence[Mechanism]) -> ObservedState:
     """What is known at the start."""
-    picture = ObservedState()
+    observed = ObservedState()
     for machine in machines:
         for rope in machine.system.all_ropes:
             state = "taut" if rope.name in machine.taut else "slack"
-            picture.ropes[rope.name] = state if rope.hooked else OFF
+            observed.ropes[rope.name] = state if rope.hooked else OFF
         bodies: dict[str, dict[str, list[bool]]] = {}
         faces = {name: face for cargo in machine.cargo for name, face in cargo.faces.items()}
         touching = [(s.name, s.point.body) for s in machine.system.supports]
@@ -62,10 +62,10 @@ def first_picture(machines: Sequence[Mechanism]) -> ObservedState:
         for name, body in touching:
             closed = bodies.setdefault(machine.standing(body), {}).setdefault(faces.get(name, body), [])
             closed.append(name in machine.closed)
-        picture.bodies[machine.name] = tuple(bodies)
-        picture.grounded |= {body for body, of in bodies.items() if any(any(closed) for closed in of.values())}
-        picture.landed |= {body for body, of in bodies.items() if any(all(closed) for closed in of.values())}
-    return picture
+        observed.bodies[machine.name] = tuple(bodies)
+        observed.grounded |= {body for body, of in bodies.items() if any(any(closed) for closed in of.values())}
+        observed.landed |= {body for body, of in bodies.items() if any(all(closed) for closed in of.values())}
+    return observed
 
 
 def first_lugs(machines: Sequence[Mechanism]) -> dict[str, str]:

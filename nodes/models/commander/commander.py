@@ -26,18 +26,18 @@ class Commander(Orders):
     """Carries out the action list of a plan."""
 
     def start(self) -> None:
-        """Begin with the first action if its condition holds."""
+        """Begin the first action if its condition holds."""
         self._clear()
         self.index, self.since, self.over, self.ended = self.plan.first, 0, False, False
         self._expect()
         self._settle()
 
     def external(self, e: int, x: Bag) -> None:
-        """Take the reports and commands, then do what they allow."""
+        """Process reports and commands, then begin what they allow."""
         for report in x.get(self.report, ()):
             self._hear(report)
         for command in x.get(self.command, ()):
-            self._obey(command)
+            self._execute(command)
         for port, led in self.aims.items():
             for point in x.get(port, ()):
                 self._aim(led, point.value)
@@ -49,7 +49,7 @@ class Commander(Orders):
             port.send(message)
 
     def internal(self) -> None:
-        """The orders are sent, or a time has come."""
+        """Orders were sent, or a time has come."""
         self.outbox = []
         self._settle()
 
@@ -105,7 +105,7 @@ class Commander(Orders):
         return closed
 
     def _next_action(self) -> bool:
-        """Begin the next action if its condition holds; at the end of the list report it."""
+        """Begin the next action if its condition holds; report the end of the list."""
         plan = self.plan
         if self.index == self.end:
             if not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
@@ -122,8 +122,8 @@ class Commander(Orders):
             if action.timeout is not None and self.now.t >= self.since + seconds(action.timeout):
                 raise ModelError(f"{self.waiting_for()}: timeout of {action.timeout:g} s")
             return False
-        aside = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
-        if any(aside if actor is None else actor in aside for actor in map(addressed, action.orders)):
+        lateral = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
+        if any(lateral if actor is None else actor in lateral for actor in map(addressed, action.orders)):
             return False  # an operator's order comes first
         self._forget(condition, (self.index, WHEN))
         self.index, self.since = self.index + 1, self.now.t
@@ -140,8 +140,8 @@ class Commander(Orders):
         self._expect()
         return True
 
-    def _obey(self, command: m.OperatorCommand) -> None:
-        """Give the orders of a command beside the action list, all or, if one is refused, none; end the run."""
+    def _execute(self, command: m.OperatorCommand) -> None:
+        """Give the orders of an operator's command, all or, if one is refused, none; or end the run."""
         if not command.action:
             self.outbox += [] if self.over else [(self.finished, m.Finished())]
             self.over = True

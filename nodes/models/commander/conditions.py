@@ -20,7 +20,7 @@ from .order_rejected import OrderRejected
 
 @dataclass(frozen=True)
 class EvaluationContext:
-    """When a condition is evaluated: now, since when it counts, the open orders that `moves done` means."""
+    """Context of a condition: present time, time from which it counts, open orders for `moves done`."""
 
     now_ns: int
     since_ns: int
@@ -28,7 +28,7 @@ class EvaluationContext:
 
 
 def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
-    """The parts of a condition that are joined by `and`."""
+    """The terms of a condition joined by `and`."""
     if isinstance(condition, scene.And):
         for part in condition.all:
             yield from terms(part)
@@ -37,18 +37,18 @@ def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
 
 
 def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.CrossingCondition]]:
-    """The thresholds that a condition needs, each with the number of its term."""
+    """Thresholds of a condition with the numbers of their terms."""
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.CrossingCondition)]
 
 
 def crossed(action: scene.Action) -> Iterator[scene.CrossingCondition]:
-    """The thresholds that an action waits for, and its orders."""
+    """Thresholds that an action and its orders wait for."""
     untils = [order.until for order in action.orders if isinstance(order, (scene.Move, scene.Turn))]
     return (crossing for condition in (action.when, *untils) for _, crossing in crossings(condition))
 
 
 def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
-    """The thresholds that each model has to watch for the action list."""
+    """Thresholds that each model watches for the action list."""
     found: dict[str, dict[str, Threshold]] = {}
     for crossing in (crossing for action in plan.actions for crossing in crossed(action)):
         found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
@@ -56,7 +56,7 @@ def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
 
 
 def concerned(plan: Plan) -> set[str]:
-    """Names of the models, ropes and lifts that the conditions of its actions are about."""
+    """Models, ropes and lifts in the conditions of the actions."""
     found = set[str]()
     for term in (term for action in plan.actions for term in terms(action.when)):
         match term:
@@ -69,57 +69,57 @@ def concerned(plan: Plan) -> set[str]:
     return found
 
 
-def holds(condition: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> bool:
-    """Whether the condition is true at this moment."""
-    return all(_true(term, picture, moment) for term in terms(condition))
+def holds(condition: scene.Condition, state: ObservedState, moment: EvaluationContext) -> bool:
+    """Whether the condition is true now."""
+    return all(_true(term, state, moment) for term in terms(condition))
 
 
 def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
-    """The times to come [ns] at which the condition can become true by itself."""
+    """Future times [ns] at which the condition can become true by itself."""
     times = [
         moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.AfterCondition)
     ]
     return [t for t in times if t > moment.now_ns]
 
 
-def words(condition: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> str:
-    """What is still missing, for a sentence: "all slings taut (legs.sling-2 is slack)"."""
-    missing = [term for term in terms(condition) if not _true(term, picture, moment)]
-    return " and ".join(_words(term, picture, moment) for term in missing)
+def words(condition: scene.Condition, state: ObservedState, moment: EvaluationContext) -> str:
+    """What is missing, as words: "all slings taut (legs.sling-2 is slack)"."""
+    missing = [term for term in terms(condition) if not _true(term, state, moment)]
+    return " and ".join(_words(term, state, moment) for term in missing)
 
 
-def _true(term: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> bool:
+def _true(term: scene.Condition, state: ObservedState, moment: EvaluationContext) -> bool:
     match term:
         case scene.SlingsCondition():
-            states = [picture.ropes[name] == term.state for name in _hooked(term, picture)]
+            states = [state.ropes[name] == term.state for name in _hooked(term, state)]
             return all(states) if term.each == "all" else any(states)
         case scene.MovesDone():
             return not _open(term, moment)
         case scene.LiftedCondition():
-            return not picture.on_ground(term.model)
+            return not state.on_ground(term.model)
         case scene.LandedCondition():
-            bodies = picture.bodies.get(term.model, ())
-            return bool(bodies) and all(body in picture.landed for body in bodies)
+            bodies = state.bodies.get(term.model, ())
+            return bool(bodies) and all(body in state.landed for body in bodies)
         case scene.CrossingCondition():
-            return term.threshold.name in picture.reached
+            return term.threshold.name in state.reached
         case scene.AfterCondition():
             return moment.now_ns >= moment.since_ns + seconds(term.seconds)
         case scene.BegunCondition():
-            return term.lift in picture.begun
+            return term.lift in state.begun
         case scene.EndedCondition():
-            return term.lift in picture.ended
+            return term.lift in state.ended
         case scene.And():
-            return holds(term, picture, moment)
+            return holds(term, state, moment)
 
 
-def _words(term: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> str:
+def _words(term: scene.Condition, state: ObservedState, moment: EvaluationContext) -> str:
     match term:
         case scene.SlingsCondition():
-            wrong = [name for name in _hooked(term, picture) if picture.ropes[name] != term.state]
-            states = _list([f"{name} is {picture.ropes[name]}" for name in wrong])
+            wrong = [name for name in _hooked(term, state) if state.ropes[name] != term.state]
+            states = _list([f"{name} is {state.ropes[name]}" for name in wrong])
             return f"{term.text or f'{term.each} of {len(term.names)} slings {term.state}'} ({states})"
         case scene.MovesDone():
-            return f"{term.text or 'moves done'} ({_list([_told(*x) for x in _open(term, moment)])})"
+            return f"{term.text or 'moves done'} ({_list([_message(*x) for x in _open(term, moment)])})"
         case scene.LiftedCondition() | scene.LandedCondition():
             wanted = "lifted" if isinstance(term, scene.LiftedCondition) else "landed"
             return f"{term.text or f'{term.model} {wanted}'}"
@@ -133,18 +133,18 @@ def _words(term: scene.Condition, picture: ObservedState, moment: EvaluationCont
         case scene.EndedCondition():
             return term.text or f"{term.lift} done"
         case scene.And():
-            return words(term, picture, moment)
+            return words(term, state, moment)
 
 
-def _hooked(term: scene.SlingsCondition, picture: ObservedState) -> list[str]:
-    names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
+def _hooked(term: scene.SlingsCondition, state: ObservedState) -> list[str]:
+    names = [name for name in term.names if state.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
         raise OrderRejected(f"`{what}` refers to no sling, none of {whom} is hooked")
     return names
 
 
-def _told(verb: str, actor: str) -> str:
+def _message(verb: str, actor: str) -> str:
     return f"{verb} until {actor}" if verb == "wait" else f"{verb} of {driven(actor)}"
 
 

@@ -14,7 +14,7 @@ from .order_rejected import OrderRejected
 
 @dataclass
 class CommanderJob:
-    """An order that is being carried out, until its Done (or, for a wait, its time) has come."""
+    """An order in execution, until its Done or, for a wait, its time."""
 
     id: int
     at: tuple[int, int]
@@ -35,7 +35,7 @@ class CommanderJob:
 
 
 def addressed(order: scene.Order) -> str | None:
-    """The actor that an order addresses; None for a turn, which moves many, "" for none."""
+    """The actor of an order; None for a turn, which has several, "" for none."""
     match order:
         case scene.Move():
             return order.actuator
@@ -49,26 +49,27 @@ def addressed(order: scene.Order) -> str | None:
 
 
 def still_open(jobs: list[CommanderJob], action: int) -> tuple[tuple[str, str, bool], ...]:
-    """The orders of an action that are not done, as (verb, actor, or of a wait when it ends, whether something stopped
-    it)."""
+    """Open orders of an action as (verb, actor or end of a wait, whether it was stopped)."""
     of = [(job, job.actor if job.ends_ns is None else clock(job.ends_ns)) for job in jobs if job.action == action]
     return tuple((job.verb, actor, bool(job.limit)) for job, actor in of)
 
 
 def partners(jobs: list[CommanderJob], actor: str) -> list[CommanderJob]:
-    """Orders that are carried out together with one of this actor, and may not go on without it."""
+    """Orders coupled with one of this actor by `together`."""
     names = {name for job in jobs if job.actor == actor and job.move for name in job.move.together}
     return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
 
 
 def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tuple[str, float | None]]:
-    """Actors that an interlock stops on their way, with the deceleration of each."""
-    ways = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
-    return [(x.actuator, x.emergency) for x in stops if x.actuator in ways and x.way * ways[x.actuator] >= 0.0]
+    """Actors stopped by an interlock, with their decelerations."""
+    distances = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
+    return [
+        (x.actuator, x.emergency) for x in stops if x.actuator in distances and x.way * distances[x.actuator] >= 0.0
+    ]
 
 
 def make_way(jobs: list[CommanderJob], actor: str) -> None:
-    """Refuse a second order to an actor that is busy; one that is ramping down or at a limit is not."""
+    """Refuse an order to a busy actor; one that ramps down or stands at a limit is free."""
     for job in list(jobs):
         if job.actor == actor and job.limit:
             jobs.remove(job)

@@ -11,7 +11,7 @@ OFF = "unhooked"
 
 @dataclass
 class ObservedState:
-    """What the commander knows of ropes (taut, slack, unhooked), bodies on supports, and thresholds."""
+    """Observed ropes (taut, slack, unhooked), supported bodies, and thresholds."""
 
     ropes: dict[str, str] = field(default_factory=dict)
     bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model
@@ -28,7 +28,7 @@ class ObservedState:
         return any(body in self.grounded for body in self.bodies.get(model, ()))
 
     def note(self, report: m.Report) -> None:
-        """Bring it up to date."""
+        """Update by a report."""
         actor = report.actor
         match report:
             case m.RopeState():

@@ -22,7 +22,7 @@ from .turn_law import followers
 
 
 class Machines:
-    """The machines of a plan as orders see them: who owns what, what hangs where."""
+    """Machines of a plan indexed for orders: owners and rigging."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.parts = plan, plan.machines
@@ -32,7 +32,7 @@ class Machines:
         drives = (drive for machine in self.parts for drive in machine.system.drives if drive.joint in joints)
         self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
-    def check(self, order: Order, picture: ObservedState, lugs: Mapping[str, str]) -> None:
+    def check(self, order: Order, state: ObservedState, lugs: Mapping[str, str]) -> None:
         """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
@@ -43,9 +43,9 @@ class Machines:
                 if self.owners.get(order.actuator) != order.model:
                     raise OrderRejected(f"{order.model} has no hook or drive {order.actuator}")
                 if isinstance(order, Move) and VERBS[order.verb].along:
-                    self._check_ground(order, picture, lugs)
+                    self._check_ground(order, state, lugs)
             case Hookup() | UnhookSling():
-                self._check_sling(order, picture, lugs)
+                self._check_sling(order, state, lugs)
             case BrakeOrder():
                 if self.owners.get(order.brake) != order.model:
                     raise OrderRejected(f"{order.model} has no brake {order.brake}")
@@ -64,11 +64,11 @@ class Machines:
                 raise OrderRejected(f"{actuator} is led by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
-        """What follows a turn; raises Refused for one that no hook can follow."""
+        """Followers of a turn; raises Refused if a hook cannot follow it."""
         return followers(self.parts, lugs, order.block, master)
 
     def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:
-        """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""
+        """Joints driven by an order; raises Refused for a turn that no hook can follow."""
         match order:
             case Move() if VERBS[order.verb].along:
                 asked = [order.actuator]
@@ -78,43 +78,42 @@ class Machines:
                 asked = []
         return [self.joints[actuator] for actuator in asked if actuator in self.joints]
 
-    def lets_fall(self, orders: Sequence[Order], picture: ObservedState, lugs: Mapping[str, str]) -> str:
-        """What would fall if these orders unhook all taut slings of a load that stands on nothing; "" if nothing."""
+    def lets_fall(self, orders: Sequence[Order], state: ObservedState, lugs: Mapping[str, str]) -> str:
+        """What would fall if these orders unhook all taut slings of a suspended load; "" if nothing."""
         off = {order.sling for order in orders if isinstance(order, UnhookSling) and not order.parted}
         held: dict[str, set[str]] = {}
-        for tie in (tie for machine in self.parts for tie in machine.ties if off and picture.ropes[tie.rope] == "taut"):
+        for tie in (tie for machine in self.parts for tie in machine.ties if off and state.ropes[tie.rope] == "taut"):
             if end := tie.lower or self.lugs.get(lugs.get(tie.rope, "")):
                 held.setdefault(end.body, set()).add(tie.rope)
-        stands = {name.rpartition(":")[2] for name in picture.grounded}
+        stands = {name.rpartition(":")[2] for name in state.grounded}
         cargo = {cargo.body for machine in self.parts for cargo in machine.cargo} - stands
         fall = next((body for body, slings in held.items() if body in cargo and slings <= off), "")
         return f"{fall} hangs in what is unhooked and would fall: land it or slacken the slings first" if fall else ""
 
-    def _check_ground(self, order: Move, picture: ObservedState, lugs: Mapping[str, str]) -> None:
-        """A crane does not travel while what hangs on it stands on its supports."""
+    def _check_ground(self, order: Move, state: ObservedState, lugs: Mapping[str, str]) -> None:
+        """Refuse travel of a crane whose load stands on supports."""
         hooks = [hook for machine in self.parts if machine.name == order.model for hook in machine.hooks]
         for tie in (tie for hook in hooks for tie in ties_on(self.parts, hook)):
             held = tie.lower or self.lugs.get(lugs.get(tie.rope, ""))
-            if held and picture.ropes[tie.rope] == "taut" and picture.on_ground(held.body):
+            if held and state.ropes[tie.rope] == "taut" and state.on_ground(held.body):
                 raise OrderRejected(
                     f"{order.model} cannot {order.verb} while {held.body} stands on its supports and "
                     f"{tie.rope} is taut, wait until it is lifted or slacken the slings"
                 )
 
-    def _check_sling(self, order: Hookup | UnhookSling, picture: ObservedState, lugs: Mapping[str, str]) -> None:
-        """A sling that exists is hooked once, to a lug that exists, and unhooked where it hangs."""
-        if isinstance(order, Hookup) and order.sling not in picture.ropes:
+    def _check_sling(self, order: Hookup | UnhookSling, observed: ObservedState, lugs: Mapping[str, str]) -> None:
+        """Check that a sling and lug exist, that it is hooked once, and unhooked where it hangs."""
+        if isinstance(order, Hookup) and order.sling not in observed.ropes:
             raise OrderRejected(f"there is no sling {order.sling}")
-        hooked = {name for name, state in picture.ropes.items() if state != OFF}
-        if fault := sling_fault(order, hooked, lugs, picture.parted):
+        hooked = {name for name, state in observed.ropes.items() if state != OFF}
+        if fault := sling_fault(order, hooked, lugs, observed.parted):
             raise OrderRejected(fault)
         if isinstance(order, Hookup) and order.lug and order.lug not in self.lugs:
             raise OrderRejected(f"there is no lug {order.lug}")
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:
-    """Why a sling cannot be hooked, since it hangs already or has parted, or unhooked, since it does not hang; "" if it
-    can be."""
+    """Why a sling cannot be hooked (already hooked or parted) or unhooked (not hooked); "" if it can."""
     match order:
         case Hookup() if order.sling in parted:
             return f"{order.sling} has parted and cannot be hooked again"

@@ -17,7 +17,7 @@ from heavylift.nodes.plan.places import ASIDE, LED, numbered
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.user_models import Led
 
-from .actuator_registry import first_lugs, first_picture, machines, turn_of, turns
+from .actuator_registry import first_lugs, first_state, machines, turn_of, turns
 from .conditions import EvaluationContext, crossings, holds, watched
 from .jobs import CommanderJob, barred, make_way, partners, still_open
 from .order_checks import Machines
@@ -27,7 +27,7 @@ ROUNDING = 1e-9  # of a speed
 
 
 class Orders(Atomic):
-    """Gives orders of a plan to their actors and hears what becomes of them."""
+    """Sends the orders of a plan to their actors and tracks their execution."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)
@@ -36,7 +36,7 @@ class Orders(Atomic):
     answer = Out(m.OperatorAnswer)
 
     def __init__(self, name: str, plan: Plan) -> None:
-        """`plan`: of the whole scene, or what one of several action lists needs of it."""
+        """`plan`: of the whole scene, or the part of one action list."""
         super().__init__(name)
         self.plan, self.known, self.end = plan, Machines(plan), plan.first + len(plan.actions)
         self.owners = self.known.owners
@@ -56,7 +56,7 @@ class Orders(Atomic):
     def _clear(self) -> None:
         """Nothing is ordered yet."""
         machines = self.known.parts
-        self.picture, self.lugs, self.theta = first_picture(machines), first_lugs(machines), self.plan.start
+        self.picture, self.lugs, self.theta = first_state(machines), first_lugs(machines), self.plan.start
         self.jobs: list[CommanderJob] = []
         self.places = {each.name: each.start for machine in self.plan.machines for each in machine.actuators}
         self.led: dict[str, float] = {}  # speed that models ask of actuators
@@ -64,7 +64,7 @@ class Orders(Atomic):
         self.outbox: list[tuple[OutPort[Any], Message]] = []
 
     def _aim(self, led: Led, speed: float) -> None:
-        """Lead the actuator of a model to a speed, unless it is asked for that already."""
+        """Order a speed of a user model's actuator, unless it has it already."""
         move, who = led.move, self.plan.leader(led.move.actuator)
         if not isfinite(speed):
             raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; say a finite number")
@@ -80,10 +80,10 @@ class Orders(Atomic):
         if speed != self.led.get(move.actuator, 0.0):
             self.led[move.actuator] = speed
             self.ids += 1
-            self._tell(move.actuator, self.ids, (LED,), scene.told(move, speed=speed))
+            self._tell(move.actuator, self.ids, (LED,), scene.for_actor(move, speed=speed))
 
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
-        """Turn an order of the scene into orders to actors; `at` are the numbers of its action and of itself."""
+        """Translate an order of the scene into orders to actors; `at`: numbers of its action and of itself."""
         self.known.check(order, self.picture, self.lugs)
         self.known.check_led(order, self.lugs)
         match order:
@@ -96,8 +96,8 @@ class Orders(Atomic):
                     job = self._job(at, order.verb, order.actuator, order.until, followers=order.keeps)
                     job.move = order
                     for kept in order.keeps:
-                        self._tell(kept.actuator, job.id, at, scene.told(kept, s=self.places[order.actuator]))
-                    self._tell(job.actor, job.id, at, scene.told(order))
+                        self._tell(kept.actuator, job.id, at, scene.for_actor(kept, s=self.places[order.actuator]))
+                    self._tell(job.actor, job.id, at, scene.for_actor(order))
                 elif at[0] != ASIDE:
                     self.outbox.append((self.skipped, m.Skipped(at[0], order.actuator)))
             case scene.Turn():
@@ -106,17 +106,17 @@ class Orders(Atomic):
                     make_way(self.jobs, f.actuator)
                 job = self._job(at, "turn", self.turn, order.until, followers=tuple(found))
                 for f in found:
-                    self._tell(f.actuator, job.id, at, scene.told(f, s=self.theta))
+                    self._tell(f.actuator, job.id, at, scene.for_actor(f, s=self.theta))
                 turn = scene.Motion(speed=order.rate, accel=order.accel, to=order.to)
                 self._tell(self.turn, job.id, at, turn)
             case scene.Hookup():
                 job = self._job(at, "hook", order.sling)
                 lug = self.known.lugs.get(order.lug)
-                self._tell(order.sling, job.id, at, scene.told(order, p=lug.p if lug else None))
+                self._tell(order.sling, job.id, at, scene.for_actor(order, p=lug.p if lug else None))
             case scene.UnhookSling():
                 job = self._job(at, "release" if order.parted else "unhook", order.sling)
                 self.picture.parted |= {order.sling} if order.parted else set()
-                self._tell(order.sling, job.id, at, scene.told(order))
+                self._tell(order.sling, job.id, at, scene.for_actor(order))
             case scene.Begin():
                 assert self.lists is not None
                 self.outbox.append((self.lists, m.Begun(order.lift)))
@@ -124,7 +124,7 @@ class Orders(Atomic):
                 self._stop(order, at)
             case scene.BrakeOrder():
                 job = self._job(at, "brake", order.brake)
-                self._tell(order.brake, job.id, at, scene.told(order))
+                self._tell(order.brake, job.id, at, scene.for_actor(order))
 
     def _stop(self, order: scene.StopOrder, at: tuple[int, int]) -> None:
         """Stop an actuator, what moves together with it, and a turn that it follows; what they did ends with it."""
@@ -142,7 +142,7 @@ class Orders(Atomic):
             for job in (job for job in self.jobs if job.actor == actor):
                 job.followers = ()  # they follow until it stands
             self.jobs.append(CommanderJob(self.ids, at, "stop", actor, self.now.t, followers=led, halting=True))
-            self._tell(actor, self.ids, at, scene.told(order))
+            self._tell(actor, self.ids, at, scene.for_actor(order))
             for job in others:
                 self._stop(self._stopping(job.actor, order.accel), at)
 
@@ -213,7 +213,7 @@ class Orders(Atomic):
         self._release(job, position)
 
     def _release(self, job: CommanderJob, position: float) -> None:
-        """What follows an order holds its place."""
+        """Followers of an order hold their positions."""
         for f in job.followers:
             self._tell(f.actuator, job.id, job.at, scene.EndOrder(s=position))
         job.followers = ()
@@ -229,7 +229,12 @@ class Orders(Atomic):
                 self._tell(c.threshold.name, 0, (*at, i), scene.EndOrder(), self.to[c.model])
 
     def _tell(
-        self, actor: str, number: int, at: tuple[int, ...], what: scene.Told, port: OutPort[m.Order] | None = None
+        self,
+        actor: str,
+        number: int,
+        at: tuple[int, ...],
+        what: scene.ActorCommand,
+        port: OutPort[m.Order] | None = None,
     ) -> None:
         """Send an order to an actor, by its machine's port unless another one is given."""
         to = port or self.to[self.turn if actor == self.turn else self.owners[actor]]

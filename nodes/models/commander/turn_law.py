@@ -23,8 +23,8 @@ ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn
 def followers(
     machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str = "block", master: str = TURN
 ) -> list[Follow]:
-    """What all trolleys and winches that carry ties to a block follow; `lugs` = lug of each hooked one.  Raises
-    Refused if none can."""
+    """What each trolley and winch with slings on a block follows; `lugs`: lug of each hooked sling. Raises Refused if
+    none can."""
     found: dict[str, Follow] = {}
     cargo = next((c for machine in machines for c in machine.cargo if c.body == block), None)
     for machine, hook in ((m, h) for m in machines for h in m.hooks):
@@ -50,7 +50,7 @@ def followers(
 
 
 def traversing(machine: Mechanism, hook: Hoist) -> str:
-    """The drive that moves across what a hook hangs from, "" if none does."""
+    """The drive that moves a hook's suspension across, "" if there is none."""
     drives = {drive.joint: drive.name for drive in machine.system.drives}
     carried = {joint.child: joint for joint in machine.system.joints}
     body = hook.on

@@ -28,7 +28,7 @@ __all__ = ["PASSES", "modelled"]
 
 
 def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Without the supports that bear nothing at the start."""
+    """The machine without supports that carry nothing at the start."""
     if fidelity.pads == "all" or not machine.cargo:
         return machine
     supports = tuple(s for s in machine.system.supports if s.name in machine.closed)
@@ -39,7 +39,7 @@ PASSES = (locking, planar, bending, beams, heavy, rigid_slings, standing)
 
 
 def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """A machine as a fidelity models it."""
+    """A machine at a model level."""
     for level in PASSES:
         machine = level(machine, fidelity)
     return machine

@@ -23,7 +23,7 @@ Modes = Any  # of the kernel, which needs NumPy, as a process that only declares
 
 
 def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """With the bodies that can bend as beams."""
+    """The machine with bending bodies as beams."""
     if fidelity.girder == "rigid" or not machine.bends:
         return machine
     from heavylift.kernel.multibody.flexible.modes import modes_of
@@ -38,8 +38,8 @@ def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
         bodies = tuple(_bending(body, row, start) if body.name == row.body else body for body in system.bodies)
         moved = _moved(system, row.body, partial(_cambered, modes, start))
         for load in row.loads:
-            way, size = _cambered(modes, start, load.p)[2], norm(load.force)
-            longer[load.rope] = longer.get(load.rope, 0.0) - load.share * dot(way, load.force) / (size or 1.0)
+            distance, size = _cambered(modes, start, load.p)[2], norm(load.force)
+            longer[load.rope] = longer.get(load.rope, 0.0) - load.share * dot(distance, load.force) / (size or 1.0)
         system = replace(moved, bodies=bodies)
     ropes = tuple(replace(x, L0=x.L0 + longer[x.name]) if x.name in longer else x for x in system.ropes)
     hang = tuple(msgspec.structs.replace(x, lead=x.lead + longer.get(x.rope, 0.0)) for x in machine.heavy)
@@ -52,7 +52,7 @@ def _scaled(load: BeamLoad, by: float) -> BeamLoad:
 
 
 def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
-    """A body with that part of its mass which bends as a beam along its x."""
+    """A body with a part of its mass as a bending beam along its x."""
     beam, left = row.flexible.beam, body.mass - row.mass
     assert beam is not None
     middle = (beam.start + beam.length / 2.0, 0.0, 0.0)
@@ -66,7 +66,7 @@ def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
 
 
 def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
-    """Coordinates of its modes under these loads and its own weight, with what compression adds."""
+    """Modal coordinates of a beam under loads and weight, including the effect of compression."""
     n, beam = len(modes.mass), row.flexible.beam
     assert beam is not None
     pieces = beam.elements
@@ -87,8 +87,8 @@ def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
 
 
 def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector, Matrix, Vector]:
-    """Where on the straight beam a point is that lies at p when it is bent, how it is turned against that, and by how
-    much it misses p, since a bent beam is shorter."""
+    """Position on the straight beam of a point given on the bent one, its rotation, and the residual offset from
+    shortening."""
     station, X = modes.station(p)
     moved = product(modes.at(station).tolist(), start)
     turned = moved[3:]
@@ -106,7 +106,7 @@ def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector
 
 
 def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix, Vector]]) -> Any:
-    """A description with the points and joints of a body elsewhere on it."""
+    """A description with points and joints of a body moved."""
     if isinstance(x, Point):
         return replace(x, p=at(x.p)[0]) if x.body == body else x
     if isinstance(x, Joint):

@@ -22,7 +22,7 @@ X: Vector = (1.0, 0.0, 0.0)
 
 
 def bending(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """With its girders as beams."""
+    """The machine with its girders as beams."""
     if fidelity.girder == "rigid":
         return machine
     system, heavy = machine.system, fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
@@ -44,7 +44,7 @@ def beam_of(girder: Girder) -> str:
 
 
 def _stiff_part(body: Body, girder: Girder) -> Body:
-    """What of a body does not bend."""
+    """The part of a body that does not bend."""
     left = (body.mass - girder.mass) / body.mass
     x, y, z = ((a * left, b * left, c * left) for a, b, c in body.inertia)
     return replace(body, mass=body.mass * left, inertia=(x, y, z))
@@ -57,7 +57,7 @@ def _flexible(girder: Girder, down: float) -> Flexible:
 
 
 def _on_girder(girder: Girder, joint: Joint, down: float) -> Joint:
-    """The joint of what starts at y of the bending girder: a slider, or fixed there."""
+    """The joint of a trolley starting at y on the bending girder: a slider, or fixed there."""
     fixed = joint.kind == "fixed"
     y = joint.p_PJ[1] if fixed else joint.q0[0]
     phase = pi * y / girder.span

@@ -25,7 +25,7 @@ ONE = ("prismatic", "revolute")  # what can be locked
 
 
 def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """With locked joints fixed; their drives refuse orders."""
+    """The machine with locked joints fixed; their drives refuse orders."""
     system = machine.system
     moving = (joint for joint in system.joints if joint.kind != "fixed" and joint.q0)  # what closes a loop follows it
     known = {joint.name: joint for joint in moving if joint.name in fidelity.locked}
@@ -50,15 +50,15 @@ def _fixed(joint: Joint) -> Joint:
     if joint.kind == "revolute":
         R = times(joint.R_PJ, turn(joint.axis, joint.q0[0])) if joint.q0[0] else joint.R_PJ
         return Joint(joint.name, "fixed", joint.parent, joint.child, joint.p_PJ, R, p_CJ=joint.p_CJ, R_CJ=joint.R_CJ)
-    way = product(joint.R_PJ, [joint.q0[0] * a for a in joint.axis])
-    x, y, z = (p + d for p, d in zip(joint.p_PJ, way, strict=True))
+    distance = product(joint.R_PJ, [joint.q0[0] * a for a in joint.axis])
+    x, y, z = (p + d for p, d in zip(joint.p_PJ, distance, strict=True))
     return Joint(
         joint.name, "fixed", joint.parent, joint.child, (x, y, z), joint.R_PJ, p_CJ=joint.p_CJ, R_CJ=joint.R_CJ
     )
 
 
 def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """With bodies that are free staying in their plane."""
+    """The machine with free bodies restricted to their plane."""
     free = [joint for joint in machine.system.joints if joint.kind == "free"]
     if fidelity.motion == "spatial" or not free:
         return machine
@@ -67,7 +67,7 @@ def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def _planar(joint: Joint, motion: str) -> Joint:
-    """A free joint whose child stays in its plane, turned out of it or not."""
+    """A planar joint in place of a free one, in the plane at the start."""
     normal, first = PLANE[motion]
     x, y, z, *q = joint.q0 or JOINTS[joint.kind].rest
     turned = sum(a * b for a, b in zip(normal, q[:3], strict=True))

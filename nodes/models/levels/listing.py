@@ -9,13 +9,13 @@ from . import modelled
 
 
 def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
-    """A machine as far as it is modelled."""
+    """A machine as it is modelled."""
     lift = next((each for each in plan.lists if machine.name in each.machines), plan)
     return modelled(machine, lift.fidelity)
 
 
 def left_out(plan: Plan) -> tuple[str, ...]:
-    """What its fidelity leaves out of its machines, in words."""
+    """Omissions of a plan's model level, in words."""
     at, parts = plan.fidelity, plan.machines
     heavy = any(not row.why for machine in parts for row in machine.heavy)
     words = [

@@ -13,7 +13,7 @@ from itertools import pairwise
 from math import pi
 
 from heavylift.kernel.algebra.elementary import cos
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Rope, RopeSpan, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, Rope, System, Vector
 from heavylift.nodes.plan.mechanism import Heavy
 
 X: Vector = (1.0, 0.0, 0.0)
@@ -36,7 +36,7 @@ def gauss(n: int) -> list[tuple[float, float]]:
 
 
 def _legendre(n: int, x: float) -> tuple[float, float]:
-    """Legendre's polynomial of degree n and its slope."""
+    """Legendre polynomial of degree n and its derivative."""
     before, p = 1.0, x
     for k in range(2, n + 1):
         before, p = p, ((2 * k - 1) * x * p - (k - 1) * before) / k
@@ -44,7 +44,7 @@ def _legendre(n: int, x: float) -> tuple[float, float]:
 
 
 def pieces(rope: str, lumps: int) -> dict[str, float]:
-    """The ropes that a hook rope is made of, with their parts of its length, from its upper end down.
+    """Names of the pieces of a hook rope with their shares of its length, from the top.
 
     The ends pull with the tensions of the rope's ends; the last piece, at the hook, bears its name.
     """
@@ -54,7 +54,7 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 
 
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
-    """A rope as its pieces with lumps between them, at rest under what hangs on it at the start.
+    """A rope as a chain of pieces and lumps, at rest under its load at the start.
 
     What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.
     """
@@ -74,7 +74,7 @@ def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> Sy
             lump, moved = _lump(here, masses[i], row.beside, shares, (x, y, z), motion)
             bodies += lump
             joints += moved
-        lines = tuple(RopeSpan(a, b, share) for a, b, share in zip(above, ends, shares, strict=True))
+        lines = tuple(Line(a, b, share) for a, b, share in zip(above, ends, shares, strict=True))
         length = part * (top - eye)
         if i == 0:
             lines, length = lines + rope.lines[len(falls) :], length + row.lead
@@ -87,7 +87,7 @@ def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> Sy
 def _lump(
     name: str, mass: float, beside: Sequence[Vector], shares: Sequence[float], at: Vector, motion: str
 ) -> tuple[list[Body], list[Joint]]:
-    """A point of each fall with its share of the mass; it moves as far as the motion goes, and yaws in space."""
+    """Lumps of all falls with their shares of the mass, free along the motion, with yaw in space."""
 
     def product(i: int, j: int) -> float:
         return sum((share * mass * p[i] * p[j] for share, p in zip(shares, beside, strict=True)), 0.0)

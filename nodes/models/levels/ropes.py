@@ -19,7 +19,7 @@ from .lumps import chain, pieces
 
 
 def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """With its heavy ropes rigid, or with mass, or both."""
+    """The machine with heavy ropes rigid, with mass, or both."""
     if fidelity.ropes == "elastic" and fidelity.rope_mass == "none":
         return machine
     system, parts = machine.system, dict[str, dict[str, float]]()
@@ -56,7 +56,7 @@ def _made(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
 
 
 def rigid_slings(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """With ties that do not stretch; those over edges do."""
+    """The machine with inextensible slings, except those over edges."""
     ties = {tie.rope: tie.spans for tie in machine.ties}
     if fidelity.slings == "elastic" or not ties:
         return machine

@@ -66,13 +66,13 @@ class DriveActor(LiveActor):
         self.wake = self.rows[0][0] if self.rows else None
 
     def external(self, e: int, x: Bag) -> None:
-        """Interlocks come first."""
+        """Handle interlocks first."""
         for trip in x.get(self.trip, ()) if self.trip else ():
             self.heed(trip)
         super().external(e, x)
 
     def heed(self, trip: m.Trip) -> None:
-        """An interlock bars a way, and stops what goes there, or frees it."""
+        """Apply or release an interlock on a direction, stopping motion in it."""
         if (stopped := self.stops.get(trip.interlock)) is None:
             return
         why = f"interlock {trip.interlock}"
@@ -82,7 +82,7 @@ class DriveActor(LiveActor):
             self.barred.pop(why, None)
 
     def bar(self, why: str, way: int, emergency: float | None) -> None:
-        """Let nothing go on that way (0: neither), for this reason."""
+        """Block a direction (0: both) for this reason."""
         self.barred[why] = way
         if self.law is not None:
             self.say(m.Limit(self.element, why, self.reference()[0]))
@@ -90,13 +90,13 @@ class DriveActor(LiveActor):
             self.stop(why, emergency)
 
     def _barred(self, x: float, way: float) -> bool:
-        """Whether a way is barred, which is reported."""
+        """Whether a direction is blocked; reports it."""
         why = next((why for why, barred in self.barred.items() if way and way * barred >= 0.0), "")
         if why:
             self.say(m.Limit(self.element, why, x))
         return bool(why)
 
-    def obey(self, order: m.Order) -> None:
+    def execute(self, order: m.Order) -> None:
         """Move, follow, stop, or end one of these."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
@@ -112,10 +112,10 @@ class DriveActor(LiveActor):
             case EndOrder(s=s):
                 self.release(s)
             case _:
-                super().obey(order)
+                super().execute(order)
 
     def run(self, order: m.Order, asked: Motion) -> None:
-        """Begin a move; one that is still ramping down, or led by a model, passes its speed on."""
+        """Begin a move; one that ramps down or follows a model continues with its present speed."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
         if self.job is not None and not self.halting and not order.led:
@@ -144,7 +144,7 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(duration) if duration < inf else None
 
     def halt(self, order: m.Order) -> None:
-        """Ramp down the move of that id, unless it stands already."""
+        """Ramp down the move of that id, unless it has stopped."""
         if self.job != order.id or self.halting:
             return
         x, v = self.reference()
@@ -182,14 +182,14 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(self.profile.d1)
 
     def follow(self, order: m.Order, law: Follow) -> None:
-        """Follow a Master from here."""
+        """Follow a master from here."""
         if self.job is not None or self.law is not None:
             self.refuse(order, f"{self.element} is moving already and cannot follow {law.master}")
         self.law = law
         self.say(m.SetFollow(self.element, law.master, law.law))
 
     def release(self, s: float) -> None:
-        """Let the Master go, which is at `s`, and stand still."""
+        """Stop following the master at `s`."""
         assert self.law is not None
         self._rest(self.x0 + self.law.value(s) - self.law.value(self.law.s))
         self.law = None
@@ -204,7 +204,7 @@ class DriveActor(LiveActor):
         return [m.Done(self.element, self.job, self.goal)]
 
     def expire(self) -> None:
-        """Stand where the move ended, or go on to the next speed."""
+        """Stop at the end of the move, or continue to the next speed."""
         if self._goes_on:
             self._next_row()
             return
@@ -212,7 +212,7 @@ class DriveActor(LiveActor):
         self._rest(self.goal)
 
     def reference(self) -> tuple[float, float]:
-        """Coordinate and speed that are asked for now (of its own moves)."""
+        """Present reference position and speed (own moves)."""
         t = (self.now.t - self.since) / 1e9
         return self.x0 + self.profile.displacement(t), self.profile.speed(t)
 
@@ -222,7 +222,7 @@ class DriveActor(LiveActor):
 
     @property
     def _goes_on(self) -> bool:
-        """Whether what it wakes for is no end: there are further speeds, or the one that is reached is kept."""
+        """Whether the move continues after this time: with further speeds, or at constant speed."""
         return self.log is not None or len(self.rows) > 1 or bool(self.rows and self.rows[0][1])
 
     def _next_row(self) -> None:
@@ -245,7 +245,7 @@ class DriveActor(LiveActor):
         self.x0, self.since, self.profile, self.accel = x, self.now.t, profile, accel
 
     def _distance(self, order: Motion, x: float) -> tuple[float | None, str]:
-        """How far to go (None: endlessly), and the limit that cuts the way short."""
+        """Distance to go (None: unlimited), and the limit that shortens it."""
         wish = order.by if order.to is None else order.to - x
         up = (order.speed if wish is None else wish) > 0.0
         end = self.ends[up]
@@ -256,12 +256,12 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """In place of the drive `element` of a joint that is not modelled: refuses all orders; `why`: its answer."""
+    """In place of the drive `element` of a joint that is not modelled: refuses all orders with `why`."""
 
     def __init__(self, name: str, element: str, why: str) -> None:
         super().__init__(name, element)
         self.why = why
 
-    def obey(self, order: m.Order) -> None:
+    def execute(self, order: m.Order) -> None:
         """Refuse."""
         self.refuse(order, self.why)

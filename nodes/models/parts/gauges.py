@@ -19,7 +19,7 @@ RELIEF = 0.97  # an overload is over below this part of the rated value
 
 
 class LoadCell(LiveActor):
-    """Reports when the summed tension of some ropes passes `rated` [N], and when it is back below."""
+    """Reports when the total tension of ropes exceeds `rated` [N], and when it is below again."""
 
     def __init__(self, name: str, element: str, ropes: tuple[str, ...], rated: float) -> None:
         guard = Threshold(element, "tension", ropes=ropes)
@@ -32,7 +32,7 @@ class LoadCell(LiveActor):
         self.arm()
 
     def notice(self, event: StateEvent) -> None:
-        """Overloaded, or no more."""
+        """Overload or its end."""
         self.over = not self.over
         self.say(Overload(self.element, event.value, self.rated, self.over))
         self.arm()
@@ -43,7 +43,7 @@ class LoadCell(LiveActor):
 
 
 class Inclinometer(LiveActor):
-    """Reports each time the angle of the body `element` passes another multiple of 30 degrees.
+    """Reports when the angle of the body `element` passes a multiple of 30 degrees.
 
     Armed are always the next mark above and, a degree lower so that it does not flutter, the last one below.
     """
@@ -60,7 +60,7 @@ class Inclinometer(LiveActor):
         self.arm()
 
     def notice(self, event: StateEvent) -> None:
-        """One mark on."""
+        """Move on by one mark."""
         rising = event.name == self.up
         angle = MARK * (self.mark + 1) if rising else MARK * self.mark - FLUTTER
         self.mark += 1 if rising else -1
@@ -73,7 +73,7 @@ class Inclinometer(LiveActor):
 
 
 class ThresholdWatcher(LiveActor):
-    """Watches thresholds for the commander's conditions, each of them once per order."""
+    """Watches thresholds of the commander's conditions, each once per order."""
 
     def __init__(self, name: str, thresholds: tuple[Threshold, ...]) -> None:
         super().__init__(name, name, System(thresholds=thresholds), hears=tuple(t.name for t in thresholds))
@@ -82,7 +82,7 @@ class ThresholdWatcher(LiveActor):
         """Orders name the threshold."""
         return element in self.hears
 
-    def obey(self, order: Order) -> None:
+    def execute(self, order: Order) -> None:
         """Arm or disarm."""
         match order.what:
             case plan.WatchThreshold(value=value, rising=rising):
@@ -90,7 +90,7 @@ class ThresholdWatcher(LiveActor):
             case plan.EndOrder():
                 self.say(Unwatch(order.actor))
             case _:
-                super().obey(order)
+                super().execute(order)
 
     def notice(self, event: StateEvent) -> None:
         """Reached."""

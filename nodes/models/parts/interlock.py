@@ -19,7 +19,7 @@ from .parts import LiveActor, RealObject
 
 
 class InterlockActor(LiveActor):
-    """One interlock of the plan."""
+    """An interlock of the plan."""
 
     trip = Out(m.Trip)
 
@@ -35,10 +35,10 @@ class InterlockActor(LiveActor):
         for guard in self.plan.guards:
             self._watch(guard.name)
 
-    def obey(self, order: m.Order) -> None:
-        """Be bypassed, or watch again."""
+    def execute(self, order: m.Order) -> None:
+        """Bypass or restore it."""
         if not isinstance(order.what, BrakeOrder):
-            super().obey(order)
+            super().execute(order)
         else:
             self.bypassed = not order.what.engaged
             self.say(m.BrakeState(self.element, order.what.engaged), m.Done(self.element, order.id))
@@ -54,7 +54,7 @@ class InterlockActor(LiveActor):
             self.say(m.Tripped(self.element, bool(self.beyond), self.bypassed))
 
     def output(self) -> None:
-        """Tell the drives, too."""
+        """Inform the drives as well."""
         super().output()
         if any(isinstance(message, m.Tripped) for message in self.outbox):
             self.trip.send(m.Trip(self.element, bool(self.beyond) and not self.bypassed))
@@ -82,7 +82,7 @@ def fit(machine: RealObject, plan: Interlock) -> None:
 
 
 def _path(model: Coupled, element: str) -> list[Model]:
-    """The models within a coupled one down to the drive of an element; none if there is no such drive."""
+    """Path from a coupled model to the drive of an element; empty if there is none."""
     for child in model.children.values():
         if isinstance(child, DriveActor) and child.element == element:
             return [child]

@@ -18,12 +18,12 @@ class KernelInput(Message, frozen=True):
     command: ClassVar[str]
 
     def apply(self, simulation: Any) -> None:
-        """Give it to whatever has the commands of a `Simulation`; raises KernelError if it cannot obey."""
+        """Apply to the commands of a `Simulation`; raises KernelError if it is impossible."""
         getattr(simulation, self.command)(*msgspec.structs.astuple(self))
 
 
 class SetProfile(KernelInput, frozen=True):
-    """Ramp to signed `speed`, cruise, ramp down so that the displacement is `distance` (None: go on)."""
+    """Ramp to signed `speed`, cruise, and ramp down for a displacement of `distance` (None: continue)."""
 
     command: ClassVar[str] = "set_profile"
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
@@ -34,7 +34,7 @@ class SetProfile(KernelInput, frozen=True):
     distance: float | None = None
 
     def part(self, piece: str, share: float) -> SetProfile:
-        """What a piece of a rope has to do of it."""
+        """The share of a piece of a rope."""
         distance = None if self.distance is None else self.distance * share
         return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
 
@@ -48,7 +48,7 @@ class SetFollow(KernelInput, frozen=True):
     law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def part(self, piece: str, share: float) -> SetFollow:
-        """What a piece of a rope has to do of it."""
+        """The share of a piece of a rope."""
         k1, kc, ks = self.law
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 
@@ -70,7 +70,7 @@ class SetLock(KernelInput, frozen=True):
 
 
 class Hook(KernelInput, frozen=True):
-    """Hook a sling; None keeps an end point (on the same body, in its frame) or the unstretched length."""
+    """Hook a sling; None keeps an end point (in its body's frame) or the unstretched length."""
 
     command: ClassVar[str] = "hook"
     units: ClassVar[Mapping[str, str]] = {"L0": "m"}
@@ -88,7 +88,7 @@ class Unhook(KernelInput, frozen=True):
 
 
 class Watch(KernelInput, frozen=True):
-    """Arm a threshold; if it is already reached it fires at the next microstep."""
+    """Arm a threshold; if it is already exceeded it fires at the next microstep."""
 
     command: ClassVar[str] = "watch"
     threshold: str
@@ -104,8 +104,8 @@ class Unwatch(KernelInput, frozen=True):
 
 
 class StateEvent(Message, frozen=True):
-    """A rope is taut or slack, a support or stop closed or open, a brake sticks or slips, a threshold is reached, a
-    joint is locked (with the energy that it lost [J]) or freed."""
+    """State of a rope (taut, slack), support or stop (closed, open), brake (sticks, slips), threshold, or joint (locked
+    with lost energy [J], freed)."""
 
     name: str
     what: str

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from heavylift.nodes.devs import Message
-from heavylift.nodes.plan.actions import Told
+from heavylift.nodes.plan.actions import ActorCommand
 from heavylift.nodes.plan.places import LED
 
 from .kernel_messages import ACCELERATION, PLACE, SPEED
@@ -36,7 +36,7 @@ class Sample(Message, frozen=True):
 
 
 class SetPoint(Message, frozen=True):
-    """The speed that an actuator shall be led to, signed along its coordinate."""
+    """Set-point of an actuator's speed, signed along its coordinate."""
 
     units: ClassVar[Mapping[str, str]] = {"value": SPEED}
     value: float
@@ -46,7 +46,7 @@ class SetPoint(Message, frozen=True):
 
 
 class Order(Message, frozen=True):
-    """What one actor is told; `at` is where it comes from: the numbers of an action and of one of its orders, from 0.
+    """An order to an actor; `at`: the numbers of its action and of itself, from 0.
 
     Of an operator's command the number of the action is -2; of a set-point of a model it is -3, alone.  An order to
     watch gives (action, order, term): the term of a condition of that order's `until`, or, as order -1, of the action's
@@ -57,11 +57,11 @@ class Order(Message, frozen=True):
     actor: str
     id: int
     at: tuple[int, ...]
-    what: Told
+    what: ActorCommand
 
     @property
     def led(self) -> bool:
-        """Whether it is a set-point of a model."""
+        """Whether it comes from a user model's set-point."""
         return self.at == (LED,)
 
 
@@ -69,13 +69,13 @@ class Order(Message, frozen=True):
 
 
 class Report(Message, frozen=True):
-    """From the actor of this mechanical element."""
+    """A report of the actor of a mechanical element."""
 
     actor: str
 
 
 class Done(Report, frozen=True):
-    """The order is carried out; the actuator stands at `position` (0 where there is none)."""
+    """An order is done; `position` of the actuator (0 if it has none)."""
 
     units: ClassVar[Mapping[str, str]] = {"position": PLACE}
     id: int
@@ -99,7 +99,7 @@ class RopeState(Report, frozen=True):
 
 
 class Hooked(Report, frozen=True):
-    """The sling hangs on this lug."""
+    """The sling is hooked to this lug."""
 
     lug: str
 
@@ -115,7 +115,7 @@ class BrakeState(Report, frozen=True):
 
 
 class Overload(Report, frozen=True):
-    """The tension [N] passed its rated value upwards (over) or is back below it."""
+    """The tension [N] exceeded its rated value (over), or is below it again."""
 
     units: ClassVar[Mapping[str, str]] = {"tension": "N", "rated": "N"}
     tension: float
@@ -124,7 +124,7 @@ class Overload(Report, frozen=True):
 
 
 class Tripped(Report, frozen=True):
-    """An interlock has tripped (over) or is reset; `bypassed`: nothing is stopped."""
+    """An interlock tripped (over) or was reset; `bypassed`: it stops nothing."""
 
     over: bool
     bypassed: bool = False
@@ -169,7 +169,7 @@ class Landed(Report, frozen=True):
 
 
 class Trip(Message, frozen=True):
-    """Inside a machine: an interlock bars what it stops, or frees it."""
+    """Internal to a machine: an interlock blocks or frees what it stops."""
 
     interlock: str
     bars: bool
@@ -186,14 +186,15 @@ class Latch(Message, frozen=True):
 
 
 class OperatorCommand(Message, frozen=True):
-    """An operator's command during a run, and its orders: an Action of the plan as MessagePack; none: the run ends."""
+    """A command of the operator and its orders: an Action of the plan as MessagePack; empty: end the run."""
 
     text: str
     action: bytes = b""
 
 
 class OperatorAnswer(Message, frozen=True):
-    """To the command of `t_ns`: its orders are given, or why not; `at`: the conflicting order of the action list."""
+    """Answer to the command of `t_ns`: accepted, or the reason of its refusal; `at`: the conflicting order of the
+    action list."""
 
     text: str
     t_ns: int
@@ -212,7 +213,7 @@ class Stage(Message, frozen=True):
 
 
 class Skipped(Message, frozen=True):
-    """An order of this action to this actor was not begun: what it would go on until held already."""
+    """An order was not begun because its `until` held already."""
 
     action: int
     actor: str

@@ -24,7 +24,7 @@ Child = TypeVar("Child", bound=Model)
 
 
 def declared(models: list[Model]) -> System:
-    """What these models and all below them declare, in the order of the tree."""
+    """The mechanics declared by these models and all their descendants, in the order of the tree."""
     return merge(_pieces(models), System().gravity)
 
 
@@ -73,15 +73,15 @@ class BodyAtomic(Part):
 
 
 class Actor(Part):
-    """Generates a force on the body or joint that it is coupled with, by the laws that it declares."""
+    """Exerts forces on its body or joint, by the laws that it declares."""
 
 
 class LawModel(Actor):
-    """An actor without orders: weight, damper, stop, nothing at all on a free joint."""
+    """An actor without orders: weight, damper, stop, or none on a free joint."""
 
 
 class LiveActor(Actor):
-    """An actor that obeys orders to `element` and notices state events of what it `hears`.
+    """An actor that executes orders to `element` and processes state events of the elements in `hears`.
 
     `say` puts messages into its outbox, which leaves at the next microstep; `wake` [ns] is when `due` leaves.
     """
@@ -105,10 +105,10 @@ class LiveActor(Actor):
         self.schedule()
 
     def external(self, e: int, x: Bag) -> None:
-        """Obey and notice what concerns this actor."""
+        """Process orders and events of this actor."""
         for order in x.get(self.order, []):
             if self.answers(order.actor):
-                self.obey(order)
+                self.execute(order)
         for event in x.get(self.state, []):
             if event.name in self.hears:
                 self.notice(event)
@@ -123,7 +123,7 @@ class LiveActor(Actor):
                 self.report.send(message)
 
     def internal(self) -> None:
-        """Empty the outbox or, when there was none, go on to the next state."""
+        """Clear sent messages, or change to the next state."""
         if self.outbox:
             self.outbox = []
         else:
@@ -155,7 +155,7 @@ class LiveActor(Actor):
     def begin(self) -> None:
         """Set the state at (0, 0)."""
 
-    def obey(self, order: Order) -> None:
+    def execute(self, order: Order) -> None:
         """Carry out an order."""
         self.refuse(order, f"{self.element} cannot carry out '{order.what.__struct_config__.tag}'")
 
@@ -163,7 +163,7 @@ class LiveActor(Actor):
         """Take note of a state event."""
 
     def due(self) -> list[KernelInput | Report]:
-        """What leaves at `wake`; changes nothing."""
+        """Messages due at `wake`; does not change the state."""
         return []
 
     def expire(self) -> None:
@@ -171,14 +171,14 @@ class LiveActor(Actor):
 
 
 def share(outer: Coupled, child: Model) -> None:
-    """Connects the ports of a child with those of the same name around it."""
+    """Connect the ports of a child with the equally named ones of its parent."""
     for name, port in child.ports.items():
         if own := outer.ports.get(name):
             outer.connect(*((own, port) if isinstance(port, InPort) else (port, own)))
 
 
 class Group(Coupled):
-    """A coupled model whose four ports lead to and from all live parts in it."""
+    """A coupled model with four ports, connected with all live parts in it."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -192,7 +192,7 @@ class Group(Coupled):
         return child
 
     def declare(self) -> System:
-        """What its parts declare."""
+        """The mechanics of its parts."""
         return declared(list(self.children.values()))
 
 
@@ -215,4 +215,4 @@ class BodyCoupled(Group):
 
 
 class RealObject(Group):
-    """One real object: a crane, a lifting frame, a block, a mechanism."""
+    """A real object: crane, lifting frame, block, mechanism."""

@@ -1,7 +1,7 @@
-"""Actors of ropes, brakes and supports that are hooked, locked or touched: slings, brakes, stools.
+"""Actors of ropes, brakes and supports that are hooked, locked or touched: slings, brakes, supports.
 
 A sling is hooked and taken off by orders; taut and slack are state events of the kernel.  A latch is a brake that is
-engaged as long as no sling is hooked.  The stools report when the block leaves the ground and when
+engaged as long as no sling is hooked.  The supports report when the block leaves the ground and when
 it is back.
 """
 
@@ -18,14 +18,14 @@ from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
-    """Hooks and unhooks the rope `element`, tells its latch, reports taut and slack."""
+    """Hooks and unhooks the rope `element`, informs its latch, reports taut and slack."""
 
     latch = Out(m.Latch)
 
     def __init__(self, name: str, rope: str, laws: System | None = None) -> None:
         super().__init__(name, rope, laws, hears=(rope,))
 
-    def obey(self, order: m.Order) -> None:
+    def execute(self, order: m.Order) -> None:
         """Hook or unhook."""
         match order.what:
             case Hookup(lug=lug, p=p):
@@ -33,7 +33,7 @@ class SlingActor(LiveActor):
             case UnhookSling():
                 self.say(m.Unhook(self.element), m.Unhooked(self.element))
             case _:
-                super().obey(order)
+                super().execute(order)
         self.say(m.Done(self.element, order.id))
 
     def notice(self, event: m.StateEvent) -> None:
@@ -42,7 +42,7 @@ class SlingActor(LiveActor):
             self.say(m.RopeState(self.element, event.what, event.value))
 
     def output(self) -> None:
-        """Inform the lock, too."""
+        """Inform the latch as well."""
         super().output()
         for message in self.outbox:
             if isinstance(message, (m.Hooked, m.Unhooked)):
@@ -57,19 +57,19 @@ class BrakeActor(LiveActor):
         self.initial = engaged
 
     def begin(self) -> None:
-        """As declared."""
+        """Reset to the declared state."""
         self.engaged = self.initial
 
-    def obey(self, order: m.Order) -> None:
+    def execute(self, order: m.Order) -> None:
         """Engage or release."""
         if not isinstance(order.what, BrakeOrder):
-            super().obey(order)
+            super().execute(order)
         else:
             self.set(order.what.engaged)
             self.say(m.Done(self.element, order.id))
 
     def set(self, engaged: bool) -> None:
-        """Change the state, if it is another one."""
+        """Set the state, if it changes."""
         if engaged != self.engaged:
             self.engaged = engaged
             if self.laws != System():  # a joint that is not modelled needs no brake
@@ -82,7 +82,7 @@ class BrakeActor(LiveActor):
 
 
 class JointLockActor(BrakeActor):
-    """Locks and frees a joint; the kernel answers with the energy that stopping it has cost."""
+    """Locks and frees a joint; the kernel reports the energy lost by stopping it."""
 
     def __init__(self, name: str, lock: str, laws: System, *, engaged: bool) -> None:
         super().__init__(name, lock, laws, engaged=engaged)
@@ -94,7 +94,7 @@ class JointLockActor(BrakeActor):
 
 
 class LatchActor(BrakeActor):
-    """A brake that is engaged while none of some ties is hooked, or by order."""
+    """A brake that is engaged while none of its slings is hooked, or by order."""
 
     latch = In(m.Latch)
 
@@ -103,7 +103,7 @@ class LatchActor(BrakeActor):
         self.first = hooked
 
     def begin(self) -> None:
-        """As the slings are."""
+        """Reset by the state of the slings."""
         super().begin()
         self.hooked = self.first
 
@@ -116,7 +116,7 @@ class LatchActor(BrakeActor):
         super().external(e, x)
 
 
-class Stools(LiveActor):
+class BlockSupports(LiveActor):
     """The supports of the body `element`, by face; reports lift-off, touch-down and landing."""
 
     def __init__(
@@ -126,7 +126,7 @@ class Stools(LiveActor):
         self.first, self.faces = closed, dict(faces)
 
     def begin(self) -> None:
-        """As declared."""
+        """Reset to the declared state."""
         self.closed = self.first
 
     def notice(self, event: m.StateEvent) -> None:
@@ -145,7 +145,7 @@ class Stools(LiveActor):
                 self.say(m.Lifted(self.element))
 
     def standing(self) -> str:
-        """The face all of whose supports are closed, "" if there is none."""
+        """The face whose supports are all closed, "" if there is none."""
         for face in dict.fromkeys(self.faces.values()):
             if all(name in self.closed for name, f in self.faces.items() if f == face):
                 return face

@@ -50,7 +50,7 @@ class WinchActor(DriveActor):
         self._arm()
 
     def say(self, *messages: m.KernelInput | m.Report) -> None:
-        """Give every piece of the rope its part."""
+        """Send each piece of the rope its share."""
         for message in messages:
             if isinstance(message, m.SetProfile | m.SetFollow):
                 super().say(*(message.part(*piece) for piece in self.pieces.items()))
@@ -58,7 +58,7 @@ class WinchActor(DriveActor):
                 super().say(message)
 
     def notice(self, event: m.StateEvent) -> None:
-        """The rope changed its state, or the limit switch did."""
+        """A state event of the rope or of the limit switch."""
         if event.name == self.element:
             if event.what in ("taut", "slack"):
                 self.say(m.RopeState(self.element, event.what, event.value))

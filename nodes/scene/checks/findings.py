@@ -15,14 +15,14 @@ Violations: TypeAlias = Iterator[tuple[str, str, str]]
 
 @dataclass
 class Findings:
-    """Findings of many checks over many states, in the order they were met."""
+    """Findings of many checks over many states, in order of occurrence."""
 
     seen: set[tuple[str, str]] = field(default_factory=set)
     sentences: dict[tuple[str, str, str], str] = field(default_factory=dict)
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Adds what a check yields; `where` of the action that leads to it replaces that of the thing."""
+        """Add what a check yields; `where` of the causing action replaces that of the thing."""
         for subject, place, sentence in violations:
             if (check, subject) in self.seen:
                 continue

@@ -1,4 +1,4 @@
-"""Whether a scene fits: portals, trolleys, ropes, hooks, lugs, slings, the block on its stools.
+"""Whether a scene fits: portals, trolleys, ropes, hooks, lugs, slings, the block on its supports.
 
 Each check is one function that yields (subject, where, sentence); it sees the start or, of the followed
 action list, the states before and after an action.  A subject is reported once per check.
@@ -28,11 +28,11 @@ TOUCH = 1e-6  # [m]
 REACHED = 6e-3  # [m] by which a sling may be too short: it stretches more than that
 BESIDE = 0.05  # of its length, that a hook may hang beside the lug of a sling that is too short
 Places: TypeAlias = Mapping[str, float]  # where drives stand [m]
-SURFACE = 0.01  # so deep below a face a sling still lies on it, and a block on stools that yield [m]
+SURFACE = 0.01  # so deep below a face a sling still lies on it, and a block on supports that yield [m]
 
 
 def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
-    """What does not fit before anything moves; slings are judged where cranes and blocks stand well."""
+    """Faults before anything moves; slings are checked if cranes and blocks are placed correctly."""
     found = Findings()
     found.take("hooks", _under_hooks(scene, built))
     found.take("ropes", _ropes_overloaded(built))
@@ -44,13 +44,13 @@ def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]
 
 
 def goal_checks(found: Findings, built: plan.Plan, before: StaticState, action: plan.Action) -> None:
-    """Where the moves of an action that have a known end must not lead to."""
+    """Faults at the goals of an action's moves."""
     after = goal(built, action, before)
     found.take("meet", _meet(built, before.references, after.references), action.stage, action.where)
 
 
 def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticState]) -> list[tuple[str, str]]:
-    """What does not fit on the way."""
+    """Faults along the path at rest."""
     found = Findings()
     level = not scene.vessels and not scene.floor  # the ground is at z = 0
     for state in states if level else ():
@@ -65,16 +65,16 @@ def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticSt
 
 
 def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Some hook is above each block, where all are known."""
+    """Each block has a hook above it, where all hooks are known."""
     hooks = [hook.ends for machine in built.machines for hook in machine.hooks]
     eyes = [ends[1] for ends in hooks if ends]
     for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
         (x, y, _), (a, b, _) = block.at, block.size
         if not any(abs(p[0] - x) <= a and abs(p[1] - y) <= b for p in eyes):
             message = f"the {_named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
-            told = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
+            sentence = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
             where = next(m.where for m in built.machines if m.name == name)
-            yield (name, where, f"{message}: hooks hang at {told or 'no place, the rig has no ' + BEAMS}")
+            yield (name, where, f"{message}: hooks hang at {sentence or 'no place, the rig has no ' + BEAMS}")
 
 
 def _named(block: str) -> str:
@@ -82,7 +82,7 @@ def _named(block: str) -> str:
 
 
 def _ropes_overloaded(built: plan.Plan) -> Violations:
-    """No hook rope begins with more than its rated tension, from what hangs on it alone."""
+    """No hook rope begins above its rated tension by what hangs on it alone."""
     for hook in (hook for machine in built.machines for hook in machine.hooks):
         tension = hook.below * built.gravity
         if hook.rated and tension > hook.rated:
@@ -93,32 +93,34 @@ def _ropes_overloaded(built: plan.Plan) -> Violations:
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
-    """A sentence if a sling is too short for its lug or hangs too far beside it, else nothing."""
+    """A sentence for a sling that is too short for its lug or hangs too far beside it, else ""."""
     dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
-    gap, beside = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
+    gap, other = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:
         return ""
-    if beside > BESIDE * length:
-        message = f"the hook stands {beside:.1f} m beside the lug {lug}, too far for the {length:g} m of {sling}"
+    if other > BESIDE * length:
+        message = f"the hook stands {other:.1f} m beside the lug {lug}, too far for the {length:g} m of {sling}"
         return f"{message} ({gap * 1000:.0f} mm are missing): move crane or trolley first"
     message = f"{sling} is {gap * 1000:.0f} mm too short for the lug {lug}"
     return f"{message}: lower the hook or take a longer sling than {length:g} m"
 
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Each sling that is hooked at the start reaches its lug, not overstretched and not through the block."""
+    """Each hooked sling reaches its lug at the start, without overload and without passing through the block."""
     lugs = lug_places(built.machines)
     for machine in (machine for machine in built.machines if machine.levels and machine.ties):
         at, straight = kinematics.poses(machine.system), {rope.name: rope for rope in machine.system.ropes}
         for tie in (tie for tie in machine.ties if tie.lug and tie.rope in straight):
             lug, rope = lugs[tie.lug], straight[tie.rope]
             block = scene.all_blocks[lug.body]
-            x, y, z = block.at  # as slack is counted: before the block sinks into its stools
+            x, y, z = block.at  # as slack is counted: before the block sinks into its supports
             a, b, c = kinematics.place(tie.upper, at).tolist()
             place = (x + lug.p[0], y + lug.p[1], z + lug.p[2])
             message = reach(tie.rope, rope.L0, tie.lug, (a, b, c), place) or _overstretched(tie, rope, (a, b, c), place)
             if message:
-                yield machine.name, tie.where, message
+                theirs = [(each.lug, lugs[each.lug].p) for each in machine.ties if each.lug and " beside " in message]
+                places = ", ".join(f"{name} ({p[0]:g}, {p[1]:g}, {p[2]:g}) m" for name, p in theirs)
+                yield machine.name, tie.where, f"{message}{f'; its lugs are {places}' if places else ''}"
                 continue
             u, v, w = (max(0.0, side / 2 - SURFACE) for side in block.size)
             inside = passes_through((a - x, b - y, c - z), lug.p, (u, v, w))
@@ -128,7 +130,7 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def _overstretched(tie: plan.Tie, rope: Rope, beam: Vector, lug: Vector) -> str:
-    """A sentence if a sling begins with more than its rated tension, else nothing."""
+    """A sentence for a sling that begins above its rated tension, else ""."""
     gap = sqrt(sum((a - b) * (a - b) for a, b in zip(beam, lug, strict=True))) - rope.L0
     tension = rope.EA * gap / rope.L0
     if not tie.rated or tension <= tie.rated:
@@ -156,9 +158,9 @@ def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
         met = []
         for p, q in product(_boxes(one, a), _boxes(two, b)):
             least = (p[1][i] + q[1][i]) / 2
-            gap, was = (way + q[0][i] - p[0][i] for way in moved)
-            beside = any(_between(p, q, k) >= -TOUCH for k in range(3) if k != i)
-            if not beside and (abs(gap) < least - TOUCH or gap * was < 0):
+            gap, was = (distance + q[0][i] - p[0][i] for distance in moved)
+            next_to = any(_between(p, q, k) >= -TOUCH for k in range(3) if k != i)
+            if not next_to and (abs(gap) < least - TOUCH or gap * was < 0):
                 met.append((least - abs(gap), abs(gap), least))
         if met:
             _, gap, least = max(met)
@@ -180,12 +182,12 @@ def _between(p: tuple[Vector, Vector], q: tuple[Vector, Vector], i: int) -> floa
 
 
 def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:
-    """No block sweeps through the ground while it hangs."""
+    """No suspended block passes through the ground."""
     for block, cargo in ((machine, cargo) for machine in built.machines for cargo in machine.cargo):
         if any(state.supports.get(s.name, 0.0) > 0.0 for s in block.system.supports):
             continue
         p, R = state.poses[cargo.body]
         lowest = p[2] - sum(abs(R[2][i]) * side / 2 for i, side in enumerate(cargo.size))
         if lowest < -SURFACE:
-            told = f"the {_named(cargo.body)} would sweep {-lowest:.2f} m into the ground: hoist it higher first"
-            yield cargo.body, where, told
+            message = f"the {_named(cargo.body)} would sweep {-lowest:.2f} m into the ground: hoist it higher first"
+            yield cargo.body, where, message

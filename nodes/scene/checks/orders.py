@@ -34,7 +34,7 @@ TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
 class CheckedOrder:
-    """One action with the state in which it begins, and the states that it leads through.
+    """An action with the state at its begin and the states that it passes through.
 
     `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out, and other ropes
     with no lug; `parted`: what broke before it.
@@ -59,7 +59,7 @@ class CheckedOrder:
             _hook(order, self.lugs)
 
     def hooks(self, move: actions.Move) -> list[plan.Hoist]:
-        """The hooks that a move takes along: of its winch, or of all that its drive carries."""
+        """Hooks moved by a move: that of its winch, or all on its drive."""
         joint, found = self.machines.joints.get(move.actuator), list[plan.Hoist]()
         for machine in (m for m in self.machines.parts if m.name == move.model):
             carried = {j.child: j for j in machine.system.joints}
@@ -73,22 +73,22 @@ class CheckedOrder:
         return found
 
     def tied(self, hooks: Iterable[plan.Hoist], taut: Container[str]) -> list[tuple[str, Point]]:
-        """The taut slings on hooks, with the lugs that they hold."""
+        """Taut slings on hooks, with their lugs."""
         ties = (tie for hook in hooks for tie in ties_on(self.machines.parts, hook) if tie.rope in taut)
         ends = ((tie.rope, tie.lower or self.machines.lugs.get(self.hooked.get(tie.rope, ""))) for tie in ties)
         return [(rope, end) for rope, end in ends if end is not None and end.body in self.cargo]
 
     @cached_property
     def cargo(self) -> dict[str, plan.Mechanism]:
-        """What is lifted, with the machines that it is."""
+        """Lifted bodies with their machines."""
         return {cargo.body: machine for machine in self.machines.parts for cargo in machine.cargo}
 
     def grounded(self, body: str, x: StaticState) -> bool:
-        """Whether a load stands on one of its supports."""
+        """Whether a load stands on a support."""
         return any(x.supports.get(s.name, 0.0) > 0.0 for s in self.cargo[body].system.supports)
 
     def loaded(self, x: StaticState, move: actions.Move) -> bool:
-        """Whether there is a load on the hooks of a move in a state, on its supports or not."""
+        """Whether the hooks of a move carry a load in a state, supported or not."""
         carry = {rope for rope, tension in x.tensions.items() if tension > LOADED}
         return bool(self.tied(self.hooks(move), carry))
 
@@ -115,7 +115,7 @@ def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[
 
 
 def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
-    """The lug of each hooked sling, once an order is carried out."""
+    """Update the lug of each hooked sling after an order."""
     if isinstance(order, actions.Hookup):
         lugs[order.sling] = order.lug
     elif isinstance(order, actions.UnhookSling):
@@ -144,7 +144,7 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
 
 
 def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> list[Joint]:
-    """Joints that an order moves; none for a turn that no hook can follow, which is reported when it is given."""
+    """Joints driven by an order; none for an impossible turn, which is reported when ordered."""
     try:
         return machines.moved(order, lugs)
     except ModelError:
@@ -170,7 +170,7 @@ def _spoken(x: CheckedOrder) -> Violations:
 
 
 def _reaches(x: CheckedOrder) -> Violations:
-    """A sling is hooked only if it reaches."""
+    """A sling is hooked only within its reach."""
     ties = {tie.rope: (tie, machine.name) for machine in x.machines.parts for tie in machine.ties}
     lengths = {rope.name: rope.L0 for machine in x.machines.parts for rope in machine.system.straight_ropes}
     for order in x.action.orders:
@@ -194,7 +194,7 @@ def _hangs(x: CheckedOrder) -> Violations:
 
 
 def _lets_fall(x: CheckedOrder) -> Violations:
-    """Something holds a load while it hangs."""
+    """A suspended load keeps at least one sling."""
     unhooked = {o.sling for o in x.action.orders if isinstance(o, actions.UnhookSling) and not o.parted}
     taut = {rope for rope, tension in x.before.tensions.items() if tension > SLACK}
     hooks = [hook for machine in x.machines.parts for hook in machine.hooks]
@@ -211,12 +211,12 @@ def _load(body: str) -> str:
 
 
 def _turns(x: CheckedOrder) -> Violations:
-    """A block that turns hangs, from hooks that can follow."""
+    """A block turns only while suspended from hooks that can follow."""
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
             continue
         if order.block in x.cargo and x.grounded(order.block, x.before):
-            yield order.block, order.where, "the block stands on its stools and cannot turn: hoist it first"
+            yield order.block, order.where, "the block stands on its supports and cannot turn: hoist it first"
             continue
         try:
             x.machines.followers(order, x.lugs)
@@ -225,12 +225,12 @@ def _turns(x: CheckedOrder) -> Violations:
 
 
 def _drags(x: CheckedOrder) -> Violations:
-    """No crane moves sideways with slings that hold on to a load on its supports."""
+    """No crane moves sideways with slings attached to a supported load."""
     for m in _moves(x, [verb.name for verb in VERBS.values() if verb.along]):
         tied = [(rope, end) for rope, end in x.tied(x.hooks(m), x.taut) if x.grounded(end.body, x.before)]
         if tied:
             rope, end = tied[0]
-            message = f"{m.model} would {m.verb} while the {_load(end.body)} is on its stools and {rope} taut"
+            message = f"{m.model} would {m.verb} while the {_load(end.body)} is on its supports and {rope} taut"
             yield m.actuator, m.where, f"{message}: slacken or unhook the slings first"
 
 
@@ -246,7 +246,7 @@ def _fast(x: CheckedOrder) -> Violations:
 
 
 def _follows(x: CheckedOrder) -> Violations:
-    """No winch and no trolley has to follow a turn faster than it can."""
+    """No winch or trolley has to follow a turn beyond its maximum speed."""
     drives = [(each.name, each.loaded or each.speed) for machine in x.machines.parts for each in machine.actuators]
     for order in (order for order in x.action.orders if isinstance(order, actions.Turn)):
         for name, limit in drives:
@@ -257,7 +257,7 @@ def _follows(x: CheckedOrder) -> Violations:
 
 
 def _tips(x: CheckedOrder) -> Violations:
-    """A load that is lifted stays as it was: its centre of mass is inside the lugs that carry."""
+    """A lifted load does not tip: its centre of mass is within the carrying lugs."""
     if any(isinstance(o, actions.Turn) for o in x.action.orders):
         return
     for body in (body for body in x.cargo if x.grounded(body, x.before)):
@@ -270,7 +270,7 @@ def _tips(x: CheckedOrder) -> Violations:
 
 
 def _lean(x: StaticState, body: str) -> float:
-    """Angle between the vertical and that axis of a body which was nearest to it at the start of the lift [rad]."""
+    """Angle between the vertical and the axis of a body that was nearest to it at the start of the lift [rad]."""
     R = x.poses[body][1]
     upright = min(1.0, max(abs(R[2][i]) for i in range(3)))
     return float(atan2(sqrt(1.0 - upright * upright), upright))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from math import inf
 
 import msgspec
-from heavylift.nodes.limits.judging import ELSEWHERE, judge, uses_on_path
+from heavylift.nodes.limits.judging import ELSEWHERE, findings_of, uses_on_path
 from heavylift.nodes.limits.messages import WORDS
 from heavylift.nodes.limits.slings import FERRULE
 from heavylift.nodes.plan import plan
@@ -20,14 +20,14 @@ from heavylift.nodes.statics import Followed, goal_states
 
 from .findings import Findings
 
-SAME = {"rope tension": "rope factor"}  # of hoist ropes, which are told once
+SAME = {"rope tension": "rope factor"}  # of hoist ropes, which are reported once
 PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are moved to
 
 
 def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
     """(where, sentence) of each."""
-    judged = (x for x in built.limits if x.known and x.quantity not in ELSEWHERE and WORDS[x.quantity].refused)
-    refused = [x for x in judged if x.source != "assumed" and FERRULE not in x.source]  # that somebody has written
+    checked = (x for x in built.limits if x.known and x.quantity not in ELSEWHERE and WORDS[x.quantity].refused)
+    refused = [x for x in checked if x.source != "assumed" and FERRULE not in x.source]  # that somebody has written
     if not refused or not statics.states:
         return []
     places = msgspec.structs.replace(built, limits=tuple(refused))
@@ -43,7 +43,7 @@ def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
 def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
     found = Findings()
     for use in uses:
-        for finding in judge(built, [use], dynamic=False):
+        for finding in findings_of(built, [use], dynamic=False):
             if finding.severity == "red":
                 where, stage = (finding.where, finding.stage) if use.action else ("", "")
                 violation = (finding.subject, finding.where, finding.sentence)

@@ -2,7 +2,7 @@
 
 scene_builder                         what the builders share
 signals                      what is measured: in conditions, by interlocks, by models of a user's own
-machines, beams, stools      machines whose moves are known before, what hangs on them by `rig`, blocks; the fidelity
+machines, beams, supports      machines whose moves are known before, what hangs on them by `rig`, blocks; the fidelity
 limiting                     the table of limits
 mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
 weighing                     how machines hang at the start, for the passes of their levels

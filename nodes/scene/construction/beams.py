@@ -14,9 +14,9 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.kernel.description.mechanics import (
     WORLD,
+    Line,
     Point,
     Rope,
-    RopeSpan,
     System,
     Vector,
     merge,
@@ -45,46 +45,46 @@ Edges = tuple[Sheave, ...]
 
 
 def on_hook(
-    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
+    builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
 ) -> tuple[plan.Mechanism, plan.Mechanism]:
     """The hook of a frame, which is there, as a part of its machine, and the frame; `crane`: the machine without it."""
     path: Path = ("rig", BEAMS, name)
-    called, known = ".".join(yard.hooks[name]), lugs_of(yard.scene)
-    hook = yard.scene.machines[crane.name].hooks[called]
-    check_drums(yard.source, ("machines", crane.name, "hooks", called), hook)
-    frame = _frame(yard, name, given.parts, hook.block)
-    raise_faults(yard.source, yard.source.faults)
+    called, known = ".".join(builder.hooks[name]), lugs_of(builder.scene)
+    hook = builder.scene.machines[crane.name].hooks[called]
+    check_drums(builder.source, ("machines", crane.name, "hooks", called), hook)
+    frame = _frame(builder, name, given.parts, hook.block)
+    raise_faults(builder.source, builder.source.faults)
     system, at = frame.system, kinematics.poses(frame.system)
     start = kinematics.poses(crane.system)
     x, y, top = kinematics.place(Point(hook.on, hook.at), start).tolist()
     if hook.over_edges:
-        told = f"the rope of {called} bends over edges: hang `rigging` on it, no frame"
-        yard.source.fault((*path, "hook"), told)
+        message = f"the rope of {called} bends over edges: hang `rigging` on it, no frame"
+        builder.source.fault((*path, "hook"), message)
     drum = Point(hook.drum.body, hook.drum.at) if hook.drum else None
     away = norm((kinematics.place(drum, start) - (x, y, top)).tolist()) / hook.falls if drum else 0.0
     mass = sum(body.mass for body in system.bodies)
     ends, lugs = [Point(end.body, end.at) for end in given.parts.slings], [x for x in given.lugs or () if x in known]
     if given.lugs and len(given.lugs) != len(ends):
-        yard.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it, which need as many lugs")
+        builder.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it, which need as many lugs")
     lugs = by_beam(lugs, {lug: p.p[0] for lug, p in known.items()})
-    strain = mass * yard.scene.gravity / (hook.falls * hook.fall_EA)
+    strain = mass * builder.scene.gravity / (hook.falls * hook.fall_EA)
     if given.rope is not None:
         hangs = given.rope * (1 + strain)
     elif lugs:
-        lug_z = yard.scene.all_blocks[known[lugs[0]].body].at[2] + sum(known[lug].p[2] for lug in lugs) / len(lugs)
+        lug_z = builder.scene.all_blocks[known[lugs[0]].body].at[2] + sum(known[lug].p[2] for lug in lugs) / len(lugs)
         height = -sum(float(kinematics.place(end, at)[2]) for end in ends) / len(ends)
         hangs = top - (lug_z + given.sling + height - rig.slack)
     else:
         hangs = top - hook.highest if hook.highest is not None else hook.shortest
     over: list[Edges] = [()] * len(ends)
     if given.over_edges:
-        over, hangs = _over(yard, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
+        over, hangs = _over(builder, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
     pose = (x, y, top - hangs, 0.0, 0.0, 0.0, 1.0)
-    rope = _rope(yard, called, hook, given, mass, (hangs + away) / (1 + strain), start[hook.on][1])
-    where, line = yard.source.where((*path, "hook")), mass_of(hook)
+    rope = _rope(builder, called, hook, given, mass, (hangs + away) / (1 + strain), start[hook.on][1])
+    where, line = builder.source.where((*path, "hook")), mass_of(hook)
     winch = winch_of(rope.name, hook, rope.L0, away, hook.shortest + away, "")
     hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body, (0.0, 0.0, 0.0)), where)
-    part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * yard.scene.gravity * rope.L0
+    part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * builder.scene.gravity * rope.L0
     rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
     falls = (x, y, top), pose[:3]
     hoist = msgspec.structs.replace(hoist, line=line, ends=falls, below=mass, rated=rated)
@@ -98,17 +98,17 @@ def on_hook(
         name=crane.name, system=System(ropes=(rope,)), actuators=(winch,), taut=(called,), hooks=(hoist,),
         heavy=(heavy,),
     )  # fmt: skip
-    return hung, _slung(yard, rig, name, given, frame, lugs, over)
+    return hung, _slung(builder, rig, name, given, frame, lugs, over)
 
 
-def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
-    """Its bodies and joints with the hook block, the origin of whose body hangs at that of the world."""
+def _frame(builder: SceneBuilder, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
+    """Bodies and joints of a frame with the hook block; its suspension point is the origin."""
     base, eye = ("rig", BEAMS, name, "parts"), parts.eye.body
     ends: dict[Path, str] = {("slings", i): end.body for i, end in enumerate(parts.slings)}
     for key, body in ({("eye",): eye} | ends).items():
         if body not in parts.bodies:
-            yard.source.fault((*base, *key, "body"), f"there is no body '{body}'", closest(body, parts.bodies))
-    raise_faults(yard.source, yard.source.faults)
+            builder.source.fault((*base, *key, "body"), f"there is no body '{body}'", closest(body, parts.bodies))
+    raise_faults(builder.source, builder.source.faults)
     own = parts.bodies[eye]
     bodies, below = {eye: own.model_copy(update={"mass": (own.mass or 0.0) + block})}, [eye]
     for body in below:  # from the eye down
@@ -117,18 +117,19 @@ def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> pl
     still = (0.0, 0.0, 0.0)
     free = Free.model_construct(type="free", child=eye, position=still, velocity=still, rate=still)
     hung = parts.model_copy(update={"bodies": bodies, "joints": {f"{name}.free": free, **parts.joints}})
-    made = build_mechanism(yard.source, hung, yard.scene.gravity, base=base)
-    raise_faults(yard.source, yard.source.faults)
+    made = build_mechanism(builder.source, hung, builder.scene.gravity, base=base)
+    raise_faults(builder.source, builder.source.faults)
     shapes = tuple(msgspec.structs.replace(shape, thing=name) for shape in made.shapes)
     return msgspec.structs.replace(made, name=name, shapes=shapes)
 
 
 def _slung(
-    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, frame: plan.Mechanism, lugs: list[str],
+    builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, frame: plan.Mechanism,
+    lugs: list[str],
     over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
-    """A frame with its slings, which lock brakes of it while none is hooked."""
-    known, path, EA = lugs_of(yard.scene), ("rig", BEAMS, name), rig.sling.EA
+    """A frame with its slings; brakes are engaged while none is hooked."""
+    known, path, EA = lugs_of(builder.scene), ("rig", BEAMS, name), rig.sling.EA
     blocks = {word: point.body for word, point in known.items()}
     cargo = blocks[lugs[0]] if lugs else next(iter(blocks.values()), WORLD)
     mass = sum(body.mass for body in frame.system.bodies)
@@ -140,47 +141,50 @@ def _slung(
         if over[i]:
             bent.append(Reeving(sling, upper, over[i], to, EA, InputSignal(given.sling), damping, bool(lug)))
         else:
-            ropes.append(Rope(sling, (RopeSpan(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
-        most, where = rated(rig.sling, yard.scene.gravity), yard.source.where((*path, "sling"))
+            ropes.append(Rope(sling, (Line(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
+        most, where = rated(rig.sling, builder.scene.gravity), builder.source.where((*path, "sling"))
         ties.append(plan.Tie(rope=sling, upper=upper, lug=key_of(lug, to) if lug else "", rated=most, where=where))
     names, locks = tuple(tie.rope for tie in ties), {f"{name}.{x}" for x in given.parts.locked_while_empty}
     brakes = tuple(replace(x, engaged=not lugs) if x.name in locks else x for x in frame.system.brakes)
     if unknown := locks - {brake.name for brake in brakes}:
         there = f"there is no brake '{min(unknown).removeprefix(f'{name}.')}'"
-        yard.source.fault((*path, "parts", "locked while empty"), there, on_key=True)
-    own, load = replace(frame.system, brakes=brakes), given.capacity * yard.scene.gravity
+        builder.source.fault((*path, "parts", "locked while empty"), there, on_key=True)
+    own, load = replace(frame.system, brakes=brakes), given.capacity * builder.scene.gravity
     return msgspec.structs.replace(
         frame,
-        system=merge([own, System(ropes=tuple(ropes), forces=tuple(bent))], yard.scene.gravity),
+        system=merge([own, System(ropes=tuple(ropes), forces=tuple(bent))], builder.scene.gravity),
         ties=tuple(ties),
         cells=(Cell(name=f"{name}.load", body=ties[0].upper.body, ropes=names, rated=load),),
         latches=tuple(BrakeLatch(brake=brake.name, ties=names) for brake in brakes if brake.name in locks),
         levels=True,
-        where=yard.source.where(path),
+        where=builder.source.where(path),
     )
 
 
 def _over(
-    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, own: kinematics.Poses,
+    builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, own: kinematics.Poses,
     lugs: list[Point], exit_: Vector, hangs: float,
 ) -> tuple[list[Edges], float]:  # fmt: skip
-    """The edges of each sling, and how far below its trolley the beam hangs, for which `hangs` is a guess [m]; `own`:
-    where its bodies are from its eye."""
+    """Edges of each sling, and distance of the beam below its trolley, starting from the guess `hangs` [m]; `own`:
+    bodies relative to its eye."""
     path = ("rig", BEAMS, name)
     if len(lugs) < len(given.parts.slings):
-        yard.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
+        builder.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
         return [()] * len(given.parts.slings), hangs
     ends = [(Point(end.body, end.at), lug) for end, lug in zip(given.parts.slings, lugs, strict=True)]
     x, y, top = exit_
-    R, blocks, eye = np.eye(3), yard.scene.all_blocks, np.array([x, y, top - hangs])
+    R, blocks, eye = np.eye(3), builder.scene.all_blocks, np.array([x, y, top - hangs])
     at = {WORLD: (np.zeros(3), R)} | {body: (eye + p, Q) for body, (p, Q) in own.items() if body != WORLD}
     at |= {block: (np.array(given.at), R) for block, given in blocks.items()}
     coms = {block: given.com for block, given in blocks.items()}
-    over = [along_edges(yard.source, path, given.over_edges, yard.scene.edges, pair, coms, lambda: at) for pair in ends]
+    over = [
+        along_edges(builder.source, path, given.over_edges, builder.scene.edges, pair, coms, lambda: at)
+        for pair in ends
+    ]
     if len({edge.at.body for edge in over[0]}) > 1:
-        told = "the block turns freely, so its slings bend over edges of one body only"
-        yard.source.fault((*path, "over edges"), told)
-    if yard.source.faults or given.rope is not None:
+        message = "the block turns freely, so its slings bend over edges of one body only"
+        builder.source.fault((*path, "over edges"), message)
+    if builder.source.faults or given.rope is not None:
         return over, hangs
 
     def height(i: int) -> float:
@@ -196,46 +200,48 @@ def _over(
     try:
         return over, top - min(map(height, range(len(ends))))
     except ValueError as error:
-        yard.source.fault((*path, "sling"), str(error))
+        builder.source.fault((*path, "sling"), str(error))
         return over, hangs
 
 
 def _rope(
-    yard: SceneBuilder, name: str, hook: HookKeys, given: schema.FrameKeys, carried: float, L0: float,
+    builder: SceneBuilder, name: str, hook: HookKeys, given: schema.FrameKeys, carried: float, L0: float,
     R: NDArray[np.float64],
 ) -> Rope:  # fmt: skip
     """The falls of a hook as two lines apart along x, and what leads to its drum; `R`: attitude of what they leave."""
-    half, eye, blocks = given.parts.eye.apart / 2, given.parts.eye.body, yard.scene.all_blocks
+    half, eye, blocks = given.parts.eye.apart / 2, given.parts.eye.body, builder.scene.all_blocks
     lines = []
     for d in (-half, half):
         x, y, z = (p + d * along for p, along in zip(hook.at, R[0].tolist(), strict=True))
-        lines.append(RopeSpan(Point(hook.on, (x, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5))
+        lines.append(Line(Point(hook.on, (x, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5))
     if hook.drum:
-        lines.append(RopeSpan(Point(hook.on, hook.at), Point(hook.drum.body, hook.drum.at), 1.0 / hook.falls))
-    carried += sum(block.mass for block in blocks.values()) / len(yard.hooks)
+        lines.append(Line(Point(hook.on, hook.at), Point(hook.drum.body, hook.drum.at), 1.0 / hook.falls))
+    carried += sum(block.mass for block in blocks.values()) / len(builder.hooks)
     EA = hook.falls * hook.fall_EA
     damping = 2 * hook.damping * math.sqrt(EA / max(L0, 1e-3) * carried)
     return Rope(name, tuple(lines), EA, L0, damping, winch=True)
 
 
-def placed(yard: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
+def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
     """A machine whose joints begin above the lugs that hang there, where they say so."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE
-        return {"start": _above(yard, name, given, joint)} if above else {}
+        return {"start": _above(builder, name, given, joint)} if above else {}
 
     joints = {joint: x.model_copy(update=start(joint)) for joint, x in given.joints.items()}
     return given.model_copy(update={"joints": joints})
 
 
-def _above(yard: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
+def _above(builder: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
     """y above the mean of the lugs that the frames on a joint's child carry, else in the middle of its range [m]."""
-    rig, known, child = yard.scene.rig, lugs_of(yard.scene), given.joints[joint].child
-    hung = [frame for frame, (of, hook) in yard.hooks.items() if of == name and given.hooks[f"{of}.{hook}"].on == child]
+    rig, known, child = builder.scene.rig, lugs_of(builder.scene), given.joints[joint].child
+    hung = [
+        frame for frame, (of, hook) in builder.hooks.items() if of == name and given.hooks[f"{of}.{hook}"].on == child
+    ]
     lugs = [known[lug] for frame in hung if rig for lug in rig.beams[frame].lugs or () if lug in known]
     if not lugs:
         return sum(next((x.range for x in given.drives.values() if x.joint == joint and x.range), (0.0, 0.0))) / 2
-    blocks = yard.scene.all_blocks
+    blocks = builder.scene.all_blocks
     y = blocks[lugs[0].body].at[1]
     return y + sum(lug.p[1] + (blocks[lug.body].at[1] - y) for lug in lugs) / len(lugs)

@@ -27,7 +27,7 @@ NONE: Mapping[str, Edge] = MappingProxyType({})
 
 
 class Checking:
-    """A mechanism as it is written, with the source that its faults are added to.
+    """A mechanism as written, with the source that collects its faults.
 
     `lift`: what the other machines of the scene declare, on whose bodies and joints it can act; `base`: its place;
     `edges`: those of the scene; `start`: where all bodies are at the start, once their joints are known.
@@ -57,17 +57,17 @@ class Checking:
             self.fault(path, f"there is no body '{body}'", closest(body, self.bodies))
 
     def beam(self, body: str) -> BeamKeys | None:
-        """The beam that a body is, if it is one."""
+        """The beam of a body, if it is one."""
         return self.given.bodies[body].beam if body in self.given.bodies else None
 
     def on_beam(self, path: Path, body: str, x: float) -> None:
-        """What stands on a beam stands between its ends."""
+        """Check that a point on a beam lies between its ends."""
         beam = self.beam(body)
         if beam and not 0.0 <= x <= beam.length:
             self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
 
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
-        """The coordinate that a law acts along, and whether it is an angle."""
+        """The coordinate of a law, and whether it is an angle."""
         kind = self.joints.get(name)
         if kind is None:
             self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.joints))
@@ -87,7 +87,7 @@ class Checking:
         return None
 
     def own(self, path: Path, name: str) -> bool:
-        """Whether a joint, if there is one, is of the mechanism, so that a drive or a lock can be put on it."""
+        """Whether a joint belongs to the mechanism, as drives and locks require."""
         theirs = any(joint.name == name for joint in self.lift.joints)
         if theirs:
             message = f"the joint '{name}' belongs to the lift: a spring, stop, brake or force can act on it, no other"
@@ -139,13 +139,13 @@ class Checking:
         return found
 
     def _solid(self, body: str) -> bool:
-        """Whether all moments of inertia are there, or other bodies or a beam may bring them."""
+        """Whether a body has all moments of inertia, or may get them from other bodies or a beam."""
         carries = any(joint.parent == body for joint in self.given.joints.values())
         given = self.given.bodies[body]
         return carries or bool(given.beam or given.matrices or given.box) or all(given.inertia[:3])
 
     def _possible(self, body: str) -> bool:
-        """Whether a body can have its inertia; if not, that is reported separately."""
+        """Whether the inertia of a body is possible; a fault otherwise."""
         given = self.given.bodies[body]
         try:
             check_inertia(k.Body(body, given.mass or 0.0, inertia=moments(given)))

@@ -68,7 +68,7 @@ def check_laws(checks: Checking) -> None:
 
 
 def _dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
-    """The units of a law fit the coordinate that it acts on."""
+    """Check that the units of a law fit its coordinate."""
     for name, field in type(law).model_fields.items():
         found = quantity((*field.metadata, field.annotation))
         if found and isinstance(either := found.dimension, units.Either):
@@ -89,7 +89,7 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
 
 
 def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: bool) -> None:
-    """The units of a curve fit the joint that it acts along."""
+    """Check that the units of a curve fit its joint."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
     for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
@@ -112,7 +112,7 @@ def _names(checks: Checking) -> None:
 
 
 def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
-    """The kernel's laws, by the field of its `System`: those that are written and those of the joints themselves."""
+    """Laws of the kernel by field of its `System`: explicit ones and those of joints."""
     own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
     return {
         key: (*(x.built(name) for name, x in getattr(given, key).items()), *(x for x in own if isinstance(x, kind)))
@@ -121,7 +121,7 @@ def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
 
 
 def actuators(checks: Checking) -> list[plan.Actuator]:
-    """Drives and winches: where they start, how they ramp, between which ends."""
+    """Drives and winches with start, ramp and end positions."""
     found = []
     for name, drive in checks.given.drives.items():
         lower, upper = drive.range or (None, None)
@@ -130,8 +130,8 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         accel, pulses = ramp_of(drive.ramp)
         ordered = lower is not None and upper is not None and lower < upper
         if drive.range and ordered and not drive.range[0] - TOUCH <= start <= drive.range[1] + TOUCH:
-            told = f"{plan.driven(name)} begins at {start:g}, past the end of its range, {lower:g} to {upper:g}"
-            checks.fault((*checks.base, "joints", drive.joint, "start"), told)
+            message = f"{plan.driven(name)} begins at {start:g}, past the end of its range, {lower:g} to {upper:g}"
+            checks.fault((*checks.base, "joints", drive.joint, "start"), message)
         found.append(
             plan.Actuator(
                 name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, verb=drive.verb or "",
@@ -149,7 +149,7 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
 
 
 def _start(checks: Checking, drive: mechanics.DriveKeys) -> float:
-    """Where the coordinate of a drive begins."""
+    """Start value of a drive's coordinate."""
     joint = checks.given.joints.get(drive.joint)
     named = dict(zip(joint.coordinates, joint.values(POSITIONS), strict=False)) if joint else {}
     return named.get(drive.coordinate, next(iter(named.values()), 0.0))

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import cross, dot, norm, solve
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.mechanics import Joint, Measured, Point, RopeSpan, System, merge
+from heavylift.kernel.description.mechanics import Joint, Line, Measured, Point, System, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Follow, Move
 from heavylift.nodes.scene.keys.parts.kinematics import Array, Poses, place, poses
@@ -27,10 +27,10 @@ NODES = tuple(float(cos(pi * (2 * i + 1) / 8)) for i in range(4))  # of Chebyshe
 LEVEL = 1e-9  # of an axis that is level
 
 
-def measuring(yard: SceneBuilder, mechanisms: tuple[plan.Mechanism, ...]) -> tuple[plan.Mechanism, ...]:
-    """The machines, with the angles of booms measured above hooks that the action list tells to hold their height."""
-    asked = [t for action in yard.scene.actions for t, phrase in action.orders.items() if phrase.height]
-    known = targets(yard, mechanisms) if asked else {}
+def measuring(builder: SceneBuilder, mechanisms: tuple[plan.Mechanism, ...]) -> tuple[plan.Mechanism, ...]:
+    """The machines with angle measurements of booms whose hooks hold their height."""
+    asked = [t for action in builder.scene.actions for t, phrase in action.orders.items() if phrase.height]
+    known = targets(builder, mechanisms) if asked else {}
     ropes = {actor.name for target in asked for actor in known.get(" ".join(target.split()), ())}
     found = []
     for machine in mechanisms:
@@ -50,7 +50,7 @@ def angle_of(joint: str) -> str:
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """What a winch follows while a boom luffs; else why it cannot, a sentence."""
+    """The law of a winch while a boom luffs, or a sentence why there is none."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)
@@ -79,7 +79,7 @@ def _boom(machine: plan.Mechanism, rope: str) -> Joint | None:
 
 
 def _length(system: System, boom: Joint, rope: str, at: Poses, axis: Array) -> Callable[[float], float]:
-    """By the angle of a boom: height of the tip, and way from there to the drum over the falls [m]."""
+    """Functions of the boom angle: height of the tip, and length from tip to drum divided by the falls [m]."""
     lines = next(r.lines for r in system.ropes if r.name == rope)
     start, o = (boom.q0 or (0.0,))[0], place(Point(boom.parent, boom.p_PJ), at)
 
@@ -91,7 +91,7 @@ def _length(system: System, boom: Joint, rope: str, at: Poses, axis: Array) -> C
         k, q = axis.tolist(), p.tolist()
         return o + c * p + n * np.array(cross(k, q)) + (1.0 - c) * dot(k, q) * axis
 
-    def part(line: RopeSpan, s: float) -> float:
+    def part(line: Line, s: float) -> float:
         a, b = turned(line.a, s), turned(line.b, s)
         plumb = line.b.body == lines[0].b.body
         return line.share * (float(a[2]) if plumb else norm((a - b).tolist()))

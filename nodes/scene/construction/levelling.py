@@ -31,23 +31,23 @@ IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothin
 
 
 class Levelling:
-    """What each hook does: it hoists what is low on its side, lowers what is high; one of the two has nothing to do.
+    """Direction of each hook: hoist on the low side, lower on the high side; one set remains at rest.
 
     `hangs`: what each sling hangs on, the rope of a hook or a point of a frame, and what it holds; `held`: the slings
     that are hooked as the list is read; `turned`: the angle of each block [rad].
     """
 
-    def __init__(self, yard: SceneBuilder, conditions: Conditions) -> None:
-        self.yard, self.conditions, self.turned = yard, conditions, dict[str, float]()
-        scene, lugs = yard.scene, lugs_of(yard.scene)
-        self.lugs = lug_places(yard.machines)
-        hooks = [hook for crane in yard.cranes for hook in crane.hooks]
+    def __init__(self, builder: SceneBuilder, conditions: Conditions) -> None:
+        self.yard, self.conditions, self.turned = builder, conditions, dict[str, float]()
+        scene, lugs = builder.scene, lugs_of(builder.scene)
+        self.lugs = lug_places(builder.machines)
+        hooks = [hook for crane in builder.cranes for hook in crane.hooks]
         self.hangs: dict[str, tuple[str | Point, Point]] = {
             tie.rope: (hook.rope, self.lugs.get(tie.lug, Point("block")))
             for hook in hooks
-            for tie in ties_on(yard.machines, hook)
+            for tie in ties_on(builder.machines, hook)
         }
-        self.held = {tie.rope for tie in yard.slings() if tie.lug}
+        self.held = {tie.rope for tie in builder.slings() if tie.lug}
         frames = {name: frame for name, frame in scene.rigging.items() if isinstance(frame, Frame)}
         points = {name: Point(name) for name in frames}
         points |= {f"{name}.{at}": Point(name, p) for name, frame in frames.items() for at, p in frame.points.items()}
@@ -76,7 +76,7 @@ class Levelling:
                     self.turned[order.block] = order.to
 
     def _rises(self, on: str | Point, hooks: Collection[str]) -> float:
-        """By how much what a sling hangs on rises with hooks, of what these do."""
+        """Rise of a sling's attachment relative to that of the hooks."""
         if isinstance(on, str):
             return float(on in hooks)
         above = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == on.body]
@@ -85,19 +85,19 @@ class Levelling:
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
     def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
-        """What the hooks hoist, then what they lower; a fault if they hold nothing, or everything."""
+        """Hooks that hoist, then hooks that lower; a fault if they hold nothing or everything."""
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
         places = [(end.p, self._rises(on, actors)) for on, end in holds]
         turned = self.turned.get(block, 0.0) if phrase.to is None else phrase.to
         ends = apart(places, turned)
         if ends is None:
-            told = f"{', '.join(phrase.hooks)} cannot level the block: name hooks that hold it beside others"
-            self.yard.source.fault(path, told)
+            message = f"{', '.join(phrase.hooks)} cannot level the block: name hooks that hold it beside others"
+            self.yard.source.fault(path, message)
             return []
         signal = ScalarSignal("height difference", point=Point(block, ends[0]), origin=Point(block, ends[1]))
-        way = norm([a - b for a, b in zip(*ends, strict=True)])
-        least, words = way * float(sin(phrase.within)), f"level within {degrees(phrase.within):g} deg"
+        distance = norm([a - b for a, b in zip(*ends, strict=True)])
+        least, words = distance * float(sin(phrase.within)), f"level within {degrees(phrase.within):g} deg"
         holding = {rope: x for rope, x in actors.items() if any(self._rises(on, [rope]) for on, _ in holds)}
         return [
             tuple(
@@ -113,10 +113,8 @@ class Levelling:
 
 
 def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
-    """The middles of what rises with hooks and of what stays, the first one moved upright to where both are level in a
-    block that is turned by an angle [rad]; None if they are above one another.  `places`: each with the part of what
-    the hooks rise that it rises by.
-    """
+    """Centres of the lugs that rise with hooks and of the others, with the first moved vertically until the block is
+    level or turned by an angle [rad]; None if they are above one another. `places`: each with its share of the rise."""
     parts = sum(part for _, part in places), sum(1.0 - part for _, part in places)
     if min(parts) < IN_LINE:
         return None
@@ -125,5 +123,5 @@ def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector
     b = [sum(p[i] * (1.0 - part) for p, part in places) / parts[1] for i in range(3)]
     above = dot([x - y for x, y in zip(a, b, strict=True)], list(up))
     p = (a[0] - above * up[0], a[1] - above * up[1], a[2] - above * up[2])
-    way = norm([x - y for x, y in zip(p, b, strict=True)])
-    return (p, (b[0], b[1], b[2])) if way > APART else None
+    distance = norm([x - y for x, y in zip(p, b, strict=True)])
+    return (p, (b[0], b[1], b[2])) if distance > APART else None

@@ -19,50 +19,49 @@ from .beams import on_hook, placed
 from .mechanism import build_mechanism
 from .rigging.slings import lugs_of
 from .scene_builder import SceneBuilder
-from .stools import block_machine
+from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
     """Machines whose moves are known before, what hangs on them by `rig`, and the blocks below; what is wrong is added
     to the faults of the source."""
-    yard = SceneBuilder(source, scene)
+    builder = SceneBuilder(source, scene)
     if scene.rig:
-        _hang(yard, scene.rig)
-    cranes = _staged(yard)
-    blocks = [block_machine(yard, ("block",))] if scene.block else []
-    blocks += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if cranes else []
+        _hang(builder, scene.rig)
+    cranes = _staged(builder)
+    blocks = [block_machine(builder, ("block",))] if scene.block else []
+    blocks += [block_machine(builder, ("blocks", name)) for name in scene.blocks] if cranes else []
     frames = []
-    for frame, (owner, _) in yard.hooks.items() if scene.rig and not source.faults else ():
+    for frame, (owner, _) in builder.hooks.items() if scene.rig and not source.faults else ():
         assert scene.rig is not None
         i = next(i for i, crane in enumerate(cranes) if crane.name == owner)
-        hung, made = on_hook(yard, scene.rig, frame, scene.rig.beams[frame], cranes[i])
-        cranes[i] = with_hooks(yard, cranes[i], hung)
+        hung, made = on_hook(builder, scene.rig, frame, scene.rig.beams[frame], cranes[i])
+        cranes[i] = with_hooks(builder, cranes[i], hung)
         frames.append(made)
-    yard.machines += [*cranes, *frames, *blocks]
+    builder.machines += [*cranes, *frames, *blocks]
     if scene.rig:
-        _groups(yard, scene.rig)
-    return yard
+        _groups(builder, scene.rig)
+    return builder
 
 
-def with_hooks(yard: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
+def with_hooks(builder: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
     """A machine with more hooks."""
     of = ("actuators", "taut", "heavy", "bends", "shapes", "ties", "hooks")
     both = {key: getattr(crane, key) + getattr(hung, key) for key in of}
     both |= {"system": merge([crane.system, hung.system], crane.system.gravity)}
     crane = msgspec.structs.replace(crane, **both)
-    return msgspec.structs.replace(crane, cells=load_cells(yard, crane))
+    return msgspec.structs.replace(crane, cells=load_cells(builder, crane))
 
 
 def check_parts(source: Source, scene: schema.Scene) -> None:
-    """A lift needs cranes, a rig and a block, which alone does beside machines, vessels and obstacles; a scene needs
-    something that moves."""
+    """Check that the scene has the parts of a lift, and something that moves."""
     block = scene.block is not None or bool(scene.blocks)
     parts = {"cranes": bool(scene.machines), "block": block, "rig": scene.rig is not None}
-    beside = scene.machines or scene.vessels or scene.obstacles or scene.floor
+    other = scene.machines or scene.vessels or scene.obstacles or scene.floor
     if not any(parts.values()):
         if scene.mechanism is None and not scene.vessels:
             source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
-    elif not all(parts.values()) and (scene.rig or not beside):
+    elif not all(parts.values()) and (scene.rig or not other):
         there, missing = (" and ".join(key for key in parts if bool(parts[key]) is has) for has in (True, False))
         source.fault((), f"a scene with {there} needs {missing}, too")
     names = {*(scene.rig.beams if scene.rig else ())}
@@ -78,97 +77,99 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
 
 
 def _check_ends(source: Source, scene: schema.Scene) -> None:
-    """The run ends some time, and its tolerance is that of the state."""
+    """Check the end of the run and its tolerance."""
     if scene.tolerance_of == "rope tension" and scene.method not in get_args(RemovedMethod):
         source.fault(("tolerance of",), "no method has a tolerance of rope tension alone; leave this key out")
     if not scene.actions and scene.end is None:
         source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
 
 
-def _hang(yard: SceneBuilder, rig: schema.RigKeys) -> None:
-    """Which beam hangs on which hook."""
-    known = [hook.replace(".", " ", 1) for given in yard.scene.machines.values() for hook in given.hooks]
+def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
+    """Assign beams to hooks."""
+    known = [hook.replace(".", " ", 1) for given in builder.scene.machines.values() for hook in given.hooks]
     taken: dict[str, str] = {}
     for name, beam in rig.beams.items():
         path: Path = ("rig", BEAMS, name, "hook")
         words = " ".join(beam.hook.split())
         if words not in known:
-            yard.source.fault(path, f"there is no hook '{beam.hook}'", closest(words, known))
+            builder.source.fault(path, f"there is no hook '{beam.hook}'", closest(words, known))
         elif words in taken:
-            yard.source.fault(path, f"the hook {words} already carries {taken[words]}")
+            builder.source.fault(path, f"the hook {words} already carries {taken[words]}")
         else:
             taken[words] = name
             crane, hook = words.split()
-            given = yard.scene.machines[crane]
+            given = builder.scene.machines[crane]
             if other := [x.parent for x in given.joints.values() if x.parent not in (WORLD, *given.bodies)]:
-                yard.source.fault(path, f"{crane} stands on {other[0]}: hang `rigging` on its hooks, no frame of `rig`")
+                builder.source.fault(
+                    path, f"{crane} stands on {other[0]}: hang `rigging` on its hooks, no frame of `rig`"
+                )
                 continue
-            yard.hooks[name] = (crane, hook)
-        if name in yard.scene.machines:
-            yard.source.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
-    used, lugs = dict[str, str](), lugs_of(yard.scene)
+            builder.hooks[name] = (crane, hook)
+        if name in builder.scene.machines:
+            builder.source.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
+    used, lugs = dict[str, str](), lugs_of(builder.scene)
     for name, beam in rig.beams.items():
         for i, lug in enumerate(beam.lugs or ()):
             path = ("rig", BEAMS, name, "lugs", i)
             if lug not in lugs:
-                told = f"no block has a lug '{lug}'" if yard.scene.blocks else f"the block has no lug '{lug}'"
-                yard.source.fault(path, told, closest(lug, lugs))
+                message = f"no block has a lug '{lug}'" if builder.scene.blocks else f"the block has no lug '{lug}'"
+                builder.source.fault(path, message, closest(lug, lugs))
             elif lug in used:
-                yard.source.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
+                builder.source.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
             used.setdefault(lug, name)
         if len({lugs[lug].body for lug in beam.lugs or () if lug in lugs}) > 1:
-            yard.source.fault(("rig", BEAMS, name, "lugs"), "the slings of one hook hang on one block")
+            builder.source.fault(("rig", BEAMS, name, "lugs"), "the slings of one hook hang on one block")
 
 
-def _staged(yard: SceneBuilder) -> list[plan.Mechanism]:
+def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
     """Machines whose moves are known before: those with girders, and those on whose hooks frames hang."""
-    scene, found = yard.scene, list[plan.Mechanism]()
-    carrying = {crane for crane, _ in yard.hooks.values()}
+    scene, found = builder.scene, list[plan.Mechanism]()
+    carrying = {crane for crane, _ in builder.hooks.values()}
     for name, given in scene.machines.items():
         if given.girders or name in carrying:
-            keys = placed(yard, name, given).model_copy(update={"hooks": {}})
-            made = build_mechanism(yard.source, keys, scene.gravity, base=("machines", name), edges=scene.edges)
+            keys = placed(builder, name, given).model_copy(update={"hooks": {}})
+            made = build_mechanism(builder.source, keys, scene.gravity, base=("machines", name), edges=scene.edges)
             found.append(msgspec.structs.replace(made, levels=True))
     return found
 
 
-def load_cells(yard: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
+def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
     """Those of all hooks of a machine, and of a part that carries several; rated for the hook blocks, too."""
-    given, found = yard.scene.machines.get(machine.name), list[Cell]()
+    given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)
         if len(own) > 1 or (own and is_root(machine, body)):
-            most = x.capacity * (x.tandem if yard.tandem else 1.0)
-            rated = (most + sum(hook.block_mass for hook in own)) * yard.scene.gravity
+            most = x.capacity * (x.tandem if builder.tandem else 1.0)
+            rated = (most + sum(hook.block_mass for hook in own)) * builder.scene.gravity
             ropes = tuple(hook.rope for hook in own)
             found.append(Cell(name=f"{body}.load", body=body, ropes=ropes, rated=rated, capacity=most))
     return tuple(found)
 
 
-def _groups(yard: SceneBuilder, rig: schema.RigKeys) -> None:
-    on_hook = {" ".join(yard.hooks[beam]): beam for beam in yard.hooks}
+def _groups(builder: SceneBuilder, rig: schema.RigKeys) -> None:
+    on_hook = {" ".join(builder.hooks[beam]): beam for beam in builder.hooks}
     for name, members in rig.groups.items():
         found = []
         for i, member in enumerate(members):
             words = " ".join(member.split())
             if words not in on_hook:
                 path: Path = ("rig", "groups", name, i)
-                yard.source.fault(path, f"no {BEAM} hangs on a hook '{member}'", closest(words, on_hook))
+                builder.source.fault(path, f"no {BEAM} hangs on a hook '{member}'", closest(words, on_hook))
             else:
                 found.append(on_hook[words])
-        yard.groups[name] = tuple(dict.fromkeys(found))
+        builder.groups[name] = tuple(dict.fromkeys(found))
 
 
-def build_fidelity(yard: SceneBuilder, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
-    """How much is modelled of these machines, groups of joints as names of joints."""
-    given, groups = yard.scene.fidelity, groups_of(machines)
+def build_fidelity(builder: SceneBuilder, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
+    """The fidelity of these machines, with groups of joints resolved to names."""
+    given, groups = builder.scene.fidelity, groups_of(machines)
     locked = [joint for name in given.locked for joint in groups.get(name, [name])]
     return planar(msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity), machines)
 
 
-def check_locked(yard: SceneBuilder, machines: Sequence[plan.Mechanism]) -> None:
-    """What is to be locked exists; what is wrong is added to the faults of the scene."""
+def check_locked(builder: SceneBuilder, machines: Sequence[plan.Mechanism]) -> None:
+    """Check that locked joints exist."""
     known = [*groups_of(machines), *(joint.name for machine in machines for joint in machine.system.joints)]
-    for i, name in enumerate(yard.scene.fidelity.locked):
+    for i, name in enumerate(builder.scene.fidelity.locked):
         if name not in known:
-            yard.source.fault(("fidelity", "locked", i), f"there is no joint '{name}' to lock", closest(name, known))
+            builder.source.fault(("fidelity", "locked", i), f"there is no joint '{name}' to lock", closest(name, known))

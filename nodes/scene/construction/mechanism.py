@@ -55,7 +55,7 @@ def build_mechanism(
     tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
-    """The mechanism of the plan, which may act on a lift; what is wrong is added to the faults of the source.
+    """The mechanism of the plan, which may act on a lift; faults are added to those of the source.
 
     `base`: where it stands in the scene; `tree`: the rigging of the scene; `edges`: those of the scene.
     """
@@ -148,11 +148,11 @@ class _Assembly(Checking):
         for name, rope in ropes.items():
             start = rope.lines[0].start if rope.lines else rope.start
             if rope.mass_per_length and start:
-                beside = ((0.0, 0.0, 0.0),) * max(1, len(rope.lines) or len(rope.over) + 1)
-                yield Heavy(rope=name, line=rope.mass_per_length, on=start.body, beside=beside)
+                other = ((0.0, 0.0, 0.0),) * max(1, len(rope.lines) or len(rope.over) + 1)
+                yield Heavy(rope=name, line=rope.mass_per_length, on=start.body, beside=other)
 
     def _bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
-        """Bodies that can bend, with what of their mass does."""
+        """Bodies that can bend, with their bending mass."""
         known = {body.name: body for body in bodies}
         for name, x in self.given.elastic.items():
             path, box = (*self.base, "elastic", name), self.given.bodies[name].box if name in known else None
@@ -185,7 +185,7 @@ class _Assembly(Checking):
             yield Girder(body=name, **{**x.model_dump(), "slides": tuple(x.slides)})
 
     def _slices(self, bends: tuple[Bend, ...]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Bodies without mass along each that bends: as which it is drawn and collides, but for its first part."""
+        """Massless bodies along a bending body for its shapes, except the first."""
         for bend in bends:
             given, beam = self.given.bodies[bend.body], bend.flexible.beam
             if given.box is None or bend.body in self.given.shapes or beam is None:
@@ -235,7 +235,7 @@ class _Assembly(Checking):
             check_parallel(rope, build_graph(whole), lambda body: (at[body][1], at[body][0]))
 
     def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
-        """No wire rope begins beyond the strain at which it breaks; softer ones may be of anything."""
+        """Check that no wire rope begins beyond its breaking strain; softer ropes may be of any material."""
         if rope.EA >= WIRE and stretch > BREAKS * rope.L0:
             message = (
                 f"the rope begins stretched by {stretch / rope.L0:.1%} with {rope.EA * stretch / rope.L0 / 1e3:.4g} kN"
@@ -253,7 +253,7 @@ class _Assembly(Checking):
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
-        """The kernel's joints; their axes have directions as their type requires."""
+        """The kernel's joints with the axes of their types."""
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
             faults = len(self.source.faults)
@@ -269,7 +269,7 @@ class _Assembly(Checking):
             yield made
 
     def _resisting(self, system: k.System) -> None:
-        """Where a body lacks mass or moments, whether all that moves it is resisted by what it carries."""
+        """Check that bodies without mass or inertia carry others that have it in all directions of motion."""
         if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
             return
         from heavylift.kernel.model.program import Program  # slow to import, and rarely needed

@@ -22,47 +22,49 @@ from .machines import load_cells, with_hooks
 from .mechanism import build_mechanism
 from .rigging.tree import RiggingTree
 from .scene_builder import SceneBuilder
-from .stools import block_machine
+from .supports import block_machine
 
 WIND = "wind"
 
 
-def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Each is built about the bodies and joints that the lift, at rest as well as in a run, and those before it have;
-    what is wrong is added to the faults of the scene."""
-    source, scene = yard.source, yard.scene
-    done = [machine.name for machine in yard.cranes]
+def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
+    """Build mechanisms in order, each relative to the lift (at rest as in a run) and to earlier ones; faults are added
+    to those of the scene."""
+    source, scene = builder.source, builder.scene
+    done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {
-        ("machines", name): placed(yard, name, machine) for name, machine in scene.machines.items() if name not in done
+        ("machines", name): placed(builder, name, machine)
+        for name, machine in scene.machines.items()
+        if name not in done
     }
     if scene.mechanism is not None:
         bases["mechanism",] = scene.mechanism
     fixed = bool(scene.obstacles or scene.floor)
     if not bases and scene.wind is None and not (scene.rigging or scene.blocks or scene.vessels or fixed):
         return ()
-    check_decks(yard)
+    check_decks(builder)
     if lift.machines:
         raise_faults(source, source.faults)
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
     around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
-    built = [vessel_machine(yard, name) for name in scene.vessels]
-    built += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if not done else []
+    built = [vessel_machine(builder, name) for name in scene.vessels]
+    built += [block_machine(builder, ("blocks", name)) for name in scene.blocks] if not done else []
     if source.faults:
         return tuple(built)
     around = merge([around, *(block.system for block in built)], scene.gravity) if built else around
     if fixed:
-        built.append(obstacles_machine(yard, around))
+        built.append(obstacles_machine(builder, around))
         around = merge([around, built[-1].system], scene.gravity)
     if source.faults:
         return tuple(built)
-    taken = {".".join(words) for words in yard.hooks.values()}
+    taken = {".".join(words) for words in builder.hooks.values()}
     tree = RiggingTree(source, scene, around, taken) if scene.rigging else None
-    for crane in yard.cranes:
+    for crane in builder.cranes:
         spare = {name: x for name, x in scene.machines[crane.name].hooks.items() if name not in taken}
         if own := _used(spare, tree):
             keys = MechanismKeys.model_construct(name=crane.name, hooks=own)
             hung = build_mechanism(source, keys, scene.gravity, around, ("machines", crane.name), tree, scene.edges)
-            yard.machines[yard.machines.index(crane)] = with_hooks(yard, crane, hung)
+            builder.machines[builder.machines.index(crane)] = with_hooks(builder, crane, hung)
             around = merge([around, hung.system], scene.gravity)
     if source.faults:
         return tuple(built)
@@ -71,7 +73,7 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
         built.append(build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges))
         if source.faults:
             return tuple(built)  # what others name of it is not known
-        built[-1] = msgspec.structs.replace(built[-1], cells=load_cells(yard, built[-1]))
+        built[-1] = msgspec.structs.replace(built[-1], cells=load_cells(builder, built[-1]))
         around = merge([around, built[-1].system], scene.gravity)
     for base, name in tree.own() if tree else ():
         assert tree is not None
@@ -80,7 +82,7 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
         if source.faults:
             return tuple(built)
         around = merge([around, built[-1].system], scene.gravity)
-    built = afloat(yard, built, around)
+    built = afloat(builder, built, around)
     if (air := _wind(source, scene, around)) is not None:
         built.append(build_mechanism(source, air, scene.gravity, around, (WIND,)))
     return tuple(built)
@@ -92,7 +94,7 @@ def _used(hooks: Mapping[str, HookKeys], tree: RiggingTree | None) -> dict[str, 
 
 
 def _wind(source: Source, scene: Scene, around: System) -> MechanismKeys | None:
-    """The forces of the wind, where there is one."""
+    """Wind forces, if there is wind."""
     if scene.wind is None:
         return None
     known = [body.name for body in around.bodies]

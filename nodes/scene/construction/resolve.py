@@ -30,37 +30,37 @@ ROUNDING = 1e-9  # relative, of a speed
 TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
-def build_actions(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
-    """The action list of the plan; what is wrong is added to the faults of the scene."""
-    resolver = _Resolver(yard, mechanisms)
-    return tuple(x for i, action in enumerate(yard.scene.actions) for x in resolver.listed(i, action))
+def build_actions(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
+    """The action list of the plan; faults are added to those of the scene."""
+    resolver = _Resolver(builder, mechanisms)
+    return tuple(x for i, action in enumerate(builder.scene.actions) for x in resolver.listed(i, action))
 
 
 def build_orders(
-    yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism], path: Path, target: str, phrase: phrases.OrderPhrase
+    builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism], path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
-    """One order to a target; what is wrong is added to the faults of the yard's source."""
-    resolver = _Resolver(yard, mechanisms)
+    """Orders to a target; faults are added to those of the source."""
+    resolver = _Resolver(builder, mechanisms)
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
     return tuple(resolver.orders(path, words, phrase))
 
 
 class _Resolver:
-    """Walks through the action list once."""
+    """Resolves the action list in order."""
 
-    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.source = yard, yard.source
-        self.targets = targets(yard, mechanisms)
-        self.lugs = lugs_of(yard.scene)
-        self.conditions = Conditions(yard, mechanisms)
+    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.source = builder, builder.source
+        self.targets = targets(builder, mechanisms)
+        self.lugs = lugs_of(builder.scene)
+        self.conditions = Conditions(builder, mechanisms)
         self.condition = self.conditions.read
-        self.levelling = Levelling(yard, self.conditions)
+        self.levelling = Levelling(builder, self.conditions)
         self.turned = ""  # the block that is
-        self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
+        self.rigged = {x: slings for name in builder.scene.rigging for x, slings in self._entries(name).items()}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
-        """An action, with those that it becomes after it."""
+        """An action, with the actions that it expands to."""
         first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
             path: Path = ("actions", index, target)
@@ -78,7 +78,7 @@ class _Resolver:
         return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
 
     def _brakes(self, path: Path, found: tuple[OrderTarget, ...]) -> tuple[actions.Order, ...]:
-        """The brakes of what is to be held, as they are engaged once it stands."""
+        """Brakes to engage after a stop by `hold`."""
         systems = [(machine.name, machine.system) for machine in self.conditions.moving]
         names = {actor.name for actor in found}
         joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
@@ -87,13 +87,13 @@ class _Resolver:
         return tuple(actions.BrakeOrder(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
 
     def _keeps(self, path: Path, found: tuple[OrderTarget, ...], action: plan.Action) -> plan.Action:
-        """Winches follow what luffs in their action."""
+        """An action with winches that hold their height while it luffs."""
         luffs = [x for x in action.orders if isinstance(x, actions.Move) and x.verb == "luff"]
         for actor in found:
             move = next((x for x in luffs if x.model == actor.model), None)
             if move is None:
-                told = f"'{actor.name}' holds its height while its boom luffs: let it luff in the same action"
-                self.source.fault(path, told)
+                message = f"'{actor.name}' holds its height while its boom luffs: let it luff in the same action"
+                self.source.fault(path, message)
                 continue
             kept = follow(self.conditions.moving, move, actor.name, self.source.where(path))
             if isinstance(kept, str):
@@ -146,7 +146,7 @@ class _Resolver:
         return obeying
 
     def of_machine(self, machine: str) -> tuple[OrderTarget, ...]:
-        """All that moves in a machine."""
+        """All targets of a machine."""
         found = (actor for actors in self.targets.values() for actor in actors if actor.model == machine)
         return tuple({actor.name: actor for actor in found if actor.obeys(VERBS["stop"])}.values())
 
@@ -167,8 +167,10 @@ class _Resolver:
                 to = phrase.to or 0.0
                 block = found[0].model
                 if self.turned not in ("", block):
-                    told = f"'{self.turned}' is turned before, and one block of a list can be: leave '{block}' as it is"
-                    self.source.fault(path, told)
+                    message = (
+                        f"'{self.turned}' is turned before, and one block of a list can be: leave '{block}' as it is"
+                    )
+                    self.source.fault(path, message)
                 self.turned = block
                 return [actions.Turn(block=block, rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
             case "begin":
@@ -232,7 +234,7 @@ class _Resolver:
         )
 
     def _entries(self, name: str) -> dict[str, dict[str, Sling]]:
-        """The ropes of an entry of the rigging, and of each sling of it that may hang at several places."""
+        """Ropes of a rigging entry, by sling with alternative attachments."""
         ropes = slings_of(self.yard.scene, name)
         several = {rope: {x: y for x, y in ropes.items() if y.number == sling.number} for rope, sling in ropes.items()}
         return {name: ropes} | {rope: each for rope, each in several.items() if ropes[rope].hooked}
@@ -240,7 +242,7 @@ class _Resolver:
     def _rigging(
         self, path: Path, slings: dict[str, Sling], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
-        """Orders to slings of rigging, which hang where the list before has hooked them."""
+        """Orders to slings of rigging, by where earlier actions hooked them."""
         if phrase.verb != "hook":
             parted = phrase.verb == "release"
             found = [rope for rope in slings if rope in self.hangs] or [rope for rope, x in slings.items() if x.hooked]
@@ -274,8 +276,8 @@ class _Resolver:
     def _together(self, path: Path, moves: list[actions.Move]) -> list[actions.Move]:
         """Moves with one ramp, the gentlest of theirs."""
         if len(moves) == 1 or moves[0].by is None or moves[0].pulses:
-            told = "several drives or winches move together, by the same way and with one ramp: write 'by'"
-            self.source.fault(path, told)
+            message = "several drives or winches move together, by the same way and with one ramp: write 'by'"
+            self.source.fault(path, message)
         names, accel = tuple(move.actuator for move in moves), min(move.accel for move in moves)
         return [msgspec.structs.replace(move, together=names, accel=accel) for move in moves]
 

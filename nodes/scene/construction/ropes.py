@@ -18,7 +18,7 @@ from .rigging.edges import along_edges
 
 
 def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k.RigidRope:
-    """A rope between points, on its way perhaps over others without friction."""
+    """A rope between points, possibly over frictionless points."""
     path: Path = (*checks.base, "ropes", name)
     lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
     for start, end, _, at in lines:
@@ -33,7 +33,7 @@ def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k
         checks.fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
     _wound(checks, path, rope)
     _stretch(checks, path, rope)
-    made = tuple(k.RopeSpan(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
+    made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
     winch = rope.winch is not None
     if rope.rigid:
         return k.RigidRope(name, made, rope.length, winch, rope.hooked)
@@ -41,7 +41,7 @@ def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k
 
 
 def _stretch(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
-    """An elastic rope has a stiffness, a rigid one none, and no damping."""
+    """Check that an elastic rope has a stiffness, and a rigid one neither stiffness nor damping."""
     if not rope.rigid:
         if rope.EA is None:
             checks.fault(path, "the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'", on_key=True)
@@ -89,14 +89,14 @@ def _nodes(
 
 
 def _wound(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
-    """The length of a rope lies between those that its winch allows."""
+    """Check that the length of a rope is within the range of its winch."""
     if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
         ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
         checks.fault((*path, "length"), f"{rope.length:g} m of rope is not between {ends}")
 
 
 def span(checks: Checking, rope: forces.Reeving, at: kinematics.Poses) -> float:
-    """The length of a rope over its sheaves at the start [m]."""
+    """Length of a rope over its sheaves at the start [m]."""
     try:
         return ReevingLaw().start_length(rope, lambda body: (at[body][1], at[body][0]))
     except KernelError as error:

@@ -19,7 +19,7 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 @dataclass
 class SceneBuilder:
-    """The machines of a scene as far as they are built; its faults are collected by the source."""
+    """The machines of a scene built so far; faults are collected by the source."""
 
     source: Source
     scene: schema.Scene
@@ -48,7 +48,7 @@ class SceneBuilder:
 
     @property
     def cargo(self) -> list[Cargo]:
-        """What they lift."""
+        """Lifted bodies."""
         return [cargo for machine in self.machines for cargo in machine.cargo]
 
     def slings(self, *beams: str) -> list[plan.Tie]:
@@ -58,7 +58,7 @@ class SceneBuilder:
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:
-    """Acceleration, provisional where it follows from the swing, and number of pulses of a ramp without swing."""
+    """Acceleration (provisional if determined by the swing) and number of pulses of a ramp without swing."""
     return (ramp.accel or PROVISIONAL, ramp.pulses) if isinstance(ramp, SwingRamp) else (ramp, 0)
 
 
@@ -69,5 +69,5 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Lugs of the slings of a beam: two in the order of its ends, smaller u first."""
+    """Lugs of a beam's slings: two in the order of its ends, smaller u first."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

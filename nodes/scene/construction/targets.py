@@ -39,7 +39,7 @@ class OrderTarget:
     loaded: float | None = None
 
     def obeys(self, verb: Verb) -> bool:
-        """Whether it can be given the verb."""
+        """Whether it accepts the verb."""
         own = (
             self.verb in ("", verb.name)
             or self.kind in ("winch", "hook")
@@ -50,27 +50,27 @@ class OrderTarget:
         return self.kind in verb.kinds and own and fits
 
 
-def targets(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[OrderTarget, ...]]:
-    """Every target of this scene with its actors."""
+def targets(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[OrderTarget, ...]]:
+    """All targets of a scene with their actors."""
     table: dict[str, tuple[OrderTarget, ...]] = {}
-    on_hook = {".".join(words): frame for frame, words in yard.hooks.items()}
-    for machine in (*yard.cranes, *mechanisms):
+    on_hook = {".".join(words): frame for frame, words in builder.hooks.items()}
+    for machine in (*builder.cranes, *mechanisms):
         _of_machine(table, machine, on_hook)
     for plural in (plural for called in CALLED.values() if (plural := f"{called}s") in table):
         every = plural.rpartition(" ")[2]
         table[every] = table[f"all {every}"] = (*table.get(every, ()), *table[plural])
-    for group, frames in yard.groups.items():
+    for group, frames in builder.groups.items():
         table[f"{group} hooks"] = tuple(table[frame][0] for frame in frames if frame in table)
-    for beam in yard.hooks:
-        for tie in yard.slings(beam):
+    for beam in builder.hooks:
+        for tie in builder.slings(beam):
             table[tie.rope] = (OrderTarget("sling", beam, tie.rope, beam=beam),)
-    turns = any(traversing(m, hook) for m in (*yard.cranes, *mechanisms) for hook in m.hooks)
-    for name in yard.scene.all_blocks:
+    turns = any(traversing(m, hook) for m in (*builder.cranes, *mechanisms) for hook in m.hooks)
+    for name in builder.scene.all_blocks:
         table[name] = (OrderTarget("block", name, "turn") if turns else OrderTarget("load", name, "level"),)
-    for interlock in yard.interlocks:
+    for interlock in builder.interlocks:
         actors = (OrderTarget("interlock", interlock.machine, interlock.name),)
         table[interlock.name] = table[interlock.name.replace(".", " ", 1)] = actors
-    table |= {lift: (OrderTarget("lift", lift, lift),) for lift in yard.scene.lifts}
+    table |= {lift: (OrderTarget("lift", lift, lift),) for lift in builder.scene.lifts}
     table["wait"] = (OrderTarget("none", "", "wait"),)
     return table
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import norm, product
-from heavylift.kernel.description.mechanics import Joint, Point, Rope, RopeSpan, System, Vector, merge
+from heavylift.kernel.description.mechanics import Joint, Line, Point, Rope, System, Vector, merge
 from heavylift.nodes.plan.mechanism import BeamLoad, Bend, Heavy, Mechanism, Tie
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -17,7 +17,7 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 
 def weighed(built: Plan) -> Plan:
-    """A plan with that, as its machines made of parts stand and hang at the start."""
+    """The plan with start loads of its machines made of parts."""
     free = any(machine.heavy or machine.bends or machine.ties for machine in built.mechanisms)
     if not free and all(row.below for machine in built.levelled for row in machine.heavy):
         return built
@@ -46,13 +46,13 @@ class _Start:
         return rope.EA * max(0.0, kinematics.length(rope, self.at) - rope.L0) / rope.L0 if rope.hooked else 0.0
 
     def tied(self, tie: Tie) -> Tie:
-        """A tie with its length, if it carries."""
+        """A sling with its length, if it carries."""
         rope = self.ropes.get(tie.rope)
         taut = rope is not None and self.pull(rope) > 0.0
         return msgspec.structs.replace(tie, spans=kinematics.length(rope, self.at)) if rope and taut else tie
 
     def hanging(self, machine: Mechanism, row: Heavy) -> Heavy:
-        """A heavy rope with its places, or why it can have no mass."""
+        """A heavy rope with its attachment points, or why it is massless."""
         rope = self.ropes.get(row.rope)
         if rope is None:
             over = any(x.name == row.rope for x in machine.system.reevings)
@@ -61,13 +61,13 @@ class _Start:
         falls = rope.lines[: len(row.beside)]
         a, b = ([kinematics.place(getattr(line, end), self.at) for line in falls] for end in "ab")
         top, eye = (np.array([sum(x) / len(falls) for x in zip(*places, strict=True)]) for places in (a, b))
-        way: list[float] = (top - eye).tolist()
+        distance: list[float] = (top - eye).tolist()
         apart = max(norm((p - top - q + eye).tolist()) for p, q in zip(a, b, strict=True))
-        length, T = norm(way), self.pull(rope)
+        length, T = norm(distance), self.pull(rope)
         shares = abs(sum(line.share for line in falls) - 1.0)
         whys = {
             "it is slack at the start": T <= 0.0 or self.g <= 0.0,
-            "it does not hang plumb from its start": max(*map(abs, way[:2]), -way[2]) > PLUMB * length,
+            "it does not hang plumb from its start": max(*map(abs, distance[:2]), -distance[2]) > PLUMB * length,
             "its falls are not parallel, or do not share its length": apart > PLUMB * length or shares > PLUMB,
         }  # fmt: skip
         return msgspec.structs.replace(
@@ -79,11 +79,11 @@ class _Start:
             why=next((why for why, holds in whys.items() if holds), ""),
         )
 
-    def _length(self, line: RopeSpan) -> float:
+    def _length(self, line: Line) -> float:
         return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
 
     def bent(self, row: Bend) -> Bend:
-        """A beam with gravity and the forces on it."""
+        """A beam with gravity and its forces at the start."""
         stations = {row.body: None} | {
             body.name: x for body in self.whole.bodies if (x := self._station(row, body.name))
         }
@@ -91,7 +91,7 @@ class _Start:
         return msgspec.structs.replace(row, gravity=gravity, loads=tuple(self._loads(row, stations, gravity)))
 
     def _station(self, row: Bend, body: str) -> Joint | None:
-        """The joint by which a body sits on a beam, with others between or not."""
+        """The joint between a body and a beam, directly or through others."""
         joint = self.carried.get(body)
         while joint is not None and joint.parent != row.body:
             joint = self.carried.get(joint.parent)
@@ -109,10 +109,10 @@ class _Start:
             for line, here, there in ends:
                 if here.body in on and there.body not in on:
                     place = kinematics.place(here, self.at)
-                    way = (kinematics.place(there, self.at) - place).tolist()
-                    size = T * line.share / norm(way)
+                    distance = (kinematics.place(there, self.at) - place).tolist()
+                    size = T * line.share / norm(distance)
                     p, joint = self._within(row.body, (place - origin).tolist()), on[here.body]
-                    force = self._within(row.body, [size * x for x in way])
+                    force = self._within(row.body, [size * x for x in distance])
                     x = joint.p_PJ[0] if joint else here.p[0]
                     yield BeamLoad(x=x, p=p, force=force, rope=rope.name, share=line.share)
 

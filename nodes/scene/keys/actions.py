@@ -43,7 +43,7 @@ Touching = list[tuple[str, str]]  # pairs of things that may touch each other
 
 
 class ActionLine(BaseModel):
-    """One line of the action list: `target: what to do`, as many targets at once as one likes."""
+    """A line of the action list: `target: order`, any number of targets at once."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
     __pydantic_extra__: dict[str, Order] = Field(init=False)
@@ -66,12 +66,12 @@ class ActionLine(BaseModel):
 
     @property
     def orders(self) -> dict[str, OrderPhrase]:
-        """What to do, by target."""
+        """Orders by target."""
         return dict(self.__pydantic_extra__)
 
 
 class InterlockKeys(Base):
-    """A measured quantity at which a machine stops some of its motions, and lets them go again where it is back."""
+    """A measured quantity at which a machine stops some motions, until it is back within its reset value."""
 
     when: Condition  # `moment of main >= 100 %`; of `any hook`: each of the machine is watched
     stops: Literal["all"] | list[str] = Field(default_factory=list)  # verbs, or `luff out`, `slew left`

@@ -21,7 +21,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
 def _named(word: str) -> str:
     if not word or not word.isascii() or not (word[0].isalpha() or word[0] == "_"):
-        raise ValueError(f"a name begins with a letter, unlike '{word}'")
+        raise ValueError(f"a name begins with a letter from a to z, unlike '{word}'")
     bad = next((c for c in word if not (c.isalnum() or c in "_-")), "")
     if bad:
         raise ValueError(f"a name has letters, digits, '-' and '_' only, but '{word}' has '{bad}'")
@@ -29,12 +29,12 @@ def _named(word: str) -> str:
 
 
 def part_name(name: str) -> str:
-    """The name of a part with that of its machine in front; raises ValueError for any other word."""
+    """Check a part name with the prefix of its machine; raises ValueError otherwise."""
     return ".".join(_named(word) for word in name.split("."))
 
 
 def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """A chart whose places rise; raises ValueError for any other."""
+    """Check that a chart has increasing arguments; raises ValueError otherwise."""
     for (one, _), (next_, _) in pairwise(chart):
         if next_ <= one:
             raise ValueError(f"the places of a chart rise, but {next_:g} m comes after {one:g} m")
@@ -50,7 +50,7 @@ Quaternion = tuple[Number, Number, Number, Number]
 
 
 def written(name: str) -> str:
-    """A key as it stands in YAML."""
+    """A key as written in YAML."""
     return BEAMS if name == "beams" else name.replace("off_lead", "off-lead").replace("_", " ")
 
 
@@ -71,7 +71,7 @@ class BodyPoint(Base):
 
 
 def comments(model: type[Base]) -> dict[str, str]:
-    """What the comments behind the fields of a model say, by key."""
+    """Comments after the fields of a model, by key."""
     text = inspect.getsource(model.struct) if model.struct else ""
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Base)):
         with suppress(OSError):  # it is made of another
@@ -92,7 +92,7 @@ def unit(vector: Directed) -> Directed:
 
 
 def across(axis: Vector) -> Vector:
-    """The x axis as seen across an axis, or y where that is x."""
+    """The x axis projected across an axis, or y if the axis is x."""
     a = unit(axis)
     e = Y if abs(a[0]) > 1.0 - 1e-9 else X
     along = sum(p * q for p, q in zip(a, e, strict=True))
@@ -101,7 +101,7 @@ def across(axis: Vector) -> Vector:
 
 
 def turned(roll: float, pitch: float, yaw: float) -> Matrix:
-    """R = Rz(yaw) Ry(pitch) Rx(roll); quarter turns are exact, so that they cost nothing in the compiled code."""
+    """R = Rz(yaw) Ry(pitch) Rx(roll); exact for quarter turns, which then cost nothing in compiled code."""
     (c, s), (d, t), (e, u) = ((_exact(cos(x)), _exact(sin(x))) for x in (roll, pitch, yaw))
     return (
         (e * d, e * t * s - u * c, e * t * c + u * s),
@@ -125,7 +125,7 @@ def _exact(x: float) -> float:
 
 
 class ProjectKeys(Base):
-    """What the document says of itself."""
+    """Identification of the project for documents."""
 
     model_config = ConfigDict(coerce_numbers_to_str=True)
     name: str = ""

@@ -17,12 +17,12 @@ from .validate import validate
 
 
 def override(source: Source, setting: str) -> None:
-    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
+    """Apply one `dotted.path=text` to the scene; its marks point into the setting."""
     overlay.override(source, setting, default_list)
 
 
 def default_list(source: Source, path: Path) -> list[Data] | None:
-    """What stands at a path that the scene does not write, if that is a list of numbers or words."""
+    """Default value of a path that the scene does not set, if it is a list of numbers or words."""
     trial = deepcopy(source)
     try:
         alike(trial)
@@ -30,14 +30,14 @@ def default_list(source: Source, path: Path) -> list[Data] | None:
         geared(trial)
         gather(trial)
         scene = validate(trial)
-    except SceneError:  # which is told when the scene is built
+    except SceneError:  # which is reported when the scene is built
         return None
     at, kind = found_at(scene, path) or (None, None)
     return listed(at, kind) if isinstance(at, tuple | list) else None
 
 
 def listed(at: tuple[object, ...] | list[object], kind: object) -> list[Data] | None:
-    """A list as a scene writes it; None if what is in it are no numbers or words."""
+    """A list as written in a scene; None unless it contains numbers or words."""
     found = quantity(kind)
     si = next((unit for unit, factor in found.dimension.units.items() if factor == 1), "") if found else ""
     written: list[Data] = []

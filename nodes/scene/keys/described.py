@@ -33,14 +33,14 @@ WORDS = {  # for the symbols of laws
 
 
 class Spelling(NamedTuple):
-    """How a field is written: its keys with annotation and default, and its value from the model of them."""
+    """Representation of a field: its keys with annotation and default, and its value from them."""
 
     keys: dict[str, tuple[Any, Any]]
     value: Callable[[Any], object]
 
 
 def one(key: str, kind: Any, value: Callable[[Any], object] = lambda x: x, default: Any = ...) -> Spelling:
-    """A field written as one key, which several fields may share."""
+    """A field written as one key, possibly shared by several fields."""
     return Spelling({key: (kind, default)}, lambda keys: value(getattr(keys, key)))
 
 
@@ -60,14 +60,14 @@ class Described(Base):
     spelt: ClassVar[dict[str, Spelling]] = {}
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """The description, with its `first` fields, as the name, and `other` ones that are no keys; `folder`: where
-        files stand that it names."""
+        """The description with its `first` fields and `other` ones that are not keys; `folder`: of files that it
+        names."""
         assert self.struct
         return self.struct(*first, **{field: spelling.value(self) for field, spelling in self.spelt.items()}, **other)
 
     @property
     def bodies(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
-        """The bodies that it names, with the keys that do so."""
+        """Bodies that it refers to, with the keys."""
         for key in type(self).model_fields:
             match getattr(self, key):
                 case str(body) if key in ("body", "start", "end"):
@@ -81,8 +81,8 @@ class Described(Base):
 
 
 def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **otherwise: Spelling) -> Any:
-    """The model whose keys are the fields of a class, `without` those that scenes do not write, with a `type: word` if
-    there is one; its `module` tells it from others of its name."""
+    """A model whose keys are the fields of a class, except `without`, plus `type: word` if given; `module`
+    distinguishes equal names."""
     hints, spelt = get_type_hints(kind, include_extras=True), dict[str, Spelling]()
     for field in msgspec.structs.fields(kind) if issubclass(kind, msgspec.Struct) else fields(kind):
         if field.name not in {"name", *without}:
@@ -98,7 +98,7 @@ def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **
 
 
 def _spelling(name: str, kind: Any, default: Any) -> Spelling:
-    """As most fields of a kind are written."""
+    """Default representation of a field by its type."""
     key, inner = WORDS.get(name, name), get_args(kind)
     if kind is Point and name in ("at", "point"):
         keys = {"body": (str, ...), "at": (Station, (0.0, 0.0, 0.0))}
@@ -120,7 +120,7 @@ def _plain(value: object) -> object:
 
 
 def _read(kind: Any) -> Any:
-    """The annotation with which scenes are read: units as quantities, limits as pydantic has them."""
+    """The annotation of a key: units as quantities, bounds as in pydantic."""
     inner = get_args(kind)
     if kind is Point:
         return BodyPoint

@@ -42,7 +42,7 @@ TABLES = {  # out of which a block may take what it needs
 
 
 def json_schema() -> Schema:
-    """The schema as plain data."""
+    """The JSON Schema as plain data."""
     schema = Scene.model_json_schema(by_alias=True)
     definitions = schema["$defs"]
     meanings = {model.__name__: comments(model) for model in _models(Base)}
@@ -102,20 +102,20 @@ def _parameters(kind: MachineType) -> Schema:
 
 
 def with_unit(dimension: str, value: float) -> str | float:
-    """A value in SI units as a scene writes it; a plain number where none is needed."""
+    """A value in SI units as written in a scene; a plain number for dimensions without unit."""
     unit, factor = FIRST_UNIT.get(dimension, ("", 1.0))
     return f"{value / factor:.10g} {unit}" if unit else value
 
 
 def _models(base: type[Base]) -> Iterator[type[Base]]:
-    """All models of keys; those of one name share their comments."""
+    """All key models; those of equal names share their comments."""
     for model in base.__subclasses__():
         yield model
         yield from _models(model)
 
 
 def _readable(key: Schema, meaning: str) -> Schema:
-    """A key without machine-made titles, its default with a unit; a place on a beam may be one length."""
+    """A key without generated titles, with the unit of its default; a place on a beam may be a length."""
     found = {name: value for name, value in key.items() if name != "title"}
     if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys have theirs
         del found["default"]

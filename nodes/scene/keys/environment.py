@@ -41,7 +41,7 @@ SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
 
 class Waves(Base):
-    """A regular wave, which grows from still water at the start."""
+    """A regular wave that grows from still water at the start."""
 
     height: u.Extent  # from trough to crest
     period: u.Duration
@@ -74,7 +74,7 @@ class LoadResponses(Base):
 
 
 class Mooring(Base):
-    """Stiffness of its mooring at the origin."""
+    """Mooring stiffness at the origin."""
 
     surge: u.Stiffness = 0.0
     sway: u.Stiffness = 0.0
@@ -82,7 +82,7 @@ class Mooring(Base):
 
 
 class Floating(Base):
-    """What keeps a vessel up and turns it back, and what the water takes: matrices in SI units, surge to yaw."""
+    """Hydrostatics and hydrodynamics of a vessel: matrices in SI units, surge to yaw."""
 
     waterplane: Annotated[float, u.Quantity(u.AREA, "positive")]
     GM: u.Extent  # of roll, with all that stands on it at the start
@@ -94,7 +94,7 @@ class Floating(Base):
 
 
 class Vessel(Base):
-    """A vessel, whose motion in the wave is `given` by its responses, or follows from `forces` on a free body."""
+    """A vessel whose motion in waves is `given` by responses, or computed from `forces` on a free body."""
 
     mass: u.Mass  # without what stands on it
     size: tuple[u.Extent, u.Extent, u.Extent]  # of its hull, a uniform box unless `inertia` is given
@@ -113,7 +113,7 @@ class Vessel(Base):
         return turned(0.0, 0.0, self.heading)
 
     def place(self, p: Sequence[float]) -> Vector:
-        """Where a place on it is in the world, at rest [m]."""
+        """World position of a point on it at rest [m]."""
         x, y, z = (a + b for a, b in zip(product(self.attitude, p), self.at, strict=True))
         return x, y, z
 
@@ -128,7 +128,7 @@ class Vessel(Base):
 
 
 class Floor(Base):
-    """A level floor that all blocks meet."""
+    """A level floor in contact with all blocks."""
 
     height: u.Length = 0.0
     friction: u.Ratio = 0.0
@@ -136,7 +136,7 @@ class Floor(Base):
 
 
 class Obstacle(Base):
-    """A box that is fixed in the yard or on a vessel, such as a wall, a guide, a quay: all blocks meet it."""
+    """A fixed box in the yard or on a vessel, such as a wall, a guide or a quay, in contact with all blocks."""
 
     box: tuple[u.Extent, u.Extent, u.Extent]
     at: Place  # its middle, in the frame of what it is on
@@ -155,14 +155,14 @@ class Obstacle(Base):
 
 
 class Area(Base):
-    """What the wind sees of a body along its own axes."""
+    """Projected areas of a body along its axes."""
 
     sides: tuple[u.Area, u.Area, u.Area]
     drag: u.Ratio | None = None  # left out: that of the wind
 
 
 class WindKeys(Base):
-    """Wind on the block, whose sides are those of its box, and on other bodies whose sides are given in `on`."""
+    """Wind on the block, with the sides of its box, and on other bodies with areas in `on`."""
 
     speed: u.Velocity
     direction: Direction  # to which it blows
@@ -184,7 +184,7 @@ class WindKeys(Base):
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
-        """By name; `block`: the size of its box [m], if there is one; `end`: of the run [s], if it is known."""
+        """Wind forces by name; `block`: size of its box [m] or None; `end`: of the run [s], if known."""
         areas = dict(self.on)
         if block is not None:
             x, y, z = block
@@ -206,7 +206,7 @@ class WindKeys(Base):
 
 
 def turbulent(speed: float, turbulence: float, scale: float, seed: int, end: float | None) -> list[tuple[float, float]]:
-    """Times [s] and speeds [m/s] of a wind of this mean until the end of the run, if it is known."""
+    """Times [s] and speeds [m/s] of a turbulent wind with this mean."""
     random = Random(f"wind {seed}")
     ends = [SLOWEST * float(power(FASTEST / SLOWEST, i / HARMONICS)) for i in range(HARMONICS + 1)]
     speeds = [speed] * (int(min(end or USUAL, LONGEST)) + 2)

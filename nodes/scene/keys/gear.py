@@ -26,7 +26,7 @@ USED = {"sling": SLING, "frame": FRAME, BEAM: ()}  # keys that each kind of plac
 
 
 def geared(source: Source) -> None:
-    """Put what the scene uses of its gear in its place; raises SceneError with all faults so far."""
+    """Replace references to gear by its data; raises SceneError with all faults so far."""
     named, before = source.data.get(GEAR), len(source.faults)
     items: dict[str, dict[str, Data]] = {}
     for i, file in enumerate([named] if isinstance(named, str) else named if isinstance(named, list) else ()):
@@ -36,8 +36,8 @@ def geared(source: Source) -> None:
                     raise SceneError(f"{file} has the item '{name}', which another file has, too")
                 items[name] = item
         except (SceneError, ValueError, OSError) as error:
-            told = getattr(error, "strerror", None) or str(error)
-            source.fault((GEAR, i) if isinstance(named, list) else (GEAR,), told)
+            message = getattr(error, "strerror", None) or str(error)
+            source.fault((GEAR, i) if isinstance(named, list) else (GEAR,), message)
     if isinstance(named, dict):
         items |= {name: item for name, item in named.items() if isinstance(item, dict)}
     raise_faults(source, source.faults[before:])
@@ -50,7 +50,7 @@ def geared(source: Source) -> None:
 
 
 def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: dict[str, dict[str, Data]]) -> None:
-    """What is below a path takes what it names of the gear."""
+    """Replace references to gear below a path."""
     given = source.at(path)
     if not isinstance(given, dict):
         return
@@ -62,8 +62,8 @@ def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: d
     name = str(given.pop(GEAR))
     item = items.get(name)
     if item is None:
-        told = closest(name, items) if items else "name the files that hold it, 'gear: [slings.csv]'"
-        source.fault(at, f"there is no gear '{name}'", told, mark=mark)
+        message = closest(name, items) if items else "name the files that hold it, 'gear: [slings.csv]'"
+        source.fault(at, f"there is no gear '{name}'", message, mark=mark)
         return
     last = path[-1]
     places = item.setdefault("at", [])
@@ -89,7 +89,7 @@ def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: d
 
 
 def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
-    """A number in place of what names the gear."""
+    """Replace the name of gear by a number."""
     if key not in item:
         source.fault(path, f"the gear '{name}' has no '{key}'", mark=mark)
         return

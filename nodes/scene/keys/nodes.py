@@ -17,26 +17,23 @@ Nodes are the machines of the scene, `commander` and `kernel`; those that are no
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Fault, Source
-from heavylift.nodes.scene.text.spelling import tidy
+from heavylift.nodes.scene.text.spelling import number_and_unit
 from pydantic import BeforeValidator, Field, model_validator
 
 from .base import Base, Name
 
-TEXT = re.compile(rf"{u.NUMBER}\s*\D.*")
-
 
 def _parameter(given: object) -> object:
-    """A quantity as its number in SI units; other text, numbers and truth values as they are."""
-    if isinstance(given, str) and TEXT.fullmatch(given):
+    """Convert a quantity to SI; other texts, numbers and booleans stay."""
+    if isinstance(given, str) and (unit := number_and_unit(given)[1]):
         for dimension in u.DIMENSIONS:
-            if tidy(re.sub(rf"^{u.NUMBER}\s*", "", given)) in dimension.units:
+            if unit in dimension.units:
                 return dimension.read(given)
     if isinstance(given, int) and not isinstance(given, bool):
         return float(given)
@@ -49,7 +46,7 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """A model: the samples that it hears, the orders that it gives; `delay`: so much later its set-points arrive."""
+    """A user's model: sampled inputs and its orders; `delay` of its set-points."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step
@@ -62,7 +59,7 @@ class ModelKeys(Base):
 
 
 class Process(Base):
-    """A process of a run: its nodes, and whether it is started here or on another host."""
+    """A process of a run: its nodes, and where it is started."""
 
     nodes: Annotated[list[str], Field(min_length=1)]
     host: Literal["here", "remote"] = "here"
@@ -74,7 +71,7 @@ class Process(Base):
 
 
 def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
-    """Names that are no nodes, and nodes that are placed twice."""
+    """Faults: unknown nodes, and nodes placed twice."""
     found, placed = list[Fault](), dict[str, str]()
     for process, hosting in placement.items():
         given = source.at(("placement", process))

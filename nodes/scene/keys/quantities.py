@@ -45,13 +45,13 @@ def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
 
 
 def quantity(kind: Kind) -> Quantity | None:
-    """The first quantity that an annotation tells, however deep."""
+    """The first quantity in an annotation, at any depth."""
     found: Quantity | None = _deep(kind, lambda each: each if isinstance(each, Quantity) else None)
     return found
 
 
 def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
-    """Value and annotation at a path; None where nothing is."""
+    """Value and annotation at a path; None if there is none."""
     at, kind = scene, None
     for part in path:
         inside = below(at, kind)
@@ -62,7 +62,7 @@ def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
 
 
 def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
-    """Value in SI units and quantity at a path; of a place that is written as one number, the first; None elsewhere."""
+    """Value (SI) and quantity at a path; for a place written as one number, the first coordinate; None elsewhere."""
     at, kind = found_at(scene, path) or (None, None)
     if isinstance(at, tuple) and at:
         at = at[0]
@@ -88,7 +88,7 @@ def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: M
 
 
 def _element(kind: Kind, n: int, i: int) -> Kind:
-    """The annotation of one of n values: of a tuple its own, else that of all."""
+    """Annotation of element i of n: its own in a tuple, else the common one."""
 
     def own(each: Kind) -> Kind | None:
         origin: object = get_origin(each)
@@ -99,7 +99,7 @@ def _element(kind: Kind, n: int, i: int) -> Kind:
 
 
 def _deep(kind: Kind, found: Callable[[Kind], Any]) -> Any:
-    """What a function finds first in an annotation or its parts."""
+    """First result of a function in an annotation or its parts."""
     result = found(kind)
     if result is not None:
         return result

@@ -59,7 +59,7 @@ class Supports(Base):
     settlement: u.Extent = u.LENGTH.read("5 mm")  # under its share of the weight
     damping: u.Ratio = 0.3  # of critical, with its share of the weight; assumed
     friction: u.Ratio = 0.4  # assumed
-    capacity: u.Mass | None = None  # of each; left out: not judged
+    capacity: u.Mass | None = None  # of each; left out: not checked
 
 
 class Mesh(Base):
@@ -72,7 +72,7 @@ class Mesh(Base):
 
 
 class Block(Base):
-    """The block: a box with lugs; `at` is the middle of the box, `com` its centre of mass from there."""
+    """The block: a box with lugs; `at`: centre of the box, `com`: centre of mass from there."""
 
     mass: u.Mass
     size: tuple[u.Extent, u.Extent, u.Extent]
@@ -83,7 +83,7 @@ class Block(Base):
     lugs: dict[Name, Place]
     beam: Hull | None = None  # left out, as `modes`: it is rigid
     modes: dict[Name, ModeKeys] = Field(default_factory=dict)  # instead: those of a table
-    lug_capacity: u.Mass | None = None  # of each lug; left out: they are not judged
+    lug_capacity: u.Mass | None = None  # of each lug; left out: they are not checked
     supports: Supports
     on: str = "world"  # vessel on whose deck it stands: `at` and the height of its supports are in that one's frame
 
@@ -94,7 +94,7 @@ class Block(Base):
 
 
 class FrameKeys(Base):
-    """A frame on a hook, such as a lifting beam on a hinge below the hook block, and the slings from it.
+    """A frame on a hook, such as a lifting beam on a hinge below the hook block, with its slings.
 
     What else is written are parameters of its type."""
 
@@ -110,12 +110,12 @@ class FrameKeys(Base):
 
 
 class RopeLimit(Base):
-    """What a rope may carry at rest: a tension, or its breaking force over a design factor."""
+    """Limit of a rope at rest: a tension, or breaking force over a design factor."""
 
     tension: u.Force | None = None
     breaking: u.Force | None = None
     factor: u.Factor = 5.0  # breaking force over the tension at rest
-    partial_factor: u.Factor | None = None  # breaking force over the largest tension; left out: not judged
+    partial_factor: u.Factor | None = None  # breaking force over the largest tension; left out: not checked
     source: str = "the scene"
 
     @model_validator(mode="after")
@@ -126,7 +126,7 @@ class RopeLimit(Base):
 
 
 class LiftLimits(Base):
-    """What must not be exceeded, of all machines that say nothing else; `unknown`: reported, and not judged."""
+    """Default limits of all machines; `unknown`: reported as not checked."""
 
     off_lead: OffLead = u.ANGLE.read("3 deg")  # of ropes that carry a load; assumed
     off_lead_along: OffLead | None = None  # along the rails, instead of off-lead
@@ -136,7 +136,7 @@ class LiftLimits(Base):
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
     impact: u.Factor = 1.5  # on all supports of a block as it lands, over its weight; assumed
     touch: u.Speed = u.SPEED.read("2 m/min")  # of hooks as a block lifts off or lands; assumed
-    wind: u.Speed | None = None  # in which is lifted; left out: not judged
+    wind: u.Speed | None = None  # in which is lifted; left out: not checked
     signals: list[Condition] = Field(default_factory=list)  # what must hold: `gap west east >= 3 m`
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
 
@@ -146,7 +146,7 @@ class RigKeys(Base):
 
     beams: dict[Name, FrameKeys]
     sling: SlingType = SlingType()
-    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
+    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not checked
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of all slings at the start
     groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
@@ -160,7 +160,7 @@ class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
 
 
 class Instance(Base):
-    """A scene as one of several lifts; what else is written here is laid over it, as over one that is extended."""
+    """A scene as one of several lifts; further keys are merged over it, as with `extends`."""
 
     model_config = ConfigDict(extra="allow")
     extends: str  # a file beside the scene, or a bundled one
@@ -174,6 +174,7 @@ class Scene(Base):
     heavylift: Literal[1]
     name: Name
     project: ProjectKeys | None = None
+    parameters: dict[str, Any] = Field(default_factory=dict)  # named values for arithmetic, as in `mass: =2*half`
     gravity: u.Gravity = 9.80665
     accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; alone: of rope tensions
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
@@ -216,11 +217,11 @@ class Scene(Base):
 
     @property
     def all_blocks(self) -> dict[str, Block]:
-        """The block of the scene and its several, by name."""
+        """All blocks by name."""
         return {**({"block": self.block} if self.block else {}), **self.blocks}
 
     @property
     def step_tolerance(self) -> float:
-        """Of a step, as written, or by the accuracy of what it asks itself."""
+        """Tolerance of a step, as written or from the accuracy."""
         wanted = self.accuracy or (USUAL if self.ask else OF_TENSIONS)
         return self.tolerance or min(wanted * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST)

@@ -14,6 +14,7 @@ from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
 from heavylift.nodes.plan.spellings import BEAMS
+from heavylift.nodes.scene.text.expressions import arithmetic
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
@@ -41,25 +42,25 @@ _PLAIN = {
 
 
 def validate(source: Source) -> Scene | None:
-    """The scene, machines as their types make them, or None with its errors added to the faults of the source; its data
-    keep nominal values."""
+    """The validated scene with expanded machines, or None with errors added to the faults of the source; data keep
+    nominal values."""
     stated = uncertainties(source)
-    if not expand(source):
+    if not (arithmetic(source) and expand(source)):
         return None
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
-        # what is put at several places is told once
+        # what is put at several places is reported once
         faults = [_fault(source, message) for message in error.errors(include_url=False)]
-        told = {source.written(x.path): x for x in faults if source.written(x.path) != x.path}
-        source.faults += [x for x in faults if told.get(source.written(x.path), x) is x]
+        sentence = {source.written(x.path): x for x in faults if source.written(x.path) != x.path}
+        source.faults += [x for x in faults if sentence.get(source.written(x.path), x) is x]
         return None
     source.faults += [*_reserved(scene), *uncertainty_faults(scene, stated, source.given)]
     return scene
 
 
 def validated(text: str, name: str) -> Scene:
-    """The same of a whole text; raises SceneError."""
+    """The scene of a whole text; raises SceneError."""
     source = read(text, name)
     scene = validate(source)
     raise_faults(source, source.faults)
@@ -68,12 +69,12 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: Source) -> dict[Path, Stated]:
-    """What a scene states of how uncertain its quantities are, by path; its data keep nominal values."""
+    """Stated uncertainties of a scene by path; data keep nominal values."""
     return separated(source, lambda path: (found := _at(path)) != [] and all(each is str for each in found))
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:
-    """No machine and no group has the name of a keyword of the language or of a part of a run."""
+    """Faults: names of machines or groups that are keywords or parts of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
     named |= {("machines", name): name for name in scene.machines if name not in scene.cranes}
     if scene.rig:
@@ -91,7 +92,7 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
 
 
 def _key_of_action(word: str) -> str:
-    """The key of an action that a word is nearly written like; "" if there is none."""
+    """The action key most similar to a word; "" if there is none."""
     return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "may touch", "wait"), 1, 0.75)), "")
 
 
@@ -99,8 +100,8 @@ def _fault(source: Source, error: ErrorDetails) -> Fault:
     path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
     context = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
-    said = str(context.get("sentence", context.get("error", "")))
-    if said.startswith(("an order begins", "write what to do")) and (near := _key_of_action(last)):
+    text = str(context.get("sentence", context.get("error", "")))
+    if text.startswith(("an order begins", "write what to do")) and (near := _key_of_action(last)):
         return Fault(path, f"there is no '{last}' to give an order to", f"did you mean '{near}'?", on_key=True)
     if kind == "phrase":
         added = len(str(given)) - len(str(source.at(path)))  # `wait: 3 s` is read as the phrase 'wait 3 s'
@@ -145,14 +146,14 @@ def _fault(source: Source, error: ErrorDetails) -> Fault:
 
 
 def _decimals(values: Data) -> str:
-    """What a list may mean in which commas stand for decimal points: `[20,5 m, 16 m]` has three values."""
+    """Hint for a list with decimal commas: `[20,5 m, 16 m]` has three values."""
     each = values if isinstance(values, list) else []
     split = [(a, b) for a, b in pairwise(each) if isinstance(a, int) and isinstance(b, str) and b[:1].isdigit()]
     return f"a decimal has a point: write '{split[0][0]}.{split[0][1]}'" if split else ""
 
 
 def _path(data: Data, loc: tuple[str | int, ...]) -> Path:
-    """The location without what is not in the data: union tags and the like; a missing last key stays."""
+    """The path without pydantic's union tags; a missing last key stays."""
     path: list[str | int] = []
     at = data
     for depth, part in enumerate(loc):
@@ -199,7 +200,7 @@ def _tags(model: object) -> tuple[object, ...]:
 
 
 def _at(loc: tuple[str | int, ...]) -> list[object]:
-    """The models and types that can stand at a location."""
+    """Models and types possible at a location."""
     return reduce(_down, loc, [Scene])
 
 

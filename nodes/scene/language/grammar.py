@@ -232,7 +232,7 @@ def _crossing(r: PhraseReader) -> CrossTest:
 
 
 def _quantity(r: PhraseReader) -> str:
-    """The words of a quantity, the longest that stand there."""
+    """The longest quantity name at this place."""
     words = r.take(*{quantity.split()[0] for quantity in QUANTITIES})
     seconds = [quantity.split()[1] for quantity in QUANTITIES if quantity.startswith(f"{words} ")]
     more = r.take(*seconds) if words in QUANTITIES or not seconds else r.expect(*seconds, after=f"after '{words}'")

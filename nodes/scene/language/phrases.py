@@ -33,7 +33,7 @@ they are apart from the others, also through spreaders and beams.  What is to `h
 engage, if there are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same
 action, so that its hook stays as high.
 
-`landed` is a block on its stools, `landed on` something (floor, obstacle, other block, a body that it meets by a
+`landed` is a block on its supports, `landed on` something (floor, obstacle, other block, a body that it meets by a
 contact) a block that is within a millimetre of it.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` or `any sling` an interlock
@@ -61,7 +61,7 @@ class PhraseError(ValueError):
 
 
 class SlingTest(Term, frozen=True):
-    """Slings or ropes of a set ("" = all there are; or the name of one) are taut or slack."""
+    """Slings or ropes of a set ("" for all; or one name) are taut or slack."""
 
     each: Literal["all", "any"]
     of: str
@@ -71,8 +71,8 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """A block stands on no support any more, or on all of one face; `of`: which, where there are several; `on`: what it
-    has come to instead.  The list of a lift is done."""
+    """A block has left all supports, or closed all of one face; `of`: which block, `on`: another thing it landed on. Or
+    a lift's list is done."""
 
     state: Literal["lifted", "landed", "done"]
     column: int
@@ -81,8 +81,8 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """A measured quantity reaches a value [SI]; `turning`: it was written as that of an angle, `share`: in per cent of
-    what its subject is rated for."""
+    """A measured quantity reaches a value [SI]; `turning`: written as an angle, `share`: in per cent of the rated
+    value."""
 
     quantity: str
     of: str
@@ -99,7 +99,7 @@ ConditionPhrase: TypeAlias = tuple[Test, ...]  # all of these at once
 
 @dataclass(frozen=True)
 class SwingRamp:
-    """A ramp that leaves no swing: one pulse that lasts a whole swing, or two of an acceleration half a swing apart."""
+    """A ramp without residual swing: one pulse of a swing period, or two half a period apart."""
 
     pulses: Literal[1, 2] = 1
     accel: float | None = None
@@ -107,7 +107,7 @@ class SwingRamp:
 
 @dataclass(frozen=True)
 class OrderPhrase:
-    """What an actor is to do; the verb decides which of the values it has [SI].
+    """An order to an actor; the verb determines which values it has [SI].
 
     `turning`: the speed was written as that of an angle.  `lugs`: in the order of the target's slings.
     """

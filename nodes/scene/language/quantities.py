@@ -11,8 +11,8 @@ from heavylift.nodes.scene.text.units import Dimension
 
 @dataclass(frozen=True)
 class NamedQuantity:
-    """Its dimension, and how many names it is of; "some": one, or the block's where there is none; of what is `rated`
-    a value may be a share."""
+    """Dimension of a quantity, and the number of names it needs ("some": one, or the block by default); `rated`: per
+    cent are allowed."""
 
     dimension: Dimension
     of: Literal["none", "some", "one", "two"] = "one"

@@ -1,29 +1,30 @@
-"""The words of a phrase, taken one after the other; what is wrong is told with its place among them."""
+"""The words of a phrase, taken one after the other; what is wrong is reported with its place among them."""
 
 from __future__ import annotations
 
 import re
 
-from heavylift.nodes.scene.text import units
-from heavylift.nodes.scene.text.expressions import UNIT
+from heavylift.nodes.scene.text.expressions import QUANTITY, UNIT, Reader
 from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import PhraseError
 
-_PUNCTUATED = re.compile(rf"\d+(?:[:,]\d+)+(?:\.\d+)?(?:\s*(?:{UNIT})(?![\w/%]))?")  # told by the dimension
+_PUNCTUATED = re.compile(rf"\d+(?:[:,]\d+)+(?:\.\d+)?(?:\s*(?:{UNIT})(?![\w/%]))?")  # reported by the dimension
+_KNOWN = re.compile(rf"{NUMBER}\s*(?:{UNIT})?(?![\w/%])")
+_UNKNOWN = re.compile(rf"{NUMBER}\s*[^\s\[\],<>=]*")  # with a unit that is none
 LONGEST = 10_000  # characters of a phrase
 _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
-class PhraseReader:
+class PhraseReader(Reader):
     """The unread rest of a phrase."""
 
     def __init__(self, text: str) -> None:
-        self.text, self.at = text, 0
+        super().__init__(text)
         if len(text) > LONGEST:
             raise self.error(f"a phrase has at most {LONGEST} characters, this one has {len(text)}")
-        self._skip()
 
     @property
     def next(self) -> str:
@@ -35,8 +36,7 @@ class PhraseReader:
         word = self.next
         if word not in words:
             return ""
-        self.at += len(word)
-        self._skip()
+        self.move(self.at + len(word))
         return word
 
     def expect(self, *words: str, after: str) -> str:
@@ -50,39 +50,36 @@ class PhraseReader:
         word = self.next
         if not word or not (word[0].isalnum() or word[0] == "_"):
             raise self.error(f"{what} must stand here, not {self._found()}")
-        self.at += len(word)
-        self._skip()
+        self.move(self.at + len(word))
         return word
 
     def quantity(self, dimension: Dimension) -> float:
         """A number with a unit of this dimension."""
-        match = _PUNCTUATED.match(self.text, self.at)
-        match = match or re.compile(rf"({units.NUMBER})\s*({UNIT})?(?![\w/%])").match(self.text, self.at)
-        if match:
-            text = match[0]
-        else:
-            text = self.next
-            rest = re.compile(rf"{units.NUMBER}\s*[^\s\[\],<>=]*").match(self.text, self.at)
-            text = rest[0] if rest else text
+        found = next((x for form in (_PUNCTUATED, _KNOWN, _UNKNOWN) if (x := form.match(self.text, self.at))), None)
+        text = found[0] if found else self.next
         if not text:
             raise self.error(f"the phrase ends where {dimension.article} must stand")
         try:
             number = dimension.read(text)
         except ValueError as error:
             raise self.error(str(error)) from None
-        self.at += len(text)
-        self._skip()
+        self.move(self.at + len(text))
         return number
 
     @property
     def turning(self) -> bool:
-        """Whether the next quantity is written as one of an angle."""
-        return bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", self.text[self.at :]))
+        """Whether the next quantity has a unit of angle."""
+        return self._unit.startswith(("deg", "rad"))
 
     @property
     def share(self) -> bool:
-        """Whether the next quantity is written in per cent."""
-        return bool(re.match(rf"{units.NUMBER}\s*%", self.text[self.at :]))
+        """Whether the next quantity is in per cent."""
+        return self._unit == "%"
+
+    @property
+    def _unit(self) -> str:
+        found = QUANTITY.match(self.text, self.at)
+        return found["unit"] or "" if found else ""
 
     def positive(self, dimension: Dimension) -> float:
         at = self.at
@@ -101,7 +98,3 @@ class PhraseReader:
 
     def _found(self) -> str:
         return f"'{self.next}'" if self.next else "the end of the phrase"
-
-    def _skip(self) -> None:
-        while self.at < len(self.text) and self.text[self.at].isspace():
-            self.at += 1

@@ -1,4 +1,4 @@
-"""Arithmetic over parameters, as values of a machine type that begin with `=`: `=0.7 t/m*boom`, `=acos(reach/boom)`.
+"""Arithmetic over parameters, as values of a scene or a machine type that begin with `=`: `=0.7 t/m*boom`.
 
     sum      = product {("+" | "-") product}
     product  = factor {("*" | "/") factor}
@@ -20,7 +20,9 @@ from functools import cache
 
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 
-from .units import DIMENSIONS, NUMBER, Dimension
+from .source import Data, Path, Source
+from .spelling import NUMBER, number_and_unit
+from .units import DIMENSIONS, Dimension
 
 Exponents = tuple[int, int, int, int]  # of kg, m, s, rad
 PLAIN: Exponents = (0, 0, 0, 0)
@@ -37,12 +39,13 @@ BASE: dict[str, Exponents] = {  # without their powers of ten
     **dict.fromkeys(("", "%"), PLAIN),
 }
 FUNCTIONS = ("sqrt", "sin", "cos", "tan", "acos", "asin", "atan2", "min", "max")
+AXES = {"x": 0, "y": 1, "z": 2}
 LONGEST, DEEPEST = 500, 20  # characters of an expression, levels of brackets
 UNIT = "|".join(
     re.escape(u).replace(r"\ ", r"\s+")
     for u in sorted({u for d in DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
 )
-QUANTITY = re.compile(rf"\d+\.?\d*(?:[eE][+-]?\d+)?(?:\s*({UNIT})(?![\w/%]))?")
+QUANTITY = re.compile(rf"(?P<number>{NUMBER})(?:\s*(?P<unit>{UNIT})(?![\w/%]))?")
 WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
 
 
@@ -56,34 +59,33 @@ class ExpressionError(ValueError):
 
 @dataclass(frozen=True)
 class Value:
-    """A number in SI units and what it measures."""
+    """A number in SI units with its dimension."""
 
     number: float
     exponents: Exponents = PLAIN
 
 
 def value_of(text: object) -> Value | None:
-    """A quantity as a scene writes it, "42 m" or 8; None for anything else."""
+    """Read a quantity of a scene, "42 m" or 8; None for anything else."""
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         return None
     if not isinstance(text, str):
         return Value(float(text))
-    found = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", text)
-    known = found and next((d for d in DIMENSIONS if found[2] in d.units), None)
-    if not found or not known:
+    number, unit = number_and_unit(text)
+    known = next((d for d in DIMENSIONS if unit in d.units), None)
+    if not number or not known:
         return None
-    number = float(found[1]) if not found[2] else known.number(text)
-    return Value(number, _exponents(found[2]))
+    return Value(known.number(text) if unit else float(number), _exponents(unit))
 
 
 def dimension_of(text: object) -> Dimension | None:
-    """What a quantity as a scene writes it measures; None for anything else."""
-    found = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(text))
-    return next((d for d in DIMENSIONS if found and found[1] in d.units), None)
+    """Dimension of a quantity of a scene; None for anything else."""
+    number, unit = number_and_unit(str(text))
+    return next((d for d in DIMENSIONS if number and unit in d.units), None)
 
 
 def shown_as(value: Value) -> str | float:
-    """A value as a scene writes it, exactly; raises ExpressionError where no unit measures it."""
+    """A value as written in a scene, exactly; raises ExpressionError if no unit fits."""
     if not math.isfinite(value.number):
         raise ExpressionError("the result is no finite number")
     if value.exponents == PLAIN:
@@ -94,22 +96,111 @@ def shown_as(value: Value) -> str | float:
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """The value of an expression without its `=`; `lookup` knows parameters; raises ExpressionError."""
+    """Evaluate an expression without its `=`; `lookup` returns parameters; raises ExpressionError."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")
-    reader = _Reader(text, lookup)
+    reader = _Arithmetic(text, lookup)
     value = reader.sum()
     if reader.at < len(text):
-        raise ExpressionError(f"the expression should end before '{text[reader.at :]}'", reader.at)
+        raise ExpressionError(f"the expression should end before '{reader.rest}'", reader.at)
     return value
 
 
-class _Reader:
+class Parameters:
+    """Named values, which may be arithmetic over one another; what is `given` replaces some of them."""
+
+    def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
+        self.values, self.given = values, given
+        self._known: dict[str, Value | None] = {}
+        self._busy: list[str] = []
+
+    def raw(self, name: str) -> Data:
+        """A parameter as it is written."""
+        return self.given.get(name, self.values[name])
+
+    def computed(self, text: str) -> Data:
+        """The result of an expression without its `=`; a parameter that is no number, as it is."""
+        name = " ".join(text.split())
+        if name in self.values:
+            raw = self.raw(name)
+            if value_of(raw) is None and not _computed(raw):
+                return raw  # a word, a list or a place
+        return shown_as(evaluated(text, self.value))
+
+    def value(self, word: str) -> Value | None:
+        """The value of a parameter, or of one number of a place (`lug.x`); None for another word."""
+        if word not in self._known:
+            name, _, axis = word.rpartition(".")
+            whole = word if word in self.values else name
+            if whole not in self.values:
+                return None
+            if whole in self._busy:
+                raise ExpressionError(f"the parameter '{whole}' depends on itself")
+            raw = self.raw(whole)
+            if whole != word:
+                raw = raw[AXES[axis]] if isinstance(raw, list) and len(raw) == len(AXES) else None
+            self._busy.append(whole)
+            ours = _computed(raw) and whole not in self.given
+            self._known[word] = evaluated(str(raw)[1:], self.value) if ours else value_of(raw)
+            self._busy.pop()
+        return self._known[word]
+
+
+def arithmetic(source: Source) -> bool:
+    """Replace each value `=...` of a scene by its result, over its `parameters`; types have parameters of their own.
+
+    Returns whether all have a result; what is wrong is added to the faults of the source.
+    """
+    named = source.data.get("parameters")
+    parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True
+
+    def made(data: Data, path: Path) -> Data:
+        nonlocal done
+        if isinstance(data, dict):
+            return {key: made(each, (*path, key)) for key, each in data.items()}
+        if isinstance(data, list):
+            return [made(each, (*path, i)) for i, each in enumerate(data)]
+        if not _computed(data):
+            return data
+        text = str(data)[1:]
+        try:
+            return parameters.computed(text)
+        except ExpressionError as error:
+            source.fault(path, str(error), column=1 + max(error.column, len(text) - len(text.lstrip())))
+            done = False
+            return None
+
+    source.data = {key: each if key == "types" else made(each, (key,)) for key, each in source.data.items()}
+    return done
+
+
+def _computed(data: Data) -> bool:
+    return isinstance(data, str) and data.startswith("=")
+
+
+class Reader:
+    """The unread rest of a line: `at` is the column of the next token."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.at = text, 0
+        self.move(0)
+
+    @property
+    def rest(self) -> str:
+        """All that is not read."""
+        return self.text[self.at :]
+
+    def move(self, at: int) -> None:
+        """Go on at a column, after blanks."""
+        self.at = len(self.text) - len(self.text[at:].lstrip())
+
+
+class _Arithmetic(Reader):
     """The unread rest of an expression."""
 
     def __init__(self, text: str, lookup: Callable[[str], Value | None]) -> None:
-        self.text, self.lookup, self.at, self.depth = text, lookup, 0, 0
-        self._skip()
+        super().__init__(text)
+        self.lookup, self.depth = lookup, 0
 
     def sum(self) -> Value:
         left = self.product()
@@ -143,7 +234,7 @@ class _Reader:
 
     def atom(self) -> Value:
         if found := QUANTITY.match(self.text, self.at):
-            self._on(found.end())
+            self.move(found.end())
             value = value_of(" ".join(found[0].split()))
             assert value is not None
             return value
@@ -151,13 +242,12 @@ class _Reader:
             return self._list(1)[0]
         found = WORD.match(self.text, self.at)
         if not found:
-            rest = self.text[self.at :]
-            raise ExpressionError(f"a number, a parameter or a bracket must stand here, not '{rest}'", self.at)
+            raise ExpressionError(f"a number, a parameter or a bracket must stand here, not '{self.rest}'", self.at)
         at, word = self.at, " ".join(found[0].split())
-        self._on(found.end())
+        self.move(found.end())
         if word in FUNCTIONS:
             if not self._take("("):
-                raise ExpressionError(f"behind '{word}' a bracket must follow", self.at)
+                raise ExpressionError(f"a bracket must follow '{word}'", self.at)
             return self._called(word, at)
         if word == "pi":
             return Value(math.pi)
@@ -167,7 +257,7 @@ class _Reader:
         return value
 
     def _list(self, most: int) -> list[Value]:
-        """What stands before a closing bracket."""
+        """Values up to a closing bracket."""
         self.depth += 1
         if self.depth > DEEPEST:
             raise ExpressionError(f"brackets are nested deeper than {DEEPEST} levels", self.at)
@@ -221,16 +311,8 @@ class _Reader:
         sign = self.text[self.at : self.at + 1]
         if not sign or sign not in signs:
             return ""
-        self._on(self.at + 1)
+        self.move(self.at + 1)
         return sign
-
-    def _on(self, at: int) -> None:
-        self.at = at
-        self._skip()
-
-    def _skip(self) -> None:
-        while self.at < len(self.text) and self.text[self.at].isspace():
-            self.at += 1
 
 
 def _times(a: Exponents, b: Exponents, sign: int) -> Exponents:

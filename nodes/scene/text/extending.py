@@ -25,12 +25,12 @@ SECTIONS: tuple[Path, ...] = (
 
 
 def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
-    """The data of a file laid over that of the file which it extends, in the folder `root` of the scene or bundled."""
+    """Data of a file merged over the file that it extends, within the folder `root` or bundled."""
     return over(read(text, name, root), path, root, above)
 
 
 def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
-    """The same of data that stand in a file already."""
+    """The same for data already read."""
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -60,8 +60,7 @@ def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, 
 
 
 def alike(source: Source) -> None:
-    """Entries that are `like` another one of their section get all of it that they do not write themselves, mappings
-    key by key; what is wrong is added to the faults of the source."""
+    """Fill entries that are `like` another one with what they omit; faults are added to those of the source."""
     for section in SECTIONS:
         entries = source.at(section)
         if isinstance(entries, dict):
@@ -85,7 +84,7 @@ def _like(source: Source, section: Path, entries: dict[str, Data], name: str, ab
 
 
 def _copy(source: Source, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
-    """What an entry lacks, with the marks of where it is written."""
+    """Copy what an entry omits, with marks."""
     for key, value in theirs.items() if isinstance(theirs, dict) else ():
         mine = own.get(key)
         if isinstance(mine, dict) and isinstance(value, dict):
@@ -138,7 +137,7 @@ def forget(source: Source, path: Path, value: Data) -> None:
 
 
 def _paths(value: Data, path: Path) -> Iterator[Path]:
-    """The path of a value and of all in it."""
+    """Paths of a value and of all values in it."""
     yield path
     below = value if isinstance(value, dict) else dict(enumerate(value)) if isinstance(value, list) else {}
     for key, each in below.items():

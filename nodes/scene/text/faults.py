@@ -18,7 +18,7 @@ WIDEST = 400  # characters of a line that are shown
 
 
 def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
-    """Raises one SceneError with the text of all faults, if there are any."""
+    """Raise one SceneError with the text of all faults, if there are any."""
     marked = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
     texts = list(dict.fromkeys(_text(mark, fault, source.written(fault.path)) for mark, fault in marked[:MOST]))
     if texts:

@@ -19,7 +19,7 @@ _named = count()
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:
-    """All that a file holds; OSError, with a sentence as `strerror`, if it is no regular file or holds more."""
+    """Read a file; raises OSError, with a sentence as `strerror`, if it is no regular file or too large."""
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(0, "it is a pipe or a device, no file")
@@ -30,7 +30,7 @@ def content(path: Path, most: int = LARGEST) -> bytes:
 
 
 def within(root: Path, path: Path) -> Path:
-    """What a path leads to; ValueError if that is outside of the folder `root` or cannot be said."""
+    """Resolve a path; raises ValueError if it is outside the folder `root` or cannot be printed."""
     next(_named)
     try:
         found = path.resolve()
@@ -42,7 +42,7 @@ def within(root: Path, path: Path) -> Path:
 
 
 def files_read() -> str:
-    """Changes whenever a scene leads to another file."""
+    """Changes whenever a scene has read another file."""
     return repr(_named)
 
 
@@ -59,7 +59,7 @@ def scene_file(scene: str) -> Path:
 
 
 def scene_text(path: Path, name: str) -> str:
-    """What stands in a scene file; raises SceneError if it cannot be read, a recording for one."""
+    """Read a scene file; raises SceneError if that fails, for example for a recording."""
     try:
         return content(path).decode("utf-8")
     except FileNotFoundError:
@@ -68,7 +68,7 @@ def scene_text(path: Path, name: str) -> str:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         if _is_recording(path):
             reason = (
-                f"it is a recording, no scene; `heavylift info {name}` tells what is in it, `heavylift view` shows it"
+                f"it is a recording, no scene; `heavylift info {name}` lists its contents, `heavylift view` shows it"
             )
         raise SceneError(f"the scene file '{name}' cannot be read: {reason}") from None
 

@@ -31,7 +31,7 @@ VERSION = 1
 
 
 def library() -> dict[str, FilePath]:
-    """The type files that come with heavylift, by name."""
+    """Bundled machine types by name."""
     return {path.stem: path for path in sorted(types_folder().glob("*.yaml"))}
 
 
@@ -42,7 +42,7 @@ def frames() -> dict[str, FilePath]:
 
 @lru_cache(maxsize=64)
 def machine_type(name: str, frame: bool = False) -> MachineType:
-    """A type of the library, of a crane or a frame; raises SceneError for one that is none."""
+    """A bundled type of a crane or frame; raises SceneError for an unknown one."""
     known = frames() if frame else library()
     if name not in known:
         raise SceneError(f"there is no machine type '{name}': {closest(name, known)}")
@@ -65,7 +65,7 @@ def extending(kind: MachineType) -> MachineType:
 
 
 def gather(source: Source) -> None:
-    """Type files that a scene names by path, read into its data with their marks."""
+    """Read type files that a scene names by path, with their marks."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
     named = {str(entry.get("type")): at for at, entry in reversed([*_cranes(source), *_frames(source)])}
@@ -90,7 +90,7 @@ def gather(source: Source) -> None:
 
 
 def expand(source: Source) -> bool:
-    """Each crane of a scene as what its type makes of it; what is wrong is added to the faults of the source.
+    """Replace each crane by the parts of its type; faults are added to those of the source.
 
     Returns whether the data can be read further: all arithmetic has a result.
     """
@@ -116,8 +116,8 @@ def expand(source: Source) -> bool:
             continue
         header = "frame type" if frame else "machine type"
         if kind.data.get(header) != VERSION:
-            told = f"'{word}' is no {header}: it begins with '{header}: {VERSION}'"
-            source.fault((*at, "type"), told)
+            message = f"'{word}' is no {header}: it begins with '{header}: {VERSION}'"
+            source.fault((*at, "type"), message)
             computed = False
             continue
         expansion = Expansion(source, at, entry, kind)
@@ -130,7 +130,7 @@ def expand(source: Source) -> bool:
 
 
 def _inline(source: Source, name: str, data: Data) -> MachineType:
-    """A type that stands in the scene's own data."""
+    """A type defined in the scene itself."""
     at: Path = ("types", name)
     keys, values = (
         {path[2:]: mark for path, mark in some.items() if path[:2] == at} for some in (source.keys, source.values)

@@ -4,7 +4,7 @@
 
 The integrals over the polyhedron are exact, as sums over the tetrahedra below its triangles (Mirtich, Journal of
 Graphics Tools 1 (1996) 31-50).  What the block says itself of its centre of mass and moments wins.  Its origin is the
-middle of the box around the shape; it is drawn, and its clearance is judged, as slices that hold all of it.
+middle of the box around the shape; it is drawn, and its clearance is checked, as slices that hold all of it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Triangle = tuple[Vector, Vector, Vector]
 
 @dataclass(frozen=True)
 class MeshProperties:
-    """Volume [m3], its middle [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about that, of density 1 [m5]."""
+    """Volume [m3], centroid [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about it for density 1 [m5]."""
 
     volume: float
     middle: Vector
@@ -48,7 +48,7 @@ class MeshProperties:
 
 
 def shaped(source: Source) -> None:
-    """Put what follows from the `shape` of each block into its keys; raises SceneError where it cannot be had."""
+    """Set the keys of each block that follow from its `shape`; raises SceneError if that is impossible."""
     several = source.data.get("blocks")
     for base in (("block",), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
         block = source.at(base)
@@ -98,7 +98,7 @@ def _lengths(values: Sequence[float]) -> list[Data]:
 
 
 def _check_size(file: str, size: Sequence[float], given: Data) -> None:
-    """A shape in another unit is a thousand times as large."""
+    """Refuse a shape in another unit, which differs by a factor of a thousand."""
     if isinstance(given, list):
         wanted = [LENGTH.read(x) for x in given]
         if any(abs(a - b) > SAME * b for a, b in zip(size, wanted, strict=True)):
@@ -113,7 +113,7 @@ def _check_size(file: str, size: Sequence[float], given: Data) -> None:
 
 
 def _read(source: Source, file: str) -> list[Triangle]:
-    """The triangles of a file, outward, z up; raises SceneError for what is no closed surface."""
+    """Read the triangles of a file, outward, z up; raises SceneError unless they form a closed surface."""
     kind = file.rpartition(".")[2].lower()
     if kind not in ("stl", *YUP):
         raise SceneError(f"'{file}' is no .stl, .glb or .gltf file")
@@ -144,7 +144,7 @@ def _read(source: Source, file: str) -> list[Triangle]:
 
 
 def _why(kind: str, data: bytes) -> str:
-    """Why a file has no triangles to be read, and what to do."""
+    """Why a file has no readable triangles, and the remedy."""
     if not data:
         return "it is empty; write it anew from the program that it was drawn in"
     if kind in YUP and any(word in data for word in COMPRESSED):
@@ -200,7 +200,7 @@ def _determinant(a: Vector, b: Vector, c: Vector) -> float:
 
 
 def slices(triangles: Sequence[Triangle], n: int) -> Iterator[tuple[list[float], list[float]]]:
-    """Boxes, middle and edges [m], that hold all of a surface: n pieces along its longest edge, which comes first."""
+    """Boxes, centre and edges [m], that enclose a surface: n slices along its longest edge, which comes first."""
     low, high = _bounds(triangles)
     along = max(range(3), key=lambda i: high[i] - low[i])
     step = (high[along] - low[along]) / n
@@ -217,7 +217,7 @@ def slices(triangles: Sequence[Triangle], n: int) -> Iterator[tuple[list[float],
 
 
 def _cut(triangle: Triangle, axis: int, low: float, high: float) -> Iterator[Vector]:
-    """The corners of a triangle between two planes, and where its edges go through these."""
+    """Corners of a triangle between two planes, and its intersections with them."""
     for a, b in zip(triangle, (*triangle[1:], triangle[0]), strict=True):
         if low <= a[axis] <= high:
             yield a

@@ -15,7 +15,7 @@ from .extending import forget
 from .faults import closest
 from .machine_types import expand
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
-from .units import NUMBER
+from .spelling import NUMBER
 
 AXES = {"x": 0, "y": 1, "z": 2}
 STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
@@ -23,7 +23,7 @@ PART = re.compile(r"[^./\[\]]+")
 
 
 def override(source: Source, setting: str, default: Callable[[Source, Path], list[Data] | None]) -> None:
-    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself.
+    """Apply one `dotted.path=text` to the scene; its marks point into the setting.
 
     `default`: the list at a path that the scene does not write.
     """
@@ -36,8 +36,8 @@ def override(source: Source, setting: str, default: Callable[[Source, Path], lis
         return
     if (named := STAGE.fullmatch(dotted)) and path[:1] != ("actions",):
         stages = [stage for stage in _stages(source) if stage]
-        told = f"there is no stage '{named[1]}'" if stages else "the scene has no stages"
-        source.fault((), told, closest(named[1], stages), mark=Mark(file, 1, 1, setting))
+        message = f"there is no stage '{named[1]}'" if stages else "the scene has no stages"
+        source.fault((), message, closest(named[1], stages), mark=Mark(file, 1, 1, setting))
         return
     inner = read(f"value: {text.strip()}", file)
     if inner.faults:
@@ -55,8 +55,10 @@ def override(source: Source, setting: str, default: Callable[[Source, Path], lis
                 usual = default(source, path[: depth + 1])
                 if usual is None:
                     whole = ".".join(map(str, path[: depth + 1]))
-                    told = f"one number of '{whole}' cannot be set, the scene has none: set it whole, '{whole}=[...]'"
-                    source.fault((), told, mark=Mark(file, 1, 1, setting))
+                    message = (
+                        f"one number of '{whole}' cannot be set, the scene has none: set it whole, '{whole}=[...]'"
+                    )
+                    source.fault((), message, mark=Mark(file, 1, 1, setting))
                     return
                 below = at[part] = usual
                 place = AXES.get(str(after), after) if len(usual) == len(AXES) else after
@@ -66,8 +68,8 @@ def override(source: Source, setting: str, default: Callable[[Source, Path], lis
             source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
         at = below
     last, value = path[-1], inner.data["value"]
-    if isinstance(at, str) and (said := _said(at, str(last), text.strip())):
-        override(source, f"{'.'.join(map(str, path[:-1]))}={said}", default)
+    if isinstance(at, str) and (answer := _said(at, str(last), text.strip())):
+        override(source, f"{'.'.join(map(str, path[:-1]))}={answer}", default)
         return
     forget(source, path, child(at, last))
     match at, last:
@@ -100,7 +102,7 @@ def path_in(source: Source, text: str) -> Path:
 
 
 def made(source: Source) -> Source:
-    """A copy of the data of a scene, with the machines that its types make."""
+    """A copy of the data of a scene with expanded machines."""
     copy = deepcopy(source)
     expand(copy)
     return copy
@@ -112,7 +114,7 @@ def parts(text: str) -> list[str]:
 
 
 def next_key(words: list[str], known: Container[object]) -> str:
-    """The next key of a path, taken from its words: the longest that is known, which may have dots, else one word."""
+    """Remove and return the next key of a path: the longest known one, which may contain dots, else one word."""
     n = next((n for n in range(len(words), 1, -1) if ".".join(words[:n]) in known), 1)
     key, words[:] = ".".join(words[:n]), words[n:]
     return key
@@ -128,6 +130,6 @@ def _stages(source: Source) -> list[str]:
 
 
 def _said(phrase: str, word: str, text: str) -> str:
-    """The phrase with another quantity behind a word; "" if there is none."""
+    """The phrase with another quantity after a word; "" if there is none."""
     found, count = re.subn(rf"(\b{re.escape(word)}\s+){NUMBER}\s*[^\s\d]*", lambda m: m[1] + text, phrase, count=1)
     return found if count else ""

@@ -36,7 +36,7 @@ MOST_DIGITS = 100  # of a number
 
 @dataclass(frozen=True)
 class Mark:
-    """A place in a scene file, counted from 1, with the source line it stands on."""
+    """A place in a scene file, counted from 1, with its source line."""
 
     file: str
     line: int
@@ -46,7 +46,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing that is wrong, at a path of the data; `column` shifts the caret into the value."""
+    """A fault at a path of the data; `column` shifts the caret into the value."""
 
     path: Path
     sentence: str
@@ -58,7 +58,7 @@ class Fault:
 
 @dataclass
 class Source:
-    """Plain data of a scene, and the mark of each key and value in it."""
+    """Plain data of a scene with the marks of keys and values."""
 
     name: str
     data: dict[str, Data] = field(default_factory=dict)
@@ -74,11 +74,11 @@ class Source:
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
     ) -> None:
-        """One more fault of the scene, at a place in its file."""
+        """Add a fault at a place in its file."""
         self.faults.append(Fault(path, text, hint, on_key, column, mark))
 
     def at(self, path: Path) -> Data:
-        """What is written at a path; None if nothing is."""
+        """Raw value at a path, or None."""
         found: Data = self.data
         for part in path:
             found = child(found, part)
@@ -90,7 +90,7 @@ class Source:
         return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
-        """The mark of a path, or of the nearest thing above it that was written."""
+        """Mark of a path, or of its nearest written parent."""
         path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)
@@ -100,11 +100,11 @@ class Source:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def layer(self, mark: Mark) -> int:
-        """The number of the file, the lowest first, settings last: what lies above wins."""
+        """Index of the file of a mark, lowest first, settings last: higher layers win."""
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """`file:line:column` of a path, the file without its folder; `path_of` finds it again; "" outside of files."""
+        """`file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside of files."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -118,7 +118,7 @@ class Source:
 
 
 class _Composer(Composer):
-    """Stops at nodes that are nested too deep, before Python does, and at too many of them."""
+    """Refuses nodes that are nested too deeply, and too many nodes."""
 
     depth = count = 0
 
@@ -136,11 +136,11 @@ class _Composer(Composer):
 
 
 class _TooLong(Exception):
-    """More values than a scene has, such as aliases that stand for aliases make of few lines."""
+    """More values than a scene may have, for example through nested aliases."""
 
 
 def read(text: str, name: str, root: FilePath | None = None) -> Source:
-    """Data and marks of one YAML text; what cannot be read becomes a fault. `root`: the scene's folder."""
+    """Parse one YAML text to data and marks; errors become faults. `root`: the scene's folder."""
     found = _composed(text, name)
     data = _copied(found.data)
     assert isinstance(data, dict)
@@ -148,7 +148,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
 
 
 def _copied(data: Data) -> Data:
-    """Mappings and lists that others may change."""
+    """Copies of mappings and lists."""
     if isinstance(data, dict):
         return {key: _copied(value) for key, value in data.items()}
     return [_copied(value) for value in data] if isinstance(data, list) else data
@@ -204,7 +204,7 @@ def _composed(text: str, name: str) -> Source:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Keys and values of a mapping, behind its own those that `<<: *name` or `<<: [*one, *other]` brings in."""
+        """Keys and values of a mapping, followed by those merged by `<<: *name` or `<<: [*one, *other]`."""
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]
@@ -245,7 +245,7 @@ def _composed(text: str, name: str) -> Source:
 
 
 def _line(node: ScalarNode) -> str:
-    """The text of a node as one line that may be printed: names go from here to terminals, pages and tables."""
+    """The text of a node as one printable line."""
     text = str(node.value)
     if node.style in ("|", ">"):
         text = " ".join(text.splitlines())
@@ -277,14 +277,14 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
 
 
 def ordered(data: Data) -> Data:
-    """The same data, the keys of each mapping in the order of their names, so that the text's order means nothing."""
+    """The data with sorted keys, so that the order in the text has no effect."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
     return [ordered(each) for each in data] if isinstance(data, list) else data
 
 
 def shown(path: Path) -> str:
-    """A path as the user reads it: cranes.west.at, actions[3].all hooks."""
+    """A path as users read it: cranes.west.at, actions[3].all hooks."""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
@@ -292,7 +292,7 @@ def shown(path: Path) -> str:
 
 
 def child(at: Data, part: str | int) -> Data:
-    """What a key or a number leads to in a mapping or a list; None if nothing is there."""
+    """The value at a key or index; None if there is none."""
     if isinstance(at, dict):
         return at.get(str(part))
     return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None

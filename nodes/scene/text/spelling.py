@@ -1,10 +1,18 @@
-"""How people write numbers and units: what is meant by a comma, a colon, a dash, a unit that is written out."""
+"""Numbers, units, ranges and uncertainties as text: the tokens that values, phrases, arithmetic and options share; and
+what is meant by a comma, a colon, a dash, a unit that is written out.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from typing import NamedTuple
 
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+PLUS = r"\+-|\+/-|±"
+_QUANTITY = re.compile(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*")
+_RANGE = re.compile(rf"\s*({NUMBER})\s*([^\d.]*?)\s*\.\.\s*({NUMBER})\s*(.*?)\s*(?:\bby\s+({NUMBER})\s*(.*?)\s*)?")
+_SPREAD = re.compile(rf"\s*(.+?)\s*({PLUS}|\b(?:sd|sigma)\b)(.*)")
 COMMA = re.compile(r"\s*([+-]?)(\d+(?:,\d+)+)(\.\d+)?\s*(.*?)\s*")
 CLOCK = re.compile(r"\s*(\d+):([0-5]\d)(?::([0-5]\d))?\s*")
 DASHES = re.compile(r"(?<!\w)[\N{MINUS SIGN}\N{EN DASH}\N{EM DASH}\N{HYPHEN}](?=\s*[\d.])")
@@ -17,6 +25,41 @@ SPELLED = {  # units as they are spoken
     "degree": "deg", "radian": "rad", "newton": "N", "kilonewton": "kN", "meganewton": "MN",
     "hertz": "Hz", "kilohertz": "kHz", "percent": "%", "pascal": "Pa", "megapascal": "MPa", "gigapascal": "GPa",
 }  # fmt: skip
+
+
+class Range(NamedTuple):
+    """`300 t..900 t by 50 t`: each number with its unit as text; no step: ""."""
+
+    low: str
+    unit_low: str
+    high: str
+    unit: str
+    step: str
+    unit_step: str
+
+
+def number_and_unit(text: str) -> tuple[str, str]:
+    """Number and unit of a quantity as text; two empty ones if it is none."""
+    found = _QUANTITY.fullmatch(text)
+    return (found[1], tidy(found[2])) if found else ("", "")
+
+
+def unit_in(text: str, units: Collection[str]) -> str:
+    """The unit in which a quantity is written, if it is one of some; else the first of them."""
+    unit = number_and_unit(text)[1]
+    return unit if unit in units else next(iter(units))
+
+
+def range_of(text: str) -> Range | None:
+    """The parts of a range; None for any other text."""
+    found = _RANGE.fullmatch(text)
+    return Range(*(part or "" for part in found.groups())) if found else None
+
+
+def spread_of(text: str) -> tuple[str, str, str] | None:
+    """Value or name, "+-" or "sd", and half-width of `480 t +- 3 %`; None for any other text."""
+    found = _SPREAD.fullmatch(text)
+    return (found[1], "sd" if found[2].startswith("s") else "+-", found[3].strip()) if found else None
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
@@ -42,7 +85,7 @@ def punctuation(text: str, units: Collection[str]) -> str:
 
 
 def spelled(unit: str, units: Collection[str]) -> str:
-    """The one of some units that is written out, or in other letters; "" if there is none."""
+    """The known unit that is spelled out or differs in case; "" if there is none."""
     words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
     short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
     same = [known for known in units if known and known.lower() == short.lower()]
@@ -50,7 +93,7 @@ def spelled(unit: str, units: Collection[str]) -> str:
 
 
 def tidy(unit: str) -> str:
-    """A unit in the spelling of the tables: no superscripts, dots or doubled blanks."""
+    """A unit in the spelling of the tables: no superscripts, dots or double blanks."""
     for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
         unit = unit.replace(old, new)
     return " ".join(unit.split())

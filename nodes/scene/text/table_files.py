@@ -14,7 +14,7 @@ from heavylift.kernel.errors import SPACES, SceneError, printable
 
 from .files import content, within
 from .source import Data, Mark, Path, Source
-from .units import NUMBER
+from .spelling import NUMBER
 
 AXES = ("x", "y", "z")
 HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")
@@ -26,20 +26,20 @@ MARKS = {"xl/worksheets/": 2_000_000, "xl/sharedStrings": 500_000, "": 50_000}  
 
 @dataclass(frozen=True)
 class TableCell:
-    """What stands in a table, and where."""
+    """Text of a table cell, and its place."""
 
     text: str
     mark: Mark
 
     @classmethod
     def of(cls, text: str, mark: Mark) -> TableCell:
-        """A cell of a file, as it may be printed."""
+        """A printable cell of a file."""
         return cls(printable(text.strip(), keep=SPACES), mark)
 
 
 @dataclass(frozen=True)
 class TableColumn:
-    """A head: the key that it names, the axis of a place, the unit of what stands below."""
+    """A column head: key, axis of a place, unit."""
 
     key: str
     axis: str
@@ -51,7 +51,8 @@ Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mar
 
 
 def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    """Put what was found into the data at a path, below what wins over it; `named`: where the table was named."""
+    """Insert table values at a path, below values that take precedence; `named`: place of the reference to the
+    table."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
             continue
@@ -67,7 +68,7 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def row_names(root: FilePath, file: str) -> list[str]:
-    """The names of the rows of a table, in their order, each once; raises SceneError where it cannot be had."""
+    """Row names of a table in order, each once; raises SceneError if it cannot be read."""
     return list(dict.fromkeys(row[0].text for row in table(root, file)[1]))
 
 
@@ -121,15 +122,15 @@ def _separated(data: bytes, file: str) -> Iterator[list[TableCell]]:
 
 
 def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
-    """SceneError for a workbook that unpacks to more bytes, parts, cells or texts than a table has."""
+    """Raise SceneError for a workbook with too many bytes, parts, cells or texts."""
     parts = workbook.infolist()
     if sum(part.file_size for part in parts) > UNPACKED or len(parts) > MOST_PARTS:
         raise SceneError(f"the table '{file}' has more than {UNPACKED} bytes or {MOST_PARTS} parts unpacked")
     for part in parts:
         most = next(count for begin, count in MARKS.items() if part.filename.lstrip("/").startswith(begin))
         if workbook.read(part).count(b"<") > most:
-            told = "has more cells, texts or formats than a table of {} rows and {} columns"
-            raise SceneError(f"the table '{file}' {told.format(MOST_ROWS, MOST_COLUMNS)}")
+            message = "has more cells, texts or formats than a table of {} rows and {} columns"
+            raise SceneError(f"the table '{file}' {message.format(MOST_ROWS, MOST_COLUMNS)}")
 
 
 def _workbook(data: bytes, file: str) -> Iterator[list[TableCell]]:

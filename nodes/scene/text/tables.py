@@ -7,8 +7,8 @@ and so each of `blocks`.
 
 The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, if it is no axis.
 The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17` the
-first one the lug.  `modes from` alike names a table of block, mode, place (lug or stool), its displacement x, y, z and
-in some row of each mode the frequency, mass and damping.  What the same file writes wins over the row, and so do
+first one the lug.  `modes from` alike names a table of block, mode, place (lug or support), its displacement x, y, z
+and in some row of each mode the frequency, mass and damping.  What the same file writes wins over the row, and so do
 files and settings laid over it; the row wins over what that file extends.  An empty cell is an error, unless what wins
 over the row gives the key; lugs and modes of a table stand in place of all those of what its file extends.
 
@@ -40,7 +40,7 @@ SAME = 1e-9  # [s, rad] between waves that are the same
 
 
 def tabled(source: Source) -> None:
-    """Put what blocks and vessels name of tables in the scene's folder in its place.
+    """Replace references to tables in blocks and vessels by their values.
 
     Raises SceneError with all faults of the scene so far where a table or row cannot be had.
     """
@@ -117,8 +117,8 @@ def _charts(head: list[TableColumn], rows: list[list[TableCell]], file: str) -> 
     booms = [i for i, column in enumerate(head) if column.key.startswith("boom ")]
     others = [c for c in head if c.unit and not c.key.startswith("boom ") and c.key not in (RADIUS, *SET_UP)]
     if RADIUS not in places or not booms or others:
-        told = f"it has no '{others[0].key}'" if others else f"'{RADIUS} [m]' and columns such as 'boom 24 m [t]'"
-        raise SceneError(f"{file}:{rows[0][0].mark.line - 1 if rows else 1}: the head of a chart: {told}")
+        message = f"it has no '{others[0].key}'" if others else f"'{RADIUS} [m]' and columns such as 'boom 24 m [t]'"
+        raise SceneError(f"{file}:{rows[0][0].mark.line - 1 if rows else 1}: the head of a chart: {message}")
     found: dict[tuple[str, ...], dict[str, Data]] = {}
     marks: dict[Path, Mark] = {}
     for row in rows:
@@ -138,7 +138,7 @@ def _charts(head: list[TableColumn], rows: list[list[TableCell]], file: str) -> 
 
 
 def _wins(source: Source, path: Path, named: Mark) -> bool:
-    """Whether what is written at a path wins over a table named there."""
+    """Whether a written value takes precedence over a table."""
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
@@ -150,8 +150,8 @@ def _block(source: Source, base: Path, head: list[TableColumn], row: list[TableC
         if not (column.unit or column.axis) or (source.at(path) is not None and _wins(source, path, named)):
             continue
         if not cell.text:
-            told = f"the row '{row[0].text}' is empty in column '{f'{column.key} {column.axis}'.strip()}'"
-            source.fault(path, told, "write its value, or leave the column away", mark=cell.mark)
+            message = f"the row '{row[0].text}' is empty in column '{f'{column.key} {column.axis}'.strip()}'"
+            source.fault(path, message, "write its value, or leave the column away", mark=cell.mark)
             continue
         text = with_unit(cell.text, column.unit)
         known = found.get(column.key)
@@ -193,7 +193,7 @@ def _lugs(
 def _modes(
     source: Source, base: Path, head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str
 ) -> Found:
-    """The modes of a block by name, each of as many rows as places have a displacement in it."""
+    """Modes of a block by name, with a row for each displaced place."""
     chosen, places = _chosen(head, rows, block, file, "")
     first = 1 if block else 0
     numbers = [i for i, column in enumerate(head) if i > first + 1 and i not in places.values() and column.unit]
@@ -211,8 +211,8 @@ def _modes(
         for i in (i for i in numbers if row[i].text):
             text = with_unit(row[i].text, head[i].unit)
             if value.setdefault(head[i].key, text) != text:
-                told = f"a mode has one {head[i].key}, and '{name.text}' has {value[head[i].key]}, too"
-                source.fault((*base, "modes", name.text), told, mark=row[i].mark)
+                message = f"a mode has one {head[i].key}, and '{name.text}' has {value[head[i].key]}, too"
+                source.fault((*base, "modes", name.text), message, mark=row[i].mark)
             marks[head[i].key,] = row[i].mark
     return found
 
@@ -247,7 +247,7 @@ Answer = tuple[dict[str, float], list[float], list[TableCell]]  # of a row: its 
 
 
 def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> None:
-    """What a vessel answers the wave of the scene, out of the rows of its table."""
+    """Responses of a vessel to the scene's wave from its table."""
     word = f"{key} from"
     named, mark = given.pop(word), source.mark((*base, word))
     into = given.setdefault(key, {})
@@ -295,7 +295,7 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
 
 
 def _met(source: Source, vessel: Path) -> dict[str, float]:
-    """The wave as it meets a vessel: its period [s], its heading against the bow [rad]; nothing in still water."""
+    """Wave as encountered by a vessel: period [s], heading against the bow [rad]; empty in still water."""
     waves, own = source.data.get("waves"), source.at(vessel)
     if not isinstance(waves, dict) or not isinstance(own, dict):
         return {}
@@ -306,7 +306,7 @@ def _met(source: Source, vessel: Path) -> dict[str, float]:
 def _between(
     rows: list[Answer], axes: list[str], met: dict[str, float], file: str
 ) -> tuple[list[float], list[TableCell]]:
-    """The parts of all motions in a wave, and the cells of a row beside it."""
+    """Interpolated responses, and the cells of a neighbouring row."""
     if not axes:
         if len(rows) > 1:
             raise SceneError(f"{file} has several rows of one wave, such as line {rows[1][2][0].mark.line}")
@@ -319,8 +319,8 @@ def _between(
     low, high = max((k for k in known if k <= x + SAME), default=x), min((k for k in known if k >= x - SAME), default=x)
     if low not in known or high not in known:
         ends = " to ".join(WAVE[axis].show(k) for k in (known[0], known[-1]))
-        told = f"{file} knows waves of {'a' if axis == 'period' else 'a relative'} {axis} of {ends}"
-        raise SceneError(f"{told}, and that of the scene has {WAVE[axis].show(x)}")
+        message = f"{file} knows waves of {'a' if axis == 'period' else 'a relative'} {axis} of {ends}"
+        raise SceneError(f"{message}, and that of the scene has {WAVE[axis].show(x)}")
     ends_at = [_between([row for row in rows if row[0][axis] == k], rest, met, file) for k in (low, high)]
     (a, cells), (b, _) = ends_at
     part = (x - low) / (high - low) if high > low else 0.0

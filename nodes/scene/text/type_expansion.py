@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
+from .expressions import ExpressionError, Parameters, value_of
 from .faults import closest
 from .source import Data, Path, Source
 
@@ -17,34 +17,33 @@ NAMED = (  # sections whose keys are names of parts
 )
 BODIES = "parent", "child", "body", "on", "radius from"  # keys whose values name a body
 JOINTS = "joint", "slides"  # or joints
-AXES = {"x": 0, "y": 1, "z": 2}
 
 
 @dataclass(frozen=True)
 class MachineType:
-    """A type file: what it says of itself, its parameters, and its data with their marks."""
+    """A type file: description, parameters, data with marks."""
 
     name: str
     source: Source
 
     @property
     def data(self) -> Mapping[str, Data]:
-        """All of it."""
+        """All data."""
         return self.source.data
 
     @property
     def parameters(self) -> Mapping[str, Data]:
-        """What a scene may override, with its values."""
+        """Parameters that a scene may override, with defaults."""
         found = self.data.get("parameters")
         return found if isinstance(found, dict) else {}
 
     def about(self, key: str) -> str:
-        """What it says of itself: its `about`, its `capacity`, its `source`."""
+        """Its `about`, `capacity` or `source`."""
         return " ".join(str(self.data.get(key, "")).split())
 
 
 class Expansion:
-    """One crane or frame, which stands `at` a place of the scene, and its type."""
+    """Expansion of a crane or frame `at` a place of the scene by its type."""
 
     def __init__(self, source: Source, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind
@@ -55,8 +54,6 @@ class Expansion:
         self.bodies: set[str] = set()
         self.joints: set[str] = set()
         self.computed = True
-        self.known: dict[str, Value | None] = {}
-        self.busy: list[str] = []
 
     def run(self, entry: dict[str, Data]) -> None:
         """The machine, below `machines` of the scene's data; the entry keeps its parameters."""
@@ -82,7 +79,7 @@ class Expansion:
         self.source.values[self.base] = self.source.mark(self.at)
 
     def attach(self, entry: dict[str, Data]) -> None:
-        """Parts of a frame in its entry, and its parameters, whether written there or not."""
+        """Insert the parts and parameters of a frame."""
         self.base = (*self.at, "parts")
         for key in (key for key in ("parameters", "parts") if key in entry):  # which the type makes
             self.source.fault((*self.at, key), f"unknown key '{key}'", on_key=True)
@@ -98,7 +95,7 @@ class Expansion:
         self._local()
 
     def _local(self) -> None:
-        """What is given of the parameters, if it fits; names of bodies and joints."""
+        """Parameters that are given and fit; names of bodies and joints."""
         known = self.kind.parameters
         for key, value in self.given.items():
             if key in known and not self._fits(key, value):
@@ -109,25 +106,25 @@ class Expansion:
         self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
 
     def _laid(self, made: Data, given: Data, path: Path) -> Data:
-        """What a scene writes of the crane's parts, over what the type makes of them."""
+        """The scene's changes of a crane's parts merged over the type's."""
         if not isinstance(made, dict) or not isinstance(given, dict):
             return given
         for key, value in given.items():
             if key not in made and len(path) == 1 and path[0] in NAMED and path != ("elastic",):
-                told = f"the type {self.kind.name} makes no '{key}'"
-                self.source.fault((*self.base, *path, key), told, closest(key, made), on_key=True)
+                message = f"the type {self.kind.name} makes no '{key}'"
+                self.source.fault((*self.base, *path, key), message, closest(key, made), on_key=True)
             else:
                 made[key] = self._laid(made.get(key), value, (*path, key))
         return made
 
     def _sections(self) -> dict[str, Data]:
-        """All of the type but what it says of itself; its interlocks join those of the scene."""
+        """All sections of the type except its description; its interlocks join those of the scene."""
         made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
         self._interlocks()
         return made
 
     def _interlocks(self) -> None:
-        """Those of the type, among the scene's."""
+        """Interlocks of the type, added to the scene's."""
         own, base = self.kind.data.get("interlocks"), self.base
         given = self.source.data.setdefault("interlocks", {}) if own else None
         if not isinstance(own, dict) or not isinstance(given, dict):
@@ -144,7 +141,7 @@ class Expansion:
         return list(found) if isinstance(found, dict) else []
 
     def _made(self, data: Data, path: Path, to: Path) -> Data:
-        """Data of the type at `path`, as they stand at `to` of the machine."""
+        """Data of the type at `path`, for the place `to` of the machine."""
         self._mark(path, to)
         if isinstance(data, dict):
             prefix = self.prefix if len(path) == 1 and path[0] in NAMED else ""
@@ -160,7 +157,7 @@ class Expansion:
         return data
 
     def _resolved(self, key: str, value: Data) -> Data:
-        """A reference to a part of the machine, by its whole name."""
+        """A reference to a part of the machine, by its full name."""
         local = self.bodies if key in BODIES else self.joints if key in JOINTS else ()
         if isinstance(value, list) and local:
             return [self._resolved(key, each) for each in value]
@@ -176,7 +173,7 @@ class Expansion:
             if word in self.given or not (isinstance(raw, str) and raw.startswith("=")):
                 return raw
         try:
-            return shown_as(evaluated(text[1:], self._parameter))
+            return Parameters(self.kind.parameters, self.given).computed(text[1:])
         except ExpressionError as error:
             blank = len(text[1:]) - len(text[1:].lstrip())
             what = "crane" if self.at[0] == "cranes" else "frame"
@@ -199,24 +196,6 @@ class Expansion:
     def _raw(self, word: str) -> Data:
         return self.given.get(word, self.kind.parameters[word])
 
-    def _parameter(self, word: str) -> Value | None:
-        """A parameter, or a number of a place."""
-        if word not in self.known:
-            name, _, axis = word.rpartition(".")
-            whole = word if word in self.kind.parameters else name
-            if whole not in self.kind.parameters:
-                return None
-            if whole in self.busy:
-                raise ExpressionError(f"the parameter '{whole}' depends on itself")
-            raw = self._raw(whole)
-            if whole != word:
-                raw = raw[AXES[axis]] if isinstance(raw, list) and len(raw) == len(AXES) else None
-            self.busy.append(whole)
-            computed = isinstance(raw, str) and raw.startswith("=") and whole not in self.given
-            self.known[word] = evaluated(str(raw)[1:], self._parameter) if computed else value_of(raw)
-            self.busy.pop()
-        return self.known[word]
-
     def _fits(self, key: str, given: Data) -> bool:
         """Whether a value can stand for a parameter's own; what is computed there tells nothing of it, and what no
         arithmetic uses may be whatever the keys read that it is put into."""
@@ -234,7 +213,7 @@ class Expansion:
 
 
 def _alike(given: Data, default: Data) -> bool:
-    """Whether a value is of the kind of another one, so that arithmetic can be done with it."""
+    """Whether a value has the kind of another one for arithmetic."""
     if isinstance(given, list) and isinstance(default, list):
         return len(given) == len(default) and all(map(_alike, given, default))
     one, two = value_of(given), value_of(default)

@@ -18,14 +18,10 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from .source import Data, Path, Source
-from .spelling import tidy
-from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limited, Quantity, offered
+from .spelling import PLUS, number_and_unit, range_of, spread_of, tidy
+from .units import ACCURACY, DURATION, SAMPLING, Dimension, Either, Limited, Quantity, offered
 
-PLUS = r"\+-|\+/-|±"
 MARKED = re.compile(rf"{PLUS}|sd|sigma|\.\.")  # what every such form has in it
-_FORM = re.compile(rf"\s*(?P<value>{NUMBER}[^±]*?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
-_RANGE = re.compile(rf"\s*(?P<low>{NUMBER})\s*(?P<unit_low>[^.]*?)\s*\.\.\s*(?P<high>{NUMBER})\s*(?P<unit>.*?)\s*")
-_HALF = re.compile(rf"\s*({NUMBER})\s*(.*)")
 _LONGEST = 200  # characters of a number with its uncertainty
 _SETTINGS = (ACCURACY, DURATION, SAMPLING)  # of a run: nobody measures them
 Kind: TypeAlias = Literal["normal", "uniform"]
@@ -33,7 +29,7 @@ Kind: TypeAlias = Literal["normal", "uniform"]
 
 @dataclass(frozen=True)
 class Stated:
-    """What is written of a number: its nominal value, and `how` far (`+-`, `sd` or `..`) from it, each as text."""
+    """A stated number: nominal value, and its spread `how` (`+-`, `sd` or `..`) and `half`, as text."""
 
     value: str
     how: str
@@ -46,7 +42,7 @@ class Stated:
 
 
 def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
-    """What a scene states of its numbers, by path; the data keep their nominal values, bad forms become faults.
+    """Stated uncertainties of a scene by path; data keep nominal values, errors become faults.
 
     `is_text`: whether what stands at a path is for people, whatever it looks like."""
     found: dict[Path, Stated] = {}
@@ -71,12 +67,12 @@ def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Sta
 
 
 def standard(stated: Stated, quantity: Quantity) -> float:
-    """The standard uncertainty in SI units; ValueError for one that makes no sense of such a quantity."""
+    """Standard uncertainty in SI units; raises ValueError if it is impossible for the quantity."""
     dimension, value = quantity.dimension, quantity.read(stated.value)
     if dimension in _SETTINGS:
         raise ValueError(f"{dimension.article} is a setting of the run, no input: write it without uncertainty")
-    unit = tidy(_number(stated.value)[1])
-    units = _plain(dimension, unit or tidy(_number(stated.half)[1])).units
+    unit = number_and_unit(stated.value)[1]
+    units = _plain(dimension, unit or number_and_unit(stated.half)[1]).units
     part, width = half_width(stated.half, units, stated.how, relative=unit != "%")
     if part and value == 0.0:
         raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 says nothing: write it in a unit")
@@ -97,11 +93,12 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
-    """A width such as `3 %` or `10 t`, as a part of the value and in SI units, one of them 0; ValueError if it is none.
+    """Half-width such as `3 %` or `10 t`, as a fraction of the value and in SI units, one of them 0; raises ValueError
+    if it is none.
 
     `relative`: whether % is a part of the value."""
-    number, unit = _number(text)
-    width, unit, text = float(number) if number else math.nan, tidy(unit), f"{how} {text.strip()}".strip()
+    number, unit = number_and_unit(text)
+    width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:
         raise ValueError(f"'{text}' is no uncertainty: write a number and a unit, such as '+- 5 kN' or '+- 1 %'")
     if unit == "%" and relative:
@@ -113,31 +110,24 @@ def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relati
 
 
 def _stated(text: str) -> Stated | None:
-    """The parts of a number with its uncertainty; None for any other text."""
+    """The parts of a number with uncertainty; None for other texts."""
     if len(text) > _LONGEST:
         return None
-    if form := _FORM.fullmatch(text):
-        how = "sd" if form["how"] in ("sd", "sigma") else "+-"
-        return Stated(form["value"], how, form["half"].strip())
-    form = _RANGE.fullmatch(text)
-    if form is None:
+    if (form := spread_of(text)) and (number := number_and_unit(form[0])[0]) and math.isfinite(float(number)):
+        return Stated(*form)
+    ends = range_of(text)
+    if ends is None or ends.step:
         return None
-    low, high, unit = Decimal(form["low"]), Decimal(form["high"]), form["unit"]
-    if form["unit_low"] and tidy(form["unit_low"]) != tidy(unit):
+    low, high, unit = Decimal(ends.low), Decimal(ends.high), ends.unit
+    if ends.unit_low and tidy(ends.unit_low) != tidy(unit):
         raise ValueError(f"'{text}': write both ends in one unit, such as '460..500 t'")
     if not low < high:
         raise ValueError(f"'{text}': the first end must be below the second")
     return Stated(f"{(low + high) / 2} {unit}".strip(), "..", f"{(high - low) / 2} {unit}".strip())
 
 
-def _number(text: str) -> tuple[str, str]:
-    """Number and unit of a text; two empty ones if it is no quantity."""
-    form = _HALF.fullmatch(text)
-    return (form[1], form[2]) if form else ("", "")
-
-
 def _plain(dimension: Dimension, unit: str) -> Dimension:
-    """Of two dimensions in one, that of a unit."""
+    """The dimension of a unit, for a combined dimension."""
     while isinstance(dimension, Either):
         dimension = dimension.sliding if unit in dimension.sliding.units else dimension.turning
     return dimension

@@ -8,21 +8,19 @@ exact and a quantity is rounded once, so that `300 t` and `300000 kg`, `0.3 m/mi
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .spelling import punctuation, spelled, tidy
+from .spelling import number_and_unit, punctuation, spelled
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 SMALL, LARGE = 1e-30, 1e30  # between which products of several quantities neither vanish nor overflow
 LEAST = 5e-324
 _DEGREE = Fraction(math.pi / 180)  # as `math.radians` has it
@@ -50,13 +48,13 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 
 
 def offered(units: Iterable[str]) -> list[str]:
-    """Those of some units that messages offer."""
+    """Units offered in messages."""
     return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
 
 
-@dataclass(frozen=True, eq=False)  # told apart by identity, so that what was read before is known
+@dataclass(frozen=True, eq=False)  # distinguished by identity, so that what was read before is known
 class Dimension:
-    """A kind of quantity: its units with their factors to SI; the first two units stand in its messages."""
+    """A dimension: units with factors to SI; messages use the first two."""
 
     name: str
     units: dict[str, Fraction]
@@ -65,7 +63,7 @@ class Dimension:
         self.units.update(CUSTOMARY.get(self.name, {}))
 
     def read(self, value: object) -> float:
-        """The value in SI units, from '900 t' or a number that needs no unit."""
+        """Read '900 t', or a number that needs no unit, in SI units."""
         number = self.number(value)
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is no finite number")
@@ -75,7 +73,7 @@ class Dimension:
         return number
 
     def number(self, value: object) -> float:
-        """As `read`, but perhaps infinite or nan."""
+        """As `read`, but possibly infinite or nan."""
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
@@ -86,25 +84,24 @@ class Dimension:
     def _of_text(self, value: str) -> float:
         if meant := punctuation(value, self.units):
             raise ValueError(f"'{value}' is no {self.name}: {meant}")
-        match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
-        if not match:
+        written, unit = number_and_unit(value)
+        if not written:
             known = ", ".join(filter(None, offered(self.units)))
             raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
-        number, unit = _product(match[1], _ONE), tidy(match[2])
         if not unit:
-            return self._bare(number, match[1])
+            return self._bare(_product(written, _ONE), written)
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
             what = f"a unit of {other}" if other else "not a unit that is known here"
             short = spelled(unit, self.units)
-            meant = f": write '{match[1]} {short}'" if short else ""
+            meant = f": write '{written} {short}'" if short else ""
             raise ValueError(
-                f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(offered(self.units))}{meant}"
+                f"'{value}' is no {self.name}: '{unit}' is {what}; use {', '.join(offered(self.units))}{meant}"
             )
-        return _product(match[1], self.units[unit])
+        return _product(written, self.units[unit])
 
     def show(self, si: float) -> str:
-        """A value in the dimension's first unit, as a user writes it."""
+        """A value in the dimension's first unit, as text."""
         unit, factor = next(iter(self.units.items()))
         return f"{si / float(factor):.10g} {unit}".strip()
 
@@ -129,13 +126,13 @@ class Dimension:
 
 @dataclass(frozen=True, eq=False)
 class Limited(Dimension):
-    """A quantity that makes sense between two ends only, written as a user writes them."""
+    """A quantity with a range, written as users write it."""
 
     lowest: str
     highest: str
 
     def read(self, value: object) -> float:
-        """The value in SI units, at an end or between them."""
+        """Read a value in SI units within the range."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
             message = f"{value:.12g}" if isinstance(value, float) else value
@@ -144,7 +141,8 @@ class Limited(Dimension):
 
 
 def _product(text: str, factor: Fraction) -> float:
-    """The float nearest to a decimal number times a factor, 0 for 0 alone; infinite or nan where the number is."""
+    """The float nearest to a decimal number times a factor, nonzero for nonzero numbers; infinite or nan where the
+    number is."""
     number = float(text)
     if number == 0.0 and any(digit in text.lower().partition("e")[0] for digit in "123456789"):
         return LEAST
@@ -200,7 +198,7 @@ DIMENSIONS: tuple[Dimension, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Either(Dimension):
-    """A dimension that reads two, such as a length of a sliding or an angle of a turning joint."""
+    """A dimension with units of two, such as length for sliding and angle for turning joints."""
 
     sliding: Dimension
     turning: Dimension
@@ -213,7 +211,7 @@ def either(first: Dimension, second: Dimension) -> Either:
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """How pydantic reads a value of a dimension; `least`: whether it must be positive, or zero or more."""
+    """Pydantic reader for a dimension; `least`: positive, or zero or more."""
 
     dimension: Dimension
     least: Literal["", "zero", "positive"] = ""

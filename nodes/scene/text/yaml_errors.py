@@ -56,7 +56,7 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
 
 
 def _value(lines: Sequence[str], at: Place) -> tuple[str, Place]:
-    """A colon where no value can follow: a second one, or a fault of the line above."""
+    """A misplaced colon: a second one, or an error of the line above."""
     line, column = at
     if re.search(r":\s", lines[line][:column]):
         return "a second ':' in one line: put the inner key on a line of its own, or quotes around the text", at
@@ -74,8 +74,8 @@ def _indent(lines: Sequence[str], at: Place) -> tuple[str, Place]:
     line = at[0]
     above = next((i for i in range(line - 1, -1, -1) if lines[i].partition("#")[0].strip()), line)
     own, other = _indented(lines[line]), _indented(lines[above])
-    told = f"this line is indented by {own}, line {above + 1} above it by {other}"
-    return f"{told}: the keys of one mapping and the items of one list begin in one column", (line, own)
+    message = f"this line is indented by {own}, line {above + 1} above it by {other}"
+    return f"{message}: the keys of one mapping and the items of one list begin in one column", (line, own)
 
 
 def _indented(text: str) -> int:

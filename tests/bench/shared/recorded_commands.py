@@ -17,7 +17,7 @@ from heavylift.nodes.scene import load
 
 
 class Noting(room.KernelNode):
-    """Notes what the kernel is told."""
+    """Notes what the kernel is reported."""
 
     def __init__(self, config, publish, **how):
         super().__init__(config, publish, **how)
@@ -48,7 +48,7 @@ class Clock:
 
 
 def kernel_alone(scene, *overrides):
-    """What the kernel was told; its tensions; attempted steps; and CPU seconds by what they were spent on."""
+    """What the kernel was reported; its tensions; attempted steps; and CPU seconds by what they were spent on."""
     began = time.process_time()
     original, room.KernelNode = room.KernelNode, Noting
     try:

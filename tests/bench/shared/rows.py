@@ -64,22 +64,22 @@ def row(
 ) -> None:
     """Print a figure; `absolute`: the target bounds the value although there is a peer."""
     ratio = value / peer_value if peer_value else None
-    target, judged = at_least if at_most is None else at_most, value if peer is None or absolute else ratio
+    target, checked = at_least if at_most is None else at_most, value if peer is None or absolute else ratio
     met = None
-    if target is not None and judged is not None:
-        met = bool(judged >= target if at_most is None else judged <= target)
+    if target is not None and checked is not None:
+        met = bool(checked >= target if at_most is None else checked <= target)
     figures = [None if x is None else float(f"{x:.6g}") for x in (value, peer_value, ratio, target)]
-    told = Row(name, figures[0] or 0.0, unit, peer, *figures[1:], met)
-    print(msgspec.json.encode(told).decode() if JSON else _line(told, at_most is None), flush=True)
+    message = Row(name, figures[0] or 0.0, unit, peer, *figures[1:], met)
+    print(msgspec.json.encode(message).decode() if JSON else _line(message, at_most is None), flush=True)
 
 
 def _line(row: Row, from_below: bool) -> str:
-    told = f"{row.name:<62} {row.value:>10.4g} {row.unit:<9}"
+    message = f"{row.name:<62} {row.value:>10.4g} {row.unit:<9}"
     if row.peer_value is not None:
-        told += f" {row.peer} {row.peer_value:.4g}" + (f", ratio {row.ratio:.3g}" if row.ratio is not None else "")
+        message += f" {row.peer} {row.peer_value:.4g}" + (f", ratio {row.ratio:.3g}" if row.ratio is not None else "")
     elif row.peer:
-        told += f" {row.peer}: not measured"
+        message += f" {row.peer}: not measured"
     if row.target is not None:
-        verdict = {True: "met", False: "MISSED", None: "not judged"}[row.met]
-        told += f"  target {'>=' if from_below else '<='} {row.target:.4g}: {verdict}"
-    return told.rstrip()
+        verdict = {True: "met", False: "MISSED", None: "not checked"}[row.met]
+        message += f"  target {'>=' if from_below else '<='} {row.target:.4g}: {verdict}"
+    return message.rstrip()

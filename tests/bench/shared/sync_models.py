@@ -245,9 +245,9 @@ def queue() -> Coupled:
     """M/M/3 with feedback."""
     root = Coupled("queue")
     source, counter = root.add(Source("source")), root.add(Counter("counter"))
-    router, door = root.add(Router("router")), root.add(Door("door"))
+    router, listener = root.add(Router("router")), root.add(Door("door"))
     root.connect(source.out, counter.into)
     root.connect(counter.out, router.into)
     root.connect(router.again, counter.into)
-    root.connect(router.leave, door.into)
+    root.connect(router.leave, listener.into)
     return root

@@ -28,12 +28,12 @@ def test_a_new_scene_is_a_copy_that_runs_under_its_own_name(tmp_path: Path, monk
 def test_nothing_is_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.yaml").write_text("a day's work\n")
-    told = CliRunner().invoke(app, ["new", "mine"])
-    assert str(told.exception) == "mine.yaml: is there already and stays as it is; choose another name"
+    message = CliRunner().invoke(app, ["new", "mine"])
+    assert str(message.exception) == "mine.yaml: is there already and stays as it is; choose another name"
     assert (tmp_path / "mine.yaml").read_text() == "a day's work\n"
 
 
-def test_the_schema_accepts_all_bundled_scenes_and_tells_what_is_wrong() -> None:
+def test_the_schema_accepts_all_bundled_scenes_and_reports_what_is_wrong() -> None:
     jsonschema = pytest.importorskip("jsonschema", reason="no package 'jsonschema' (extra test)")
     schema = json_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -47,7 +47,7 @@ def test_the_schema_accepts_all_bundled_scenes_and_tells_what_is_wrong() -> None
     assert "hieght" in wrong.message
 
 
-def test_the_schema_tells_units_defaults_and_meanings() -> None:
+def test_the_schema_reports_units_defaults_and_meanings() -> None:
     schema = json_schema()
     types = schema["$defs"]["CraneKeys"]["allOf"]
     crane = next(x["then"] for x in types if x["if"]["properties"]["type"]["const"] == "goliath-900")["properties"]
@@ -62,18 +62,18 @@ def test_the_schema_tells_units_defaults_and_meanings() -> None:
 def test_the_installation_is_looked_at() -> None:
     found = {finding.what: finding for finding in findings()}
     assert {found[name].state for name in ("heavylift", "eclipse-zenoh", "ruamel.yaml", "cache")} == {"ok"}
-    assert found["a short run"].told.startswith("21 samples of a pendulum in ")
+    assert found["a short run"].message.startswith("21 samples of a pendulum in ")
 
 
 def test_what_is_broken_ends_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = [
+    message = [
         HealthFinding("numpy", "ok", "2"),
         HealthFinding("browser", "missing", "none"),
         HealthFinding("cache", "broken", "read-only"),
     ]
-    monkeypatch.setattr("heavylift.coordinator.commands.health.findings", lambda: iter(told))
+    monkeypatch.setattr("heavylift.coordinator.commands.health.findings", lambda: iter(message))
     result = CliRunner().invoke(app, ["doctor", "--json"])
     assert [line["state"] for line in json.loads(result.output)] == ["ok", "missing", "broken"]
     assert result.exit_code == 1
-    monkeypatch.setattr("heavylift.coordinator.commands.health.findings", lambda: iter(told[:2]))
+    monkeypatch.setattr("heavylift.coordinator.commands.health.findings", lambda: iter(message[:2]))
     assert CliRunner().invoke(app, ["doctor"]).exit_code == 0

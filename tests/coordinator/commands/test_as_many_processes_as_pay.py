@@ -38,7 +38,7 @@ def on(monkeypatch: pytest.MonkeyPatch) -> Callable[[Machine], Machine]:
     return there
 
 
-def test_the_fastest_is_taken_and_all_are_told(on):
+def test_the_fastest_is_taken_and_all_are_reported(on):
     machine = on(Machine({1: 0.25, 2: 0.15, 4: 0.1, 6: 0.2}))
     found = "1 process takes 1.25 s for the first 5 s of the run, 2 take 0.75 s, 4 take 0.50 s, 6 take longer"
     assert process_count.paying(machine.run, 8, most=6) == (4, found)

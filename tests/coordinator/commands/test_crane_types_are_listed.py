@@ -20,9 +20,11 @@ def told(*words: str) -> str:
 def test_all_types_say_their_capacity_and_source() -> None:
     text, found = told(), json.loads(told("--json"))
     assert [*found] == [*library()]
-    for name, said in found.items():
-        assert f"{name}: {said['about']}\n    capacity: {said['capacity']}\n    source: {said['source']}\n" in text
-    assert [name for name, said in found.items() if "made up" not in said["source"]] == []
+    for name, answer in found.items():
+        assert (
+            f"{name}: {answer['about']}\n    capacity: {answer['capacity']}\n    source: {answer['source']}\n" in text
+        )
+    assert [name for name, answer in found.items() if "made up" not in answer["source"]] == []
     assert found["rough-terrain-59"]["source"].startswith(
         "chart, boom angles, foot of the boom and hook block by Terex"
     )
@@ -32,6 +34,6 @@ def test_one_is_printed_as_it_stands_in_its_file() -> None:
     assert told("jib-60") == library()["jib-60"].read_text()
 
 
-def test_an_unknown_one_is_told() -> None:
+def test_an_unknown_one_is_reported() -> None:
     with pytest.raises(SceneError, match="there is no machine type 'jib-6': did you mean 'jib-60'"):
         told("jib-6")

@@ -61,12 +61,12 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.large
-def test_every_script_takes_the_two_options_and_says_what_it_measures() -> None:
+def test_every_script_takes_the_two_options_and_reports_what_it_measures() -> None:
     helps = json.loads(python(ALL_HELPS, *map(str, SCRIPTS)).stdout)
     for script in SCRIPTS:
-        told = helps[str(script)]
-        assert "--json" in told, script.name
-        assert "--short" in told, script.name
+        message = helps[str(script)]
+        assert "--json" in message, script.name
+        assert "--short" in message, script.name
         assert f"python tests/bench/{script.name} " in script.read_text().partition('"""\n\n')[0], script.name
 
 
@@ -98,7 +98,7 @@ def test_what_is_no_row_is_named() -> None:
     ]
     found = json.loads(python(FAULTS, json.dumps(good), *bad).stdout)
     assert found[0] == ""
-    assert [told.partition(" (")[0].partition(":")[0] for told in found[1:]] == [
+    assert [message.partition(" (")[0].partition(":")[0] for message in found[1:]] == [
         *["line 1 is no row"] * 5,
         *["line 1"] * 2,
         "line 2 is no row",
@@ -108,8 +108,8 @@ def test_what_is_no_row_is_named() -> None:
 
 def test_a_peer_that_is_not_installed_is_one_sentence_and_no_figure() -> None:
     done = python(FEW)
-    beside = [row for row in map(json.loads, done.stdout.splitlines()) if row["peer"]]
-    assert [(row["peer_value"], row["ratio"], row["met"]) for row in beside] == [(None, None, None)] * 4
+    other = [row for row in map(json.loads, done.stdout.splitlines()) if row["peer"]]
+    assert [(row["peer_value"], row["ratio"], row["met"]) for row in other] == [(None, None, None)] * 4
     assert [line.partition(" (")[0] for line in done.stderr.splitlines()] == [
         "xdevs is left out",
         "PythonPDEVS is left out",

@@ -36,8 +36,8 @@ def heavylift(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str
             main()
         except SystemExit as end:
             code = int(end.code or 0)
-    said = capsys.readouterr()
-    return code, said.out, said.err
+    text = capsys.readouterr()
+    return code, text.out, text.err
 
 
 def example(name: str) -> list[str]:
@@ -48,9 +48,9 @@ def example(name: str) -> list[str]:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_ends_with_an_example_that_parses(capsys: pytest.CaptureFixture[str], name: str) -> None:
-    code, told, _ = heavylift(capsys, name, "--help")
+    code, message, _ = heavylift(capsys, name, "--help")
     assert code == 0
-    lines = told.splitlines()
+    lines = message.splitlines()
     assert lines[lines.index("Example:") + 1].startswith(f"  heavylift {name}")
     command, *words = example(name)
     assert command == name
@@ -64,10 +64,10 @@ def test_an_example_runs(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert heavylift(capsys, "new", "my-lift")[0] == 0
-    code, told, _ = heavylift(capsys, *example(name))
+    code, message, _ = heavylift(capsys, *example(name))
     assert code == 0
-    assert told
-    assert not CONTROL.search(told)
+    assert message
+    assert not CONTROL.search(message)
 
 
 def test_commands_of_data_have_json() -> None:
@@ -78,17 +78,17 @@ def test_commands_of_data_have_json() -> None:
     "command", [("check", "lift"), ("tree", "arm"), ("statics", "pendulum"), ("modes", "pendulum")]
 )
 def test_json_is_one_object(capsys: pytest.CaptureFixture[str], command: tuple[str, ...]) -> None:
-    code, told, _ = heavylift(capsys, *command, "--json")
+    code, message, _ = heavylift(capsys, *command, "--json")
     assert code == 0
-    assert isinstance(json.loads(told), dict)
+    assert isinstance(json.loads(message), dict)
 
 
-def test_the_help_tells_all_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
-    code, told, _ = heavylift(capsys, "--help")
+def test_the_help_reports_all_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
+    code, message, _ = heavylift(capsys, "--help")
     assert code == 0
-    assert set(COMMANDS) <= set(re.findall(r"^  ([a-z-]+)  ", told, re.M))
-    assert "Exit codes: 0 done; 1 the scene, the run or the file is at fault" in told
-    assert not CONTROL.search(told)
+    assert set(COMMANDS) <= set(re.findall(r"^  ([a-z-]+)  ", message, re.M))
+    assert "Exit codes: 0 done; 1 the scene, the run or the file is at fault" in message
+    assert not CONTROL.search(message)
 
 
 @pytest.mark.parametrize(
@@ -123,11 +123,11 @@ def test_mistakes_end_in_a_sentence(
     sentence: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    found, said, told = heavylift(capsys, *words)
-    assert (found, said) == (code, "")
-    assert sentence in told
-    assert "Traceback" not in told
-    assert "internal error" not in told
+    found, text, message = heavylift(capsys, *words)
+    assert (found, text) == (code, "")
+    assert sentence in message
+    assert "Traceback" not in message
+    assert "internal error" not in message
     assert list(tmp_path.iterdir()) == []
 
 
@@ -158,5 +158,5 @@ def test_a_shell_asks_the_command(
     assert heavylift(capsys)[1] == offered
 
 
-def test_the_program_says_its_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_program_reports_its_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert heavylift(capsys, "--version") == (0, f"heavylift {version('heavylift')}\n", "")

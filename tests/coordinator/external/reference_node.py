@@ -25,8 +25,8 @@ class Station:  # holds what arrives together for `hold` [ns], then passes it on
         self.tokens, self.next = ([first["number"]], [self.hold, 0]) if first else ([], FOREVER)
 
     def outputs(self):  # lambda: [t, k, model, port, index, type, payload]
-        said = [msgpack.packb({"number": number}) for number in self.tokens]
-        return [[*self.next, self.name, "out", i, "Token", payload] for i, payload in enumerate(said)]
+        text = [msgpack.packb({"number": number}) for number in self.tokens]
+        return [[*self.next, self.name, "out", i, "Token", payload] for i, payload in enumerate(text)]
 
     def transition(self, tag, bag):  # internal, external, or one after the other
         kept = [] if tag == self.next else self.tokens

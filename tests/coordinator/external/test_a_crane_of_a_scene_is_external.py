@@ -24,18 +24,18 @@ def player(path: Path) -> None:
     link = NodeLink(msgspec.json.decode(path.read_bytes(), type=Ticket))
 
     def send(payload: bytes) -> None:
-        said = m.decode(payload)
-        if isinstance(said, m.Hello):
-            said = msgspec.structs.replace(said, declaration=b"", version="wire 1", scene="")
-        link.send("crane", m.encode(said))
+        text = m.decode(payload)
+        if isinstance(text, m.Hello):
+            text = msgspec.structs.replace(text, declaration=b"", version="wire 1", scene="")
+        link.send("crane", m.encode(text))
 
     crane = Participant(["crane"], send, partial(link.sample, "crane"))
     while not crane.over:
         data = link.receive()[1]
         welcome = m.decode(data)
         if isinstance(welcome, m.Welcome):
-            told = msgspec.msgpack.decode(welcome.config)["models"]["crane"]
-            assert told["into"] == {"order": "Order", "state": "StateEvent"}
+            message = msgspec.msgpack.decode(welcome.config)["models"]["crane"]
+            assert message["into"] == {"order": "Order", "state": "StateEvent"}
             data = m.encode(m.Welcome(1, parts.encode(parts.ScenePart(encode(LIFT.plan)))))
         crane.handle(data)
     link.close()

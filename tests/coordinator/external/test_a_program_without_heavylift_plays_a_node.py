@@ -88,12 +88,12 @@ def test_what_cannot_be_external_is_refused_before_anything_starts(monkeypatch, 
 
 
 @pytest.mark.large
-def test_a_killed_one_has_a_successor_that_is_told_everything_again(guest, tmp_path: Path) -> None:
-    told: list[str] = []
+def test_a_killed_one_has_a_successor_that_is_reported_everything_again(guest, tmp_path: Path) -> None:
+    message: list[str] = []
 
     class Listening(RunObserver):
         def say(self, sentence: str) -> None:
-            told.append(sentence)
+            message.append(sentence)
 
         def event(self, event: object) -> None:
             if len(pids) == 1 and getattr(event, "t", 0) >= ms(50):
@@ -104,11 +104,11 @@ def test_a_killed_one_has_a_successor_that_is_told_everything_again(guest, tmp_p
     pids: list[int] = []
 
     def again() -> None:
-        while len(told) < 3:
+        while len(message) < 3:
             time.sleep(0.01)
         reference(tmp_path / "s1.ticket")
 
     with guest(lambda ticket: pids.append(reference(ticket).pid)):
         run = run_models(RING, until=2.001, external=["s1"], watch=Listening())
     assert run.digest == run_models(RING, until=2.001, in_process=True).digest
-    assert [sentence[:7] for sentence in told] == ["waiting", "node s1", "waiting"]
+    assert [sentence[:7] for sentence in message] == ["waiting", "node s1", "waiting"]

@@ -80,9 +80,9 @@ def test_what_is_right_passes() -> None:
 
 def test_why_it_has_failed_is_one_line_that_names_it() -> None:
     external = External("s1", [ring(stations=2, tokens=1, hold=ms(5)).children["s1"]], [], 10_000)
-    said = external.checked(m.Fail(Tag(0), "s1", "no\n\x1b[31mline" + "x" * 1000, ""))
-    assert isinstance(said, m.Fail)
-    assert said.sentence == "node s1 has failed: " + ("no\\n\\x1b[31mline" + "x" * 1000)[:500] + "..."
+    text = external.checked(m.Fail(Tag(0), "s1", "no\n\x1b[31mline" + "x" * 1000, ""))
+    assert isinstance(text, m.Fail)
+    assert text.sentence == "node s1 has failed: " + ("no\\n\\x1b[31mline" + "x" * 1000)[:500] + "..."
 
 
 def speak(*answers: m.AnyMessage | bytes) -> Callable[[Path], None]:

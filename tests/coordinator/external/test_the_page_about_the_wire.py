@@ -25,8 +25,8 @@ KINDS = {message.__struct_config__.tag: message for message in m.AnyMessage.__ar
 def dump(name: str) -> tuple[object, bytes]:
     """What the page says that the bytes mean, and the bytes."""
     lines = DUMPS[name].splitlines()
-    said = json.loads(lines.pop(0)) if lines[0][0] in "[{" else None
-    return said, bytes.fromhex("".join(lines))
+    text = json.loads(lines.pop(0)) if lines[0][0] in "[{" else None
+    return text, bytes.fromhex("".join(lines))
 
 
 def shown(x: object) -> object:
@@ -44,8 +44,8 @@ def test_every_message_has_its_dump() -> None:
 
 @pytest.mark.parametrize("name", sorted(DUMPS.keys() - {"frame"}))
 def test_a_decoder_that_knows_only_messagepack_reads_it(name: str) -> None:
-    said, data = dump(name)
-    assert shown(msgpack.unpackb(data)) == said
+    text, data = dump(name)
+    assert shown(msgpack.unpackb(data)) == text
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))

@@ -43,12 +43,12 @@ def finish(folder: Path, *arguments: object, inside: str = "") -> tuple[int, str
 def until(process: "subprocess.Popen[str]", words: str) -> str:
     """The first line of standard error that holds the words."""
     assert process.stderr is not None
-    said = []
+    text = []
     for line in process.stderr:
-        said.append(line)
+        text.append(line)
         if words in line:
             return line
-    raise AssertionError(f"the command ended without saying {words!r}: {''.join(said)}")
+    raise AssertionError(f"the command ended without saying {words!r}: {''.join(text)}")
 
 
 def ended(process: "subprocess.Popen[str]") -> tuple[int, str]:

@@ -15,9 +15,9 @@ def test_a_line_that_holds_back_every_piece_changes_no_byte(tmp_path: Path, keys
     run = start(tmp_path, "run", "lift", "--remote", "block", *listen, "-o", "run.mcap")
     until(run, "waiting for process block")
     line = Line(port)
-    code, said = finish(tmp_path, "node", "block", "--connect", f"tls/127.0.0.1:{line.port}", "--certificates", keys)
+    code, text = finish(tmp_path, "node", "block", "--connect", f"tls/127.0.0.1:{line.port}", "--certificates", keys)
     line.listener.close()
-    assert code == 0, said
+    assert code == 0, text
     assert ended(run)[0] == 0
     assert line.pieces > 50
     assert Recording(tmp_path / "run.mcap").result["digest"] == truth

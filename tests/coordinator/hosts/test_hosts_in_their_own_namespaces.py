@@ -24,7 +24,7 @@ def ip(*words: str, tool: str = "ip") -> None:
     try:
         done = subprocess.run([tool, *words], capture_output=True, text=True, timeout=10)
     except FileNotFoundError:
-        pytest.skip(f"there is no command '{tool}' here: hosts cannot be told apart by network namespaces")
+        pytest.skip(f"there is no command '{tool}' here: hosts cannot be distinguished by network namespaces")
     if done.returncode:
         pytest.skip(f"the kernel does not allow '{tool} {' '.join(words)}': {done.stderr.strip()}")
 
@@ -55,10 +55,10 @@ def over(cable: tuple[str, str], folder: Path, keys: Path) -> str:
     until(run, "waiting for process yard-b")
     arguments = ["node", "yard-b", "--connect", f"tls/{HUB}:{PORT}", "--certificates", keys]
     node = start(folder, *arguments, inside=there)
-    code, said = ended(node)
-    assert code == 0, said
-    code, said = ended(run)
-    assert code == 0, said
+    code, text = ended(node)
+    assert code == 0, text
+    code, text = ended(run)
+    assert code == 0, text
     return str(Recording(folder / "run.mcap").result["digest"])
 
 
@@ -76,7 +76,7 @@ def test_a_line_that_delays_and_loses_packets_changes_no_byte(
     assert over(cable, tmp_path, keys) == truth
 
 
-def test_the_coordinator_is_heard_at_its_address_only(cable: tuple[str, str], tmp_path: Path, keys: Path) -> None:
+def test_the_coordinator_is_received_at_its_address_only(cable: tuple[str, str], tmp_path: Path, keys: Path) -> None:
     here, there = cable
     listen = f"tls/127.0.0.1:{PORT}"
     run = start(tmp_path, "run", "lift", "--remote", "block", "--listen", listen, "--certificates", keys, inside=here)

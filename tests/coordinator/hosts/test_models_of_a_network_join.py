@@ -28,28 +28,28 @@ def test_models_run_where_they_are_placed(tmp_path: Path, keys: Path) -> None:
     afar = ["--place", "s1,s3=yard-b", "--remote", "yard-b", "--listen", endpoint, "--certificates", keys]
     run = start(tmp_path / "here", *devs, *afar)
     until(run, "waiting for process yard-b")
-    code, said = finish(tmp_path / "there", "node", "yard-b", "--connect", endpoint, "--certificates", keys)
-    assert (code, "that you have not trusted" in said) == (1, True), said
+    code, text = finish(tmp_path / "there", "node", "yard-b", "--connect", endpoint, "--certificates", keys)
+    assert (code, "that you have not trusted" in text) == (1, True), text
     run.communicate(timeout=60)
     run = start(tmp_path / "here", *devs, *afar)
     until(run, "waiting for process yard-b")
     joining = ["node", "yard-b", "--connect", endpoint, "--certificates", keys]
-    code, said = finish(tmp_path / "there", *joining, "--allow-code", "rings.py")
-    assert code == 0, said
-    assert said.startswith("joined run ")
-    assert " with s1, s3\n" in said
+    code, text = finish(tmp_path / "there", *joining, "--allow-code", "rings.py")
+    assert code == 0, text
+    assert text.startswith("joined run ")
+    assert " with s1, s3\n" in text
     out, _ = run.communicate(timeout=60)
     assert json.loads(out)["digest"] == truth
 
 
 def test_a_placement_that_makes_no_sense_is_refused_before_anything_starts(tmp_path: Path) -> None:
     (tmp_path / "rings.py").write_text(RING)
-    for words, told in {
+    for words, message in {
         "--place s9=yard": "--place 's9=yard': there is no node 's9'; the nodes are s0, s1, s2, s3",
         "--processes x": "Invalid value for '--processes': 'x' is neither a number of processes nor auto",
         "--remote yard": "process yard runs on another host, say where it can reach this one: --listen tls/ADDRESS:7447"
         "",
     }.items():
-        code, said = finish(tmp_path, "devs", "rings:build", *words.split())
+        code, text = finish(tmp_path, "devs", "rings:build", *words.split())
         assert code in (1, 2)
-        assert said == f"heavylift: {told}\n"
+        assert text == f"heavylift: {message}\n"

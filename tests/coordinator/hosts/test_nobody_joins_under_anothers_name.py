@@ -1,4 +1,5 @@
-"""A process of the yard may be told to lie: it takes nobody's place, shuts nobody out, and writes on no terminal."""
+"""A process of the yard may be reported to lie: it takes nobody's place, shuts nobody out, and writes on no
+terminal."""
 
 from __future__ import annotations
 
@@ -24,11 +25,11 @@ Run = tuple[Hub, list[str], RemoteListener, RemoteListener]  # with the doors of
 @pytest.fixture
 def run(keys: Path) -> Iterator[Run]:
     """A run that waits for block and crane, and what it has said."""
-    endpoint, said = f"tls/127.0.0.1:{free_port()}", list[str]()
+    endpoint, text = f"tls/127.0.0.1:{free_port()}", list[str]()
     with Hub(BOTH, RemoteListener.at(endpoint, Credentials.load(keys, "coordinator"))) as hub:
-        hub.admit("", said.append)
-        said.clear()
-        yield hub, said, *(RemoteListener.at(endpoint, Credentials.load(keys, name)) for name in ("block", "crane"))
+        hub.admit("", text.append)
+        text.clear()
+        yield hub, text, *(RemoteListener.at(endpoint, Credentials.load(keys, name)) for name in ("block", "crane"))
 
 
 def asked(session: zenoh.Session, at: str, name: str, host: str = "here") -> JoinReply | None:
@@ -41,15 +42,15 @@ def asked(session: zenoh.Session, at: str, name: str, host: str = "here") -> Joi
 
 
 def test_a_name_belongs_to_its_certificate(run: Run) -> None:
-    hub, said, block, crane = run
+    hub, text, block, crane = run
     with remote_session(block) as liar:
         for _ in range(3):
-            told = asked(liar, key(JOIN, "crane"), "crane")
-            assert told == JoinReply(None, "its certificate was not made for 'crane'")
+            message = asked(liar, key(JOIN, "crane"), "crane")
+            assert message == JoinReply(None, "its certificate was not made for 'crane'")
         assert asked(liar, key(hub.run, "enter", "crane"), "crane") is None
-        told = asked(liar, key(hub.run, "enter", "block"), "crane")
-        assert told == JoinReply(None, "its certificate was made for 'block'")
-        assert said == [
+        message = asked(liar, key(hub.run, "enter", "block"), "crane")
+        assert message == JoinReply(None, "its certificate was made for 'block'")
+        assert text == [
             "refused process crane on host here: its certificate was not made for 'crane'",
             "refused process crane on host here: its certificate was made for 'block'",
         ]
@@ -57,7 +58,7 @@ def test_a_name_belongs_to_its_certificate(run: Run) -> None:
             remote_session(crane) as honest,
             NodeLink(_ask(honest, CRANE, crane), honest),
         ):
-            assert said[-1] == "process crane on host quay has joined"
+            assert text[-1] == "process crane on host quay has joined"
             assert asked(liar, key(JOIN, "crane"), "crane") == JoinReply(
                 None, "process 'crane' is there already, on host quay"
             )
@@ -82,31 +83,31 @@ def test_many_sessions_of_one_certificate_shut_nobody_out(run: Run) -> None:
         assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
-def test_what_a_stranger_says_of_itself_is_escaped(run: Run) -> None:
-    _, said, block, _ = run
+def test_what_a_stranger_reports_of_itself_is_escaped(run: Run) -> None:
+    _, text, block, _ = run
     nasty = "\x1b]0;owned\x07\nall is well\u202e" + "x" * 1000
     with remote_session(block) as liar:
         asked(liar, key(JOIN, "block"), nasty, nasty)
         with pytest.raises(ProtocolError, match="may not join: its certificate was not made for 'crane'"):
             _ask(liar, JoinRequest("crane", __version__, nasty, code=code()), block)
-    assert len(said) == 2
-    assert all(line.isprintable() and len(line) < 400 for line in said)
-    assert r"on host \x1b]0;owned\x07\nall is well\u202exxx" in said[0]
+    assert len(text) == 2
+    assert all(line.isprintable() and len(line) < 400 for line in text)
+    assert r"on host \x1b]0;owned\x07\nall is well\u202exxx" in text[0]
 
 
 def test_refusals_do_not_fill_the_screen(run: Run) -> None:
-    _, said, block, _ = run
+    _, text, block, _ = run
     with remote_session(block) as liar:
         for number in range(2 * REFUSALS):
             asked(liar, key(JOIN, "crane"), f"crane{number}")
         liar.get(key(JOIN, "crane"), payload=b"\xc1")
-    assert len(said) == REFUSALS + 1
-    assert said[-1] == "more refusals are not told"
+    assert len(text) == REFUSALS + 1
+    assert text[-1] == "more refusals are not reported"
 
 
-def test_any_other_heavylift_is_told_what_to_do(run: Run) -> None:
+def test_any_other_heavylift_is_reported_what_to_do(run: Run) -> None:
     """Whatever it asks in: words of before or after, or bytes of no meaning."""
-    hub, said, block, _ = run
+    hub, text, block, _ = run
     mine = msgspec.to_builtins(JoinRequest("block", __version__, "quay", code=code()))
     others = {
         "of before": {"process": "block", "version": "0.1.0", "host": "quay", "run": "", "scene": ""},
@@ -123,4 +124,4 @@ def test_any_other_heavylift_is_told_what_to_do(run: Run) -> None:
                 assert f"install heavylift {__version__}" in answer.refusal, name
                 assert not answer.run, name
                 assert answer.ticket is None, name
-    assert not any("has joined" in line for line in said)
+    assert not any("has joined" in line for line in text)

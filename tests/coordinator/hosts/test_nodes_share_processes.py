@@ -84,9 +84,9 @@ def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -
 @pytest.mark.parametrize("command", [["run", "lift"], ["devs", "heavylift.nodes.zoo.multi_server_queue:mmc"]])
 @pytest.mark.parametrize("more", [["--processes", "2"], ["--place", "source=a"]])
 def test_one_process_and_several_are_not_both_meant(command: list[str], more: list[str]) -> None:
-    told = CliRunner().invoke(app, [*command, "--in-process", *more])
-    assert told.exit_code == 2
-    assert "leave out --processes and --place" in told.output
+    message = CliRunner().invoke(app, [*command, "--in-process", *more])
+    assert message.exit_code == 2
+    assert "leave out --processes and --place" in message.output
 
 
 def scene(placement: str) -> str:
@@ -109,7 +109,7 @@ def test_a_scene_places_its_nodes() -> None:
         ("  a b: [crane]\n", 0, ":3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
     ],
 )
-def test_a_wrong_placement_in_a_scene_is_told_where(placement: str, line: int, told: str) -> None:
+def test_a_wrong_placement_in_a_scene_is_reported_where(placement: str, line: int, told: str) -> None:
     """`line`: of the placement, from 0."""
     text = scene(placement)
     line += text[: text.index(placement)].count("\n") + 1
@@ -136,8 +136,8 @@ def test_the_number_of_processes_changes_no_byte(truth: str, tmp_path: Path, cou
 @pytest.mark.large
 def test_info_shows_who_shared_a_process(truth: str, tmp_path: Path) -> None:
     path = str(tmp_path / "lift.mcap")
-    told = CliRunner().invoke(app, ["run", "lift", "--place", "crane,kernel=a", "--place", "block=b", "-o", path])
-    assert told.exit_code == 0, told.output
+    message = CliRunner().invoke(app, ["run", "lift", "--place", "crane,kernel=a", "--place", "block=b", "-o", path])
+    assert message.exit_code == 0, message.output
     recording = Recording(path)
     assert recording.result["digest"] == truth
     assert recording.fact("placement")["a"] == ["crane", "kernel"]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.commands import open_door
+from heavylift.coordinator.commands import open_listener
 from heavylift.coordinator.hosts import Credentials, RemoteListener, library, make_certificates, play
 from heavylift.coordinator.participants import fingerprint
 from heavylift.coordinator.run import run as simulate
@@ -45,18 +45,18 @@ def test_the_command_that_the_coordinator_asks_for_completes_the_run(tmp_path: P
     asked = until(run, "waiting for process block")
     command = asked.split("on its host type: heavylift ")[1].replace("DIRECTORY", str(keys)).split()
     assert command[:4] == ["node", "block", "--connect", endpoint]
-    code, said = finish(tmp_path, *command)
-    assert code == 0, said
+    code, text = finish(tmp_path, *command)
+    assert code == 0, text
     number = command[-1]
-    assert said == f"joined run {number} at {endpoint} with block\nrun {number} is over\n"
-    code, said = ended(run)
-    assert code == 0, said
-    assert re.match(r"process block on host \S+ has joined\n", said)
+    assert text == f"joined run {number} at {endpoint} with block\nrun {number} is over\n"
+    code, text = ended(run)
+    assert code == 0, text
+    assert re.match(r"process block on host \S+ has joined\n", text)
     assert Recording(tmp_path / "run.mcap").result["digest"] == truth
 
 
 def foreign(tmp_path: Path, keys: Path) -> tuple[Credentials, str]:
-    """Keys that another yard has made, whose authority we are told to trust or not."""
+    """Keys that another yard has made, whose authority we are reported to trust or not."""
     make_certificates(tmp_path / "foreign", ["block"])
     other = Credentials.load(tmp_path / "foreign", "block")
     return Credentials(keys / "yard.pem", other.certificate, other.key), "does not accept .*block.pem: .*"
@@ -102,7 +102,7 @@ def test_who_does_not_belong_is_refused_and_the_run_goes_on(tmp_path: Path, keys
         return str(error.value)
 
     own = Credentials.load(keys, "block")
-    for name, credentials, insists, told in (
+    for name, credentials, insists, message in (
         (
             "crane",
             Credentials.load(keys, "crane"),
@@ -113,12 +113,12 @@ def test_who_does_not_belong_is_refused_and_the_run_goes_on(tmp_path: Path, keys
         ("block", own, ("feed",), "it insists on run feed, but this is run "),
         ("block", own, ("", "other"), "its scene is not the one that is run; give both hosts the same file"),
     ):
-        assert refused(name, credentials, *insists).startswith(f"process {name} may not join: {told}")
-        assert re.search(rf"refused process {name} on host \S+: {re.escape(told)}", until(run, "refused"))
+        assert refused(name, credentials, *insists).startswith(f"process {name} may not join: {message}")
+        assert re.search(rf"refused process {name} on host \S+: {re.escape(message)}", until(run, "refused"))
     for wrong in (foreign, distrustful, expired):
         (tmp_path / wrong.__name__).mkdir()
-        credentials, told = wrong(tmp_path / wrong.__name__, keys)
-        assert re.match(f"process block cannot join: .*{told}", refused("block", credentials))
+        credentials, message = wrong(tmp_path / wrong.__name__, keys)
+        assert re.match(f"process block cannot join: .*{message}", refused("block", credentials))
     for stranger in (no_certificate, plain_tcp):
         link = stranger(endpoint, keys)
         config = {
@@ -138,13 +138,13 @@ BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block",
 
 
 def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    endpoint, said = f"tls/127.0.0.1:{free_port()}", list[str]()
+    endpoint, text = f"tls/127.0.0.1:{free_port()}", list[str]()
     there = RemoteListener.at(endpoint, Credentials.load(keys, "block"))
     with (
         Hub(BOTH, RemoteListener.at(endpoint, Credentials.load(keys, "coordinator"))) as hub,
         remote_session(there) as session,
     ):
-        hub.admit("", said.append)
+        hub.admit("", text.append)
         with monkeypatch.context() as other:
             other.setattr("heavylift.coordinator.hosts.remote_node.__version__", "0.0.1")
             with pytest.raises(ProtocolError, match=r"runs heavylift 0\.0\.1, the coordinator \S+; install"):
@@ -158,7 +158,7 @@ def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkey
         hub._gate.hosts["block"] = "far-away"  # type: ignore[union-attr]
         with pytest.raises(ProtocolError, match="may not join: process 'block' is there already, on host far-away"):
             play("block", there, "", "", print)
-        assert [line for line in said if "refused process block on host" in line] == said[-3:]
+        assert [line for line in text if "refused process block on host" in line] == text[-3:]
 
 
 def test_the_name_in_a_certificate_guards_the_keys(keys: Path) -> None:
@@ -186,13 +186,13 @@ def test_a_lost_remote_process_is_named_with_its_host_and_a_successor_takes_its_
     until(run, " s  load")
     node.kill()
     node.communicate()
-    told = until(run, "node block")
-    assert re.match(r"node block \(process yard-b on host \S+\) is replaced at t = \d+\.\d{3} s: ", told), told
+    message = until(run, "node block")
+    assert re.match(r"node block \(process yard-b on host \S+\) is replaced at t = \d+\.\d{3} s: ", message), message
     until(run, "waiting for process yard-b; on its host type: heavylift node yard-b")
-    code, said = finish(tmp_path, "node", "yard-b", "--connect", endpoint, "--certificates", keys)
-    assert code == 0, said
-    code, said = ended(run)
-    assert code == 0, said
+    code, text = finish(tmp_path, "node", "yard-b", "--connect", endpoint, "--certificates", keys)
+    assert code == 0, text
+    code, text = ended(run)
+    assert code == 0, text
     assert Recording(tmp_path / "run.mcap").result["status"] == "finished"
 
 
@@ -203,9 +203,9 @@ def test_a_remote_process_does_not_outlive_its_coordinator(tmp_path: Path, keys:
     until(run, " s  load")
     run.kill()
     ended(run)
-    _, said = node.communicate(timeout=PATIENCE_s)
+    _, text = node.communicate(timeout=PATIENCE_s)
     assert node.returncode == 86
-    assert f"at {endpoint} is gone; join again when it runs again" in said
+    assert f"at {endpoint} is gone; join again when it runs again" in text
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def test_a_wrong_command_line_is_refused_before_anything_listens(
     keys: Path, remote: list[str], listen: str, in_process: bool, told: str
 ) -> None:
     with pytest.raises(HeavyliftError) as error:
-        open_door(place(["block", "crane"], {}, remote=remote).remote, listen, keys, in_process)
+        open_listener(place(["block", "crane"], {}, remote=remote).remote, listen, keys, in_process)
     assert str(error.value).startswith(told)
 
 
@@ -239,14 +239,14 @@ def test_a_scene_may_place_several_nodes_and_the_kernel_on_another_host(
     monkeypatch.chdir(tmp_path)
     alone = simulate(load("two-hosts.yaml"), tmp_path / "alone.mcap", in_process=True)
     run, endpoint = coordinator(tmp_path, keys, scene="two-hosts.yaml")
-    code, said = finish(tmp_path, "node", "yard-b", "--connect", endpoint, "--certificates", keys)
-    assert code == 0, said
+    code, text = finish(tmp_path, "node", "yard-b", "--connect", endpoint, "--certificates", keys)
+    assert code == 0, text
     assert ended(run)[0] == 0
     assert Recording(tmp_path / "run.mcap").result["digest"] == alone.digest
 
 
-def test_without_a_coordinator_the_node_says_so(tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_coordinator_the_node_reports_so(tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 300)
-    door = RemoteListener.at(f"tls/127.0.0.1:{free_port()}", Credentials.load(keys, "block"))
+    listener = RemoteListener.at(f"tls/127.0.0.1:{free_port()}", Credentials.load(keys, "block"))
     with pytest.raises(ProtocolError, match="nobody lets this process in at tls/"):
-        play("block", door, "", "", print)
+        play("block", listener, "", "", print)

@@ -34,13 +34,13 @@ def test_a_snatch_has_bars_of_its_steps_and_inputs(tmp_path: Path) -> None:
     assert peak.numerical is not None
     assert abs(peak.value - exact) <= peak.numerical < 1e-2 * exact
     assert peak.inputs == pytest.approx(0.036 * exact, rel=0.1)
-    assert found.missing == {"model": "it is modelled as it is written, there is no richer level"}
-    line = found.told[0]
+    assert found.missing == {"model": "it is modelled as it is written, there is no finer level"}
+    line = found.message[0]
     assert line.startswith("peak tension fall: ")
-    assert line.endswith(" kN (inputs: mechanism.bodies.load.mass 6 %), no bar (model)")
+    assert line.endswith(" kN (inputs: mechanism.bodies.load.mass 6 %), no error estimate (model)")
     rec = Recording(path)
     assert rec.result["digest"] == digest
-    assert rec.told("certified") == found.told
+    assert rec.message("certified") == found.message
     assert json.loads(rec.result["certified"])["bars"][0]["whole"] == peak.whole
     assert f"certified {line}" in info(path)
     assert accuracy(rec) == peak.numerical / peak.value
@@ -50,17 +50,17 @@ def test_a_lift_has_bars_of_ropes_slings_pads_places_and_stages(tmp_path: Path) 
     found, _, _ = certified("lift", ["end=40 s"], tmp_path)
     assert {bar.quantity for bar in found.bars} >= {*ASKABLE} - {"swing"}
     assert all(bar.numerical is not None and bar.model is not None for bar in found.bars)
-    assert sum(line.startswith("use of ") for line in found.told) == 1  # the largest; all are in its data
+    assert sum(line.startswith("use of ") for line in found.message) == 1  # the largest; all are in its data
 
 
-def test_a_scene_that_states_nothing_says_so(tmp_path: Path) -> None:
+def test_a_scene_that_states_nothing_reports_so(tmp_path: Path) -> None:
     found, _, _ = certified("snatch", ["end=1 s"], tmp_path)
-    assert found.told[0].endswith(" kN (numerical), no bar (model, inputs)")
+    assert found.message[0].endswith(" kN (numerical), no error estimate (model, inputs)")
     assert "no uncertainty is stated; write one behind a value" in found.missing["inputs"]
     assert MASS in found.unstated
 
 
-def test_every_level_is_judged_by_one_that_puts_back_what_it_leaves_out() -> None:
+def test_every_level_is_checked_by_one_that_puts_back_what_it_leaves_out() -> None:
     ladder = Ladder(load("lift").plan)
     for given, lumps in (
         (Fidelity(ropes="rigid", slings="rigid"), 2),
@@ -73,15 +73,15 @@ def test_every_level_is_judged_by_one_that_puts_back_what_it_leaves_out() -> Non
     assert not Ladder(load("tackle").plan).witnesses(load("tackle").plan.fidelity)
 
 
-def test_levels_are_judged_in_steps_of_the_ladder() -> None:
+def test_levels_are_checked_in_steps_of_the_ladder() -> None:
     for named in ["method=dopri5", "method=rk4"]:
-        rung = ModelLevel(load("lift", [named, *["step=5 ms"] * ("rk4" in named)]).plan)
-        own = Ladder(rung.plan).in_own_steps(rung)
-        assert (own.plan.fidelity, own.plan.method, own.plan.step) == (rung.plan.fidelity, "radau5", None)
+        candidate = ModelLevel(load("lift", [named, *["step=5 ms"] * ("rk4" in named)]).plan)
+        own = Ladder(candidate.plan).in_own_steps(candidate)
+        assert (own.plan.fidelity, own.plan.method, own.plan.step) == (candidate.plan.fidelity, "radau5", None)
         assert Ladder(own.plan).in_own_steps(own) == own
 
 
-def test_steps_are_judged_by_tighter_ones_of_their_method() -> None:
+def test_steps_are_checked_by_tighter_ones_of_their_method() -> None:
     plan = load("lift", ["method=radau5", "tolerance=1e-3"]).plan
     (tight,) = tighter(ModelLevel(plan))
     assert (tight.plan.method, tight.plan.tolerance, tight.plan.step) == ("radau5", pytest.approx(1e-4), None)
@@ -106,15 +106,15 @@ mechanism:
 """
 
 
-def test_rigid_ropes_are_judged_by_two_runs() -> None:
+def test_rigid_ropes_are_checked_by_two_runs() -> None:
     scene = parse(RIGID)
     assert len(tighter(ModelLevel(scene.plan))) == 2
     with certifying(scene, at_once=0) as runs:
         assert all(bar.numerical is not None for bar in runs.certificate().bars)
 
 
-def test_the_price_is_told_with_the_richer_level() -> None:
+def test_the_price_is_reported_with_the_richer_level() -> None:
     with certifying(load("lift", ["block.mass=300 t +- 3 %", "ask=[]"]), at_once=0) as runs:
-        told = runs.price
-    assert "2 for the steps, 2 for the model, one with ropes of 2 lumps, elastic girder" in told
-    assert "2 for 1 uncertain input" in told
+        message = runs.price
+    assert "2 for the steps, 2 for the model, one with ropes of 2 lumps, elastic girder" in message
+    assert "2 for 1 uncertain input" in message

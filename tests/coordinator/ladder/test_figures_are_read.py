@@ -28,22 +28,22 @@ def test_a_sinusoid_in_any_level_direction_has_its_amplitude_and_period(seed: in
     assert found.amplitude == pytest.approx(amplitude, rel=2e-3)
 
 
-def test_samples_that_alias_are_told() -> None:
+def test_samples_that_alias_are_reported() -> None:
     rough, fine = (play(load("pendulum", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.2 Hz", "20 Hz"))
-    told, true = ({f.name: f for f in figures(run, ["swing"])} for run in (rough, fine))
-    for name, f in told.items():
+    message, true = ({f.name: f for f in figures(run, ["swing"])} for run in (rough, fine))
+    for name, f in message.items():
         if name in true:
             assert abs(f.value - true[name].value) <= max(3.0 * f.misread, 1e-3 * f.scale), name
     assert all(f.misread < 1e-3 * f.scale for f in true.values())
 
 
-def test_uses_of_limits_that_samples_miss_are_told() -> None:
+def test_uses_of_limits_that_samples_miss_are_reported() -> None:
     rough, fine = (play(load("lift", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.5 Hz", "40 Hz"))
-    told, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
-    assert told.keys() == true.keys()
-    for name, f in told.items():
+    message, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
+    assert message.keys() == true.keys()
+    for name, f in message.items():
         assert abs(f.value - true[name].value) <= 6.0 * f.misread + 1e-3 * f.scale, name
-    assert any(f.misread > 1e-3 * f.scale for f in told.values()), "something is missed"
+    assert any(f.misread > 1e-3 * f.scale for f in message.values()), "something is missed"
 
 
 @pytest.mark.parametrize("scene", ["lift", "hall", "spreader", "snatch", "arm", "floating", "jib"])

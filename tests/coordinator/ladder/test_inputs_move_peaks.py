@@ -46,7 +46,7 @@ def test_an_input_that_lets_a_second_rope_come_taut_is_tried_at_its_ends() -> No
     assert effects["peak tension second"].moves > 0.3 * peak(10e3, 94e6)  # 30.1 m: carries as the first one does
 
 
-def test_a_value_that_makes_no_run_is_told_and_counted_in_no_bar() -> None:
+def test_a_value_that_makes_no_run_is_reported_and_counted_in_no_bar() -> None:
     scene = load("snatch", [*UNDAMPED, f"{FALL}.winch.longest=30.2 m sd 0.3 m", f"{LOAD}=10 t +- 6 %"])
     found = sensitivities(scene, at_once=0)
     assert list(found.failed) == [f"{FALL}.winch.longest"]
@@ -55,14 +55,14 @@ def test_a_value_that_makes_no_run_is_told_and_counted_in_no_bar() -> None:
     assert any("missing in all bars" in note for note in found.notes)
 
 
-def test_an_accuracy_finer_than_the_inputs_is_told() -> None:
+def test_an_accuracy_finer_than_the_inputs_is_reported() -> None:
     asked = ["ask=[rope tension]", "accuracy=0.3 %", f"{LOAD}=10 t +- 6 %"]
     (note,) = sensitivities(load("snatch", [*UNDAMPED, *asked]), at_once=0).notes
     assert note.startswith("rope tension is asked to 0.3 %, finer than the inputs carry: ")
     assert not sensitivities(load("snatch", [*UNDAMPED, *asked, "accuracy=10 %"]), at_once=0).notes
 
 
-def test_a_scene_that_states_none_is_told_how() -> None:
+def test_a_scene_that_states_none_is_reported_how() -> None:
     with pytest.raises(ModelError, match="states no uncertainty; write one behind a value"):
         sensitivities(load("snatch"), at_once=0)
 
@@ -75,7 +75,7 @@ def test_the_command_runs_in_processes_of_its_own(
     monkeypatch.setattr("sys.argv", words)
     monkeypatch.setattr("heavylift.coordinator.ladder.sensitivities.cores", lambda: 1)
     main()
-    told = capsys.readouterr()
-    assert "2 runs of about " in told.err
-    (effect,) = json.loads(told.out)["figures"][0]["effects"]
+    message = capsys.readouterr()
+    assert "2 runs of about " in message.err
+    (effect,) = json.loads(message.out)["figures"][0]["effects"]
     assert effect["share"] == 1.0

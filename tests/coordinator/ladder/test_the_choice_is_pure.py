@@ -46,9 +46,9 @@ def test_cold_warm_and_damaged_caches_give_one_digest(kept: dict[str, bytes], tm
     assert known(scene) is None
     digests = [run(scene, tmp_path / "cold.mcap", in_process=True).digest]
     assert len(kept) == 1
-    said: list[str] = []
-    assert chosen(scene, said.append).answer == known(scene)
-    assert not said, "nothing is run again"
+    text: list[str] = []
+    assert chosen(scene, text.append).answer == known(scene)
+    assert not text, "nothing is run again"
     digests.append(run(scene, tmp_path / "processes.mcap").digest)
     kept.update(dict.fromkeys(kept, b"not what it was"))
     digests.append(simulate(scene).digest)
@@ -71,7 +71,7 @@ def test_another_question_or_scene_has_an_answer_of_its_own(setting: str, kept: 
     assert len(kept) == 2
 
 
-def test_what_is_named_stays_as_named_and_its_error_is_told(kept: dict[str, bytes]) -> None:
+def test_what_is_named_stays_as_named_and_its_error_is_reported(kept: dict[str, bytes]) -> None:
     scene = chosen(load("lift", [*ASKED, "fidelity.girder=rigid", "method=dopri5", "accuracy=0.3 %"]))
     assert (scene.plan.fidelity.girder, scene.plan.method) == ("rigid", "dopri5")
     assert scene.answer is not None
@@ -112,13 +112,13 @@ def test_a_study_of_a_scene_that_extends_another_does_so_too(tmp_path: Path) -> 
     assert again.question is None
 
 
-def test_check_tells_what_is_remembered(
+def test_check_reports_what_is_remembered(
     kept: dict[str, bytes], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = ["end=80 s", *ASKED[1:]]  # which does not cut the lift
     monkeypatch.setattr("sys.argv", ["heavylift", "check", "lift", *(x for s in asked for x in ("--set", s))])
     main()
-    assert "no error was measured yet" in capsys.readouterr().out
+    assert "errors are not measured yet" in capsys.readouterr().out
     answer = chosen(load("lift", asked)).answer
     main()
     assert str(answer) in capsys.readouterr().out

@@ -35,7 +35,7 @@ def test_tighter_steps_are_righter_and_the_advice_is_the_cheapest_that_keeps_the
     assert measured.advice.startswith(f"Use {measured.pick}: ")
 
 
-def test_page_table_and_figure_tell_the_same(measured: MeasuredLadder, tmp_path: Path) -> None:
+def test_page_table_and_figure_report_the_same(measured: MeasuredLadder, tmp_path: Path) -> None:
     for kind in (".html", ".csv", ".json", ".png", ".svg"):
         write(measured, tmp_path / f"out{kind}")
     html, data = (tmp_path / "out.html").read_text(), json.loads((tmp_path / "out.json").read_text())
@@ -46,7 +46,7 @@ def test_page_table_and_figure_tell_the_same(measured: MeasuredLadder, tmp_path:
     assert "<script" not in html
 
 
-def test_the_command_of_a_rung_runs_it(measured: MeasuredLadder) -> None:
+def test_the_command_of_a_level_runs_it(measured: MeasuredLadder) -> None:
     assert measured.pick is not None
     words = shlex.split(measured.pick.command)
     scene = load("hall", [word for before, word in pairwise(words) if before == "--set"])
@@ -67,9 +67,9 @@ def test_what_cannot_be_measured_is_refused_in_a_sentence(ask: str, budget: floa
         measure(load("pendulum", SCENE), ask, budget=budget)
 
 
-def test_within_a_time_the_settings_are_told_that_give_the_same_digest() -> None:
-    found = within("pendulum", SCENE, MEANT, "10 min")
-    same = [word for word in shlex.split(found.told.partition("the same run: ")[2]) if word != "--set"]
+def test_within_a_time_the_settings_are_reported_that_give_the_same_digest() -> None:
+    found = within("pendulum", SCENE, MEANT, "2 h")  # of which the age of this process is a part
+    same = [word for word in shlex.split(found.message.partition("the same run: ")[2]) if word != "--set"]
     assert simulate(found.scene).digest == simulate(load("pendulum", [*SCENE, *same])).digest
 
 

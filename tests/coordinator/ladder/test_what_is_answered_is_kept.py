@@ -67,7 +67,7 @@ def test_a_stiff_method_is_not_taken_for_what_it_damps() -> None:
     assert Ladder(load("lift").plan).method == "radau5"
 
 
-def test_an_answer_that_does_not_converge_says_so_with_the_spread() -> None:
+def test_an_answer_that_does_not_converge_reports_so_with_the_spread() -> None:
     plan = load("lift", ["end=40 s"]).plan
     answer = choose(Ladder(plan, ["ropes", "girder"]), Question(MEANT, 1e-3), Measuring(MEANT))
     assert answer.notes[0].startswith("not converged: asked to 0.1 %, what was run differs by ")

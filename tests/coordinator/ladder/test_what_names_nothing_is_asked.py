@@ -9,7 +9,7 @@ import msgspec
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, play
-from heavylift.coordinator.ladder.choosing import _looks
+from heavylift.coordinator.ladder.choosing import _candidates
 from heavylift.coordinator.run import Branch, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.coordinator.run.simulate import simulate
@@ -19,7 +19,7 @@ from heavylift.nodes.scene import LoadedScene, load
 from heavylift.recordings import Recording
 
 NAMED = ["ask=[]", "accuracy=0.1 %", "method=radau5", "tolerance=1e-5", "step=5 ms", "fidelity={}"]
-MOST = 5.0  # times what the errors of steps are, they may be told to be where their order is seen
+MOST = 5.0  # times what the errors of steps are, they may be reported to be where their order is seen
 
 
 @pytest.mark.parametrize("named", NAMED)
@@ -36,14 +36,16 @@ def test_only_a_scene_that_names_none_of_six_keys_is_asked(scene: str, named: st
 def test_the_summary_has_one_line_of_what_is_answered(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sys.argv", ["heavylift", "run", "lift", "-o", str(tmp_path / "a.mcap"), "--in-process"])
+    monkeypatch.setattr(
+        "sys.argv", ["heavylift", "run", "lift", "-o", str(tmp_path / "a.mcap"), "--in-process", "--verbose"]
+    )
     main()
-    said = capsys.readouterr().out
+    text = capsys.readouterr().out
     answer = chosen(load("lift")).answer
     assert answer is not None
-    assert [line for line in said.splitlines() if "within" in line] == [str(answer)]
+    assert [line for line in text.splitlines() if "within" in line] == [f"errors: {answer}"]
     assert max(answer.errors.values()) <= 0.01
-    assert f"digest {simulate('lift').digest}" in said
+    assert f"digest {simulate('lift').digest}" in text
 
 
 def checks(scene: LoadedScene) -> list[Check]:
@@ -59,11 +61,11 @@ def test_a_run_is_as_accurate_as_its_checks_need() -> None:
     assert far.error
     near = limited(far.value + 0.5 * far.error)
     assert [c.state for c in checks(chosen(load("lift", near)))] == ["undecided"]
-    said: list[str] = []
-    fine = decided(load("lift", near), said.append)
+    text: list[str] = []
+    fine = decided(load("lift", near), text.append)
     after = play(fine.plan, errors=fine.errors).verdict.checks
     assert all(c.state != "undecided" for c in after)
-    assert said[-1].endswith(": 0 checks undecided")
+    assert text[-1].endswith(": 0 checks undecided")
 
 
 class Falling(Measuring):
@@ -73,11 +75,11 @@ class Falling(Measuring):
         super().__init__(MEANT)
         self.orders, self.sizes = orders, sizes
 
-    def error(self, name: str, rung: ModelLevel) -> float:
-        return float(self.sizes[name] * rung.plan.tolerance ** self.orders[name])
+    def error(self, name: str, candidate: ModelLevel) -> float:
+        return float(self.sizes[name] * candidate.plan.tolerance ** self.orders[name])
 
-    def figures(self, rung: ModelLevel) -> dict[str, AskedFigure]:
-        return {x: AskedFigure(x, "swing", "m", 1.0 + self.error(x, rung), 1.0) for x in self.orders}
+    def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
+        return {x: AskedFigure(x, "swing", "m", 1.0 + self.error(x, candidate), 1.0) for x in self.orders}
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -88,17 +90,17 @@ def test_what_is_left_of_errors_of_steps_is_bounded_and_not_by_much(seed: int) -
         {f"f{i}": order for i in range(5)}, {f"f{i}": draw.choice((-1, 1)) * draw.uniform(0.1, 9.0) for i in range(5)}
     )
     plan = msgspec.structs.replace(load("lift").plan, method="radau5")
-    rungs = Ladder(plan).rungs(Ladder(plan).full[0])
+    candidates = Ladder(plan).rungs(Ladder(plan).full[0])
     first = draw.randrange(4)
     second = first + draw.choice((1, 2))
     third = second + draw.choice((1, 2))
-    for runs in ([rungs[first], rungs[second]], [rungs[first], rungs[second], rungs[third]]):
-        looks = _looks(runs, {}, (), measuring)
-        for look, rung in zip(looks, runs, strict=True):
-            for name, told in look.steps.items():
-                assert told >= abs(measuring.error(name, rung))
+    for runs in ([candidates[first], candidates[second]], [candidates[first], candidates[second], candidates[third]]):
+        samples = _candidates(runs, {}, (), measuring)
+        for look, candidate in zip(samples, runs, strict=True):
+            for name, message in look.steps.items():
+                assert message >= abs(measuring.error(name, candidate))
         if len(runs) == 3:
-            most = max(looks[-1].steps.values()) / max(abs(measuring.error(x, runs[-1])) for x in measuring.orders)
+            most = max(samples[-1].steps.values()) / max(abs(measuring.error(x, runs[-1])) for x in measuring.orders)
             assert most <= MOST
 
 

@@ -25,11 +25,11 @@ def test_a_paused_run_answers_when_it_goes_on(tmp_path: Path) -> None:
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5"):
         run = found(tmp_path / "sledge.mcap")
         at = order(run, Order("pause")).removeprefix("paused at ")
-        told = f"the run is paused at {at}; the command takes effect there when it goes on\n"
+        message = f"the run is paused at {at}; the command takes effect there when it goes on\n"
 
         code, out, errors = said(tmp_path, "command", "sledge.mcap", WORDS, "--wait", "0.2 s")
         assert (code, out) == (1, "")
-        assert errors == f"{told}heavylift: {WORDS}: no answer within 0.2 s: {told}"
+        assert errors == f"{message}heavylift: {WORDS}: no answer within 0.2 s: {message}"
 
         code, out, errors = said(tmp_path, "command", "sledge.mcap", WORDS, "--wait", "0")
         assert (code, errors) == (0, "")
@@ -55,7 +55,7 @@ def test_a_paused_run_answers_when_it_goes_on(tmp_path: Path) -> None:
         assert out.startswith(f"{WORDS}: began at ")
 
 
-def test_a_command_tells_that_the_run_has_ended_before_it_was_answered(tmp_path: Path) -> None:
+def test_a_command_reports_that_the_run_has_ended_before_it_was_answered(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5") as process:
         run = found(tmp_path / "sledge.mcap")

@@ -1,4 +1,4 @@
-"""By the clock nothing is granted early, what is late is told, and the run is the same run at any rate.
+"""By the clock nothing is granted early, what is late is reported, and the run is the same run at any rate.
 
 The clock is ours: it moves when the run rests, and by what a test adds to it.
 """
@@ -57,10 +57,10 @@ def test_lateness_is_measured_and_time_stands_still_in_a_pause() -> None:
     assert clock.horizon(Tag(0)) == Tag(seconds(1.0))
     clock.go_on(Tag(seconds(7.0)))  # it goes on already
     assert clock.horizon(Tag(0)) == Tag(seconds(1.0))
-    told = clock.lateness
-    assert told is not None
-    assert told == pytest.approx(Lateness(3, 0.1, 0.034, 1 / 3), abs=ROUNDING_s)
-    assert str(told) == "latest 100 ms late, 34 ms in the mean, 33.3% of 3 rounds more than 10 ms"
+    message = clock.lateness
+    assert message is not None
+    assert message == pytest.approx(Lateness(3, 0.1, 0.034, 1 / 3), abs=ROUNDING_s)
+    assert str(message) == "latest 100 ms late, 34 ms in the mean, 33.3% of 3 rounds more than 10 ms"
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
@@ -80,8 +80,8 @@ def test_a_run_is_the_same_at_any_rate_and_nothing_comes_early(tmp_path: Path) -
         assert paced.lateness is not None
         assert paced.lateness.max == pytest.approx(oversleeps, abs=ROUNDING_s)
         assert clock.time - 100.0 == pytest.approx(plain.sim_s / rate, abs=oversleeps + ROUNDING_s)
-        told = Recording(paced.recording).fact("lateness")
-        assert told == pytest.approx(paced.lateness._asdict())
+        message = Recording(paced.recording).fact("lateness")
+        assert message == pytest.approx(paced.lateness._asdict())
 
 
 def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
@@ -92,22 +92,22 @@ def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
     assert len(results) == 1
 
 
-def test_events_are_told_when_their_time_has_come(tmp_path: Path) -> None:
+def test_events_are_reported_when_their_time_has_come(tmp_path: Path) -> None:
     from heavylift.coordinator.run import RunObserver
 
-    clock, told = Clock(1.0), list[tuple[float, int]]()
+    clock, message = Clock(1.0), list[tuple[float, int]]()
 
     class Hears(RunObserver):
         def event(self, event: Event) -> None:
-            told.append((clock.time - 100.0, event.t))
+            message.append((clock.time - 100.0, event.t))
 
     run(parse(SLEDGE), tmp_path / "x.mcap", True, Hears(), pace=clock)
-    assert len(told) > 5
-    assert all(at >= t * 1e-9 - ROUNDING_s for at, t in told)
+    assert len(message) > 5
+    assert all(at >= t * 1e-9 - ROUNDING_s for at, t in message)
 
 
 @pytest.mark.large
-def test_the_command_tells_how_late_it_was(tmp_path: Path) -> None:
+def test_the_command_reports_how_late_it_was(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
     code, out, error = said(tmp_path, "run", "sledge.yaml", "--in-process", "--rate", "100")
     assert (code, error.count("heavylift:")) == (0, 0)

@@ -1,4 +1,4 @@
-"""A run of any DEVS model can be watched, paused and stepped; what its models cannot be told is refused at once."""
+"""A run of any DEVS model can be watched, paused and stepped; what its models cannot be reported is refused at once."""
 
 import signal
 from itertools import islice

@@ -26,7 +26,7 @@ Heard = list[tuple[str, str, dict[str, float], bytes]]
 
 
 @pytest.mark.large
-def test_a_plain_session_with_the_ticket_hears_events_and_samples(tmp_path: Path) -> None:
+def test_a_plain_session_with_the_ticket_receives_events_and_samples(tmp_path: Path) -> None:
     heard: Heard = []
     denied: Heard = []
 
@@ -39,11 +39,11 @@ def test_a_plain_session_with_the_ticket_hears_events_and_samples(tmp_path: Path
         run = found(tmp_path / "lift.mcap")
         code, ticket, _ = said(tmp_path, "watch", run.notice.run, "--ticket")
         assert code == 0
-        told = json.loads(ticket)["metadata"]["heavylift"]
-        assert told["keys"] == [f"heavylift/{run.notice.run}/{topic}/**" for topic in ("event", "sample")]
+        message = json.loads(ticket)["metadata"]["heavylift"]
+        assert message["keys"] == [f"heavylift/{run.notice.run}/{topic}/**" for topic in ("event", "sample")]
         config = zenoh.Config.from_json5(ticket)
         with zenoh.open(config) as session, zenoh.open(config) as curious:
-            subscribers = [session.declare_subscriber(key, lambda x: keep(heard, x)) for key in told["keys"]]
+            subscribers = [session.declare_subscriber(key, lambda x: keep(heard, x)) for key in message["keys"]]
             more = [f"heavylift/{run.notice.run}/{key}" for key in ("**", "in/**", "out/**", "samples/**")]
             subscribers += [curious.declare_subscriber(key, lambda x: keep(denied, x)) for key in more]
             assert process.wait(PATIENCE_s) == 0
@@ -105,7 +105,7 @@ def test_foxglove_and_lichtblick_are_served_and_the_digest_stays(tmp_path: Path)
     assert digests[0] == digests[1]
 
 
-def test_without_the_package_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_package_one_sentence_reports_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "websockets.sync.server", None)
     with pytest.raises(RecordingError, match=r"^--foxglove needs the package websockets: pip install 'heavylift\[fox"):
         FoxgloveServer("lift")

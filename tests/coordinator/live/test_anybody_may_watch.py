@@ -102,7 +102,7 @@ def test_watch_prints_lines_with_stage_and_units_or_json(frozen_run) -> None:  #
 
 
 @pytest.mark.large
-def test_a_killed_run_is_told_to_those_who_watch_it(frozen_run) -> None:  # type: ignore[no-untyped-def]
+def test_a_killed_run_is_reported_to_those_who_watch_it(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, process = frozen_run
     observer = observe(run)
     with going(Path(), "watch", run.notice.run) as watching:
@@ -122,5 +122,5 @@ def test_nobody_watches_what_is_over(tmp_path: Path) -> None:
     code, _, error = said(tmp_path, "watch", "old.mcap")
     assert code == 1
     assert error == (
-        "heavylift: old.mcap: no run is writing it any more; `heavylift info old.mcap` tells what it holds\n"
+        "heavylift: old.mcap: no run is writing it any more; `heavylift info old.mcap` lists its contents\n"
     )

@@ -14,20 +14,20 @@ from running import HEAVYLIFT
 from sledge import SLEDGE
 
 
-def test_a_run_obeys_the_keys_of_its_terminal(tmp_path: Path) -> None:
+def test_a_run_executes_the_keys_of_its_terminal(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     here, there = pty.openpty()
     arguments = [HEAVYLIFT, "run", "sledge.yaml", "--rate", "2"]
     with subprocess.Popen(arguments, cwd=tmp_path, stdin=there, stdout=there, stderr=subprocess.PIPE, text=True) as run:
         try:
             assert run.stderr is not None
-            said = iter(run.stderr)
-            assert "out" in next(said)
+            text = iter(run.stderr)
+            assert "out" in next(text)
             for key, answer in ((b" ", "paused at "), (b"+", "4 x real time"), (b".", "paused at "), (b" ", "goes on")):
                 os.write(here, key)
-                assert next(line for line in said if "rest" not in line).startswith(answer), key
+                assert next(line for line in text if "rest" not in line).startswith(answer), key
             os.write(here, b"q")
-            assert any(line.startswith("ends at ") for line in said)
+            assert any(line.startswith("ends at ") for line in text)
             assert run.wait() == 0
         finally:
             run.kill()

@@ -45,9 +45,9 @@ def test_speeds_are_followed_in_straight_lines(scene: LoadedScene, tmp_path: Pat
     table = log(tmp_path / "log.csv", {"time [s]": [100.0 + t for t in T], "hoist": SPEED})
     L = places(driven(scene, [f"fall.hoist={table}:hoist [m/min] @ -100 s"]), tmp_path / "run.mcap")
     v = np.array(SPEED) / 60.0
-    way = np.concatenate([[0.0], np.cumsum(0.25 * (v[1:] + v[:-1]))])
-    np.testing.assert_allclose(L[0] - L[:13], way, atol=1e-3)
-    np.testing.assert_allclose(L[0] - L[13:], way[-1], atol=1e-3)  # where the log ends it stands
+    distance = np.concatenate([[0.0], np.cumsum(0.25 * (v[1:] + v[:-1]))])
+    np.testing.assert_allclose(L[0] - L[:13], distance, atol=1e-3)
+    np.testing.assert_allclose(L[0] - L[13:], distance[-1], atol=1e-3)  # where the log ends it stands
     assert verify(RecordedRun(tmp_path / "run.mcap")).same  # the table is in the recording
 
 
@@ -77,9 +77,9 @@ def test_places_are_passed_at_their_rows(scene: LoadedScene, tmp_path: Path) -> 
 )
 def test_what_cannot_be_followed(scene: LoadedScene, tmp_path: Path, option: str, what: str) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": T, "hoist": SPEED})
-    with pytest.raises(HeavyliftError) as told:
+    with pytest.raises(HeavyliftError) as message:
         driven(scene, [option.format(table)])
-    assert what in str(told.value)
+    assert what in str(message.value)
 
 
 def test_the_action_list_keeps_off(tmp_path: Path) -> None:

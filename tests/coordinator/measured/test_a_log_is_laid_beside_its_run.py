@@ -29,7 +29,7 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found.recording
 
 
-def test_it_stands_at_the_time_that_it_tells(beside: Path) -> None:
+def test_it_stands_at_the_time_that_it_reports(beside: Path) -> None:
     at = Recording(beside).fact("measured")["at"]
     assert abs(at["offset"] + 695.0) < 3.0 * at["sigma"] < 0.1
 
@@ -64,8 +64,8 @@ def test_another_log_takes_its_place(beside: Path, tmp_path: Path) -> None:
     rec = Recording(found.recording)
     assert rec.columns("measured/rope/tension") == ["west.H2"]
     assert abs(rec.signal("error/rope/tension").values).max() < 500.0  # straight lines between samples
-    assert found.told[0] == "time 0 of the log is 0 s of the run, as given"
-    assert "u_val lacks the uncertainty of the sensor and inputs, which is not stated" in found.told[1]
+    assert found.message[0] == "time 0 of the log is 0 s of the run, as given"
+    assert "u_val lacks the uncertainty of the sensor and inputs, which is not stated" in found.message[1]
 
 
 def test_it_is_drawn_dashed_in_the_colour_of_the_run(beside: Path, tmp_path: Path) -> None:

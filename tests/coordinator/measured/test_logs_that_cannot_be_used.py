@@ -27,10 +27,10 @@ def changed(column: list[object], at: int, value: object) -> list[object]:
 
 
 def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> str:
-    with pytest.raises(HeavyliftError) as told:
+    with pytest.raises(HeavyliftError) as message:
         measure(run, path, maps or [MAP], offset, out=path.with_name("out.mcap"))
     assert not path.with_name("out.mcap").exists()
-    return str(told.value)
+    return str(message.value)
 
 
 @pytest.mark.parametrize(
@@ -54,9 +54,9 @@ def test_a_fault_in_the_log(
     run: Path, tmp_path: Path, columns: dict[str, list[object]], row: int, column: str, what: str
 ) -> None:
     path = log(tmp_path / "log.csv", columns)
-    told = refused(run, path)
-    assert told.startswith(f"{path}: row {row}, column '{column}': {what}")
-    assert "\n" not in told
+    message = refused(run, path)
+    assert message.startswith(f"{path}: row {row}, column '{column}': {what}")
+    assert "\n" not in message
 
 
 @pytest.mark.parametrize(
@@ -78,20 +78,20 @@ def test_a_fault_in_the_map(run: Path, tmp_path: Path, line: str, what: str) -> 
 
 
 def test_a_fault_in_an_option_is_shown(run: Path, tmp_path: Path) -> None:
-    told = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), "cell=rope/tension/west.H1 [m]")
-    assert told.splitlines()[1:] == ["    1 | cell=rope/tension/west.H1 [m]", "      |      ^", "1 error in --map"]
+    message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), "cell=rope/tension/west.H1 [m]")
+    assert message.splitlines()[1:] == ["    1 | cell=rope/tension/west.H1 [m]", "      |      ^", "1 error in --map"]
 
 
 def test_a_fault_in_a_file_of_lines_points_at_its_line(run: Path, tmp_path: Path) -> None:
     lines = tmp_path / "map.yaml"
     lines.write_text("# cells\ncell: rope/tension/west.H1 [kg m]\n")
-    told = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), str(lines))
-    assert f"{lines}:2:7: error: cell: 'kg m' is no unit" in told
+    message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), str(lines))
+    assert f"{lines}:2:7: error: cell: 'kg m' is no unit" in message
 
 
 def test_no_overlap(run: Path, tmp_path: Path) -> None:
-    told = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), offset=500.0)
-    assert "rows 2 to 61 are 500 to 529.5 s of the run, which goes from 0 to 39.95 s: no overlap" in told
+    message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), offset=500.0)
+    assert "rows 2 to 61 are 500 to 529.5 s of the run, which goes from 0 to 39.95 s: no overlap" in message
 
 
 def test_a_log_of_something_else(run: Path, tmp_path: Path) -> None:

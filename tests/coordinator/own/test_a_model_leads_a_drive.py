@@ -47,7 +47,7 @@ def test_a_delay_is_added_to_the_instant_and_is_the_lookahead_of_the_port(folder
     assert [t for t, x in said(play(late.plan), Order) if x.led] == [1.25, 2.25, 3.25]
 
 
-def test_it_stops_at_the_end_position_and_says_so(folder: Path) -> None:
+def test_it_stops_at_the_end_position_and_reports_so(folder: Path) -> None:
     fast = scene(
         folder, SLEDGE, HAND, sets=("models.hand.parameters={one: 1 m/s, two: 1 m/s, three: 1 m/s}", "end=6 s")
     )
@@ -102,14 +102,14 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("models", "sets", "sentence"), WRONG)
-def test_what_cannot_be_is_told_where_it_stands(
+def test_what_cannot_be_is_reported_where_it_stands(
     folder: Path, models: str, sets: tuple[str, ...], sentence: str
 ) -> None:
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as message:
         scene(folder, SLEDGE, models, sets=sets)
-    assert sentence in str(told.value)
-    assert str(told.value).count("error:") == 1, "one sentence"
-    assert ": error: " in str(told.value)
+    assert sentence in str(message.value)
+    assert str(message.value).count("error:") == 1, "one sentence"
+    assert ": error: " in str(message.value)
 
 
 GOES_WRONG = [
@@ -125,10 +125,10 @@ def test_what_goes_wrong_in_a_run_ends_it_by_name(
 ) -> None:
     text = HAND.replace("{one: 18 m/min, two: -6 m/min, three: 0}", str(parameters).replace("'", ""))
     plan = scene(folder, SLEDGE, text, sets=(f"models.hand.model={model}", "models.hand.delay=50 ms")).plan
-    with pytest.raises(ModelError) as told:
+    with pytest.raises(ModelError) as message:
         play(plan)
-    assert sentence in str(told.value)
-    assert "\n" not in str(told.value)
+    assert sentence in str(message.value)
+    assert "\n" not in str(message.value)
 
 
 def test_a_crane_of_the_library_is_led_by_the_words_of_its_orders(folder: Path) -> None:

@@ -38,9 +38,9 @@ def governed(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> LoadedSc
 
 def stepped(file: Path, heard: list[float]) -> list[float]:
     """What FMPy alone gets of the unit, which hears these values, one before each step of 20 ms."""
-    told = fmpy.read_model_description(str(file))
-    number = {v.name: v.valueReference for v in told.modelVariables}
-    one = fmpy.instantiate_fmu(fmpy.extract(str(file)), told, "CoSimulation")
+    message = fmpy.read_model_description(str(file))
+    number = {v.name: v.valueReference for v in message.modelVariables}
+    one = fmpy.instantiate_fmu(fmpy.extract(str(file)), message, "CoSimulation")
     one.setupExperiment(startTime=0.0)
     one.setReal([number["goal"]], [0.3])
     one.enterInitializationMode()
@@ -53,12 +53,12 @@ def stepped(file: Path, heard: list[float]) -> list[float]:
     return found
 
 
-def test_it_says_what_another_player_gets_of_it(governed: LoadedScene, folder: Path) -> None:
+def test_it_reports_what_another_player_gets_of_it(governed: LoadedScene, folder: Path) -> None:
     found = play(governed.plan)
     heard = [(e.t, e.value.value) for e in found.events if isinstance(e.value, Sample)]
-    said = [(e.t, e.value.value) for e in found.events if isinstance(e.value, SetPoint)]
-    assert [t for t, _ in heard] == [t for t, _ in said] == [ms(20) * i for i in range(150)]
-    assert [x for _, x in said] == stepped(folder / "Governor.fmu", [x for _, x in heard[:-1]])
+    text = [(e.t, e.value.value) for e in found.events if isinstance(e.value, SetPoint)]
+    assert [t for t, _ in heard] == [t for t, _ in text] == [ms(20) * i for i in range(150)]
+    assert [x for _, x in text] == stepped(folder / "Governor.fmu", [x for _, x in heard[:-1]])
     assert heard[-1][1] == pytest.approx(0.3 * (1 - 2.718281828 ** (-0.5 * 2.98)), abs=0.02), "x' = (goal - x) / 2"
 
 
@@ -73,7 +73,9 @@ def test_the_digest_is_equal_in_a_process_of_its_own(governed: LoadedScene, tmp_
     assert run(governed, tmp_path / "apart.mcap").digest == play(governed.plan).digest
 
 
-def test_what_it_lacks_is_told_by_name(governed: LoadedScene, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_it_lacks_is_reported_by_name(
+    governed: LoadedScene, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for sets, sentence in (
         (
             "models.governor.signals={y: position of rail}",

@@ -42,10 +42,10 @@ def test_a_delay_shows_in_the_digest(truth: dict[str, str]) -> None:
 def test_it_is_equal_in_every_placement(tmp_path: Path, truth: dict[str, str], delay: str) -> None:
     scene = damper(delay)
     nodes = list(node_names(scene.plan))
-    beside = Placement({"here": ("damper", "commander"), "there": ("mechanism",), "kernel": ("kernel",)})
+    other = Placement({"here": ("damper", "commander"), "there": ("mechanism",), "kernel": ("kernel",)})
     assert run(scene, tmp_path / "one.mcap", in_process=True).digest == truth[delay]
     assert run(scene, tmp_path / "apart.mcap").digest == truth[delay]
-    assert run(scene, tmp_path / "beside.mcap", placement=beside).digest == truth[delay]
+    assert run(scene, tmp_path / "beside.mcap", placement=other).digest == truth[delay]
     assert run(scene, tmp_path / "turned.mcap", order=nodes[::-1]).digest == truth[delay]
 
 
@@ -53,11 +53,11 @@ class Killing(RunObserver):
     """Kills these nodes at these times [s]."""
 
     def __init__(self, victims: dict[float, str]) -> None:
-        self.victims, self.told = dict(victims), list[str]()
+        self.victims, self.message = dict(victims), list[str]()
         self.crew: failover.Processes | None = None
 
     def say(self, sentence: str) -> None:
-        self.told.append(sentence)
+        self.message.append(sentence)
 
     def event(self, event: Event) -> None:
         for t in [t for t in self.victims if event.t >= t * 1e9]:
@@ -81,7 +81,7 @@ def test_it_survives_kills(tmp_path: Path, truth: dict[str, str], often: bool, m
         monkeypatch.setattr(failover, "KEEP_s", 0.0)
         monkeypatch.setattr(failover, "KEEP_GRANTS", 3)
     assert run(damper("50 ms"), tmp_path / "damper.mcap", watch=watch).digest == truth["50 ms"]
-    replaced = [note.split()[1] for note in watch.told if "is replaced" in note]
+    replaced = [note.split()[1] for note in watch.message if "is replaced" in note]
     assert replaced == ["damper", "kernel", "commander", "damper"]
 
 
@@ -89,11 +89,11 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run.watch import RunObserver
 from heavylift.nodes.scene import load
 from heavylift.recordings.write import sink
 
-class Doom(Watch):
+class Doom(RunObserver):
     def event(self, event):
         if event.t > 5 * 10**9:
             os.kill(os.getpid(), signal.SIGKILL)
@@ -111,7 +111,7 @@ def test_it_is_resumed(tmp_path: Path, truth: dict[str, str]) -> None:
     assert resume(part, begun, in_process=True).digest == truth["50 ms"]
 
 
-def test_it_is_replayed_and_each_model_alone_says_what_it_said(tmp_path: Path, truth: dict[str, str]) -> None:
+def test_it_is_replayed_and_each_model_alone_reports_what_it_said(tmp_path: Path, truth: dict[str, str]) -> None:
     run(damper("50 ms"), tmp_path / "damper.mcap", in_process=True)
     recorded = RecordedRun(tmp_path / "damper.mcap")
     outcome = verify(recorded)

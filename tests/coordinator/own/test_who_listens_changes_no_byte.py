@@ -23,7 +23,7 @@ CASES = [
 
 
 def mechanics(run: Played) -> tuple[bytes, bytes, list[object], list[tuple[int, str]]]:
-    """All of a run but what was told to the ear."""
+    """All of a run but what was reported to the ear."""
     events = [event for event in run.events if not event.port.startswith("sample_ear")]
     return run.times.tobytes(), run.rows.tobytes(), list(events), run.notes
 
@@ -58,18 +58,18 @@ SIGNALS = [
 def test_a_signal_is_what_is_on_record(folder: Path, name: str, signal: str, topic: str, column: str) -> None:
     run = play(listening(folder, name, signal, "1 s", ("end=12 s", "samples=2 Hz")).plan)
     channel = next(c for c in run.layout.channels if c.topic == topic)
-    told = [event.value.value for event in run.events if isinstance(event.value, Sample)]
+    message = [event.value.value for event in run.events if isinstance(event.value, Sample)]
     recorded = run.rows[:, channel.start + list(channel.names).index(column)]
     first = [int(np.searchsorted(run.times, t * 10**9)) for t in range(12)]  # before what commands of that time change
-    assert told == pytest.approx(recorded[first], rel=1e-12, abs=1e-12)
+    assert message == pytest.approx(recorded[first], rel=1e-12, abs=1e-12)
 
 
 def test_a_swing_is_the_angle_of_the_rope(folder: Path) -> None:
     run = play(listening(folder, "trolley", "swing along of fall-1", "500 ms", ("end=20 s",)).plan)
-    told = [event.value.value for event in run.events if isinstance(event.value, Sample)]
+    message = [event.value.value for event in run.events if isinstance(event.value, Sample)]
     channel = next(c for c in run.layout.channels if c.topic == "joint/position")
     at = {n: run.rows[:, channel.start + i] for i, n in enumerate(channel.names)}
     first = [int(np.searchsorted(run.times, i * 5 * 10**8)) for i in range(40)]
     lean = np.arcsin((at["float.x"] - at["rail.travel"])[first] / 24.0)
-    assert told == pytest.approx(lean, abs=1e-6), "both ropes stay parallel"
+    assert message == pytest.approx(lean, abs=1e-6), "both ropes stay parallel"
     assert np.ptp(lean) > 0.03

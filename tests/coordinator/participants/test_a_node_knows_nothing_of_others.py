@@ -74,14 +74,14 @@ OUT_OF_REACH = {
 
 @pytest.mark.parametrize("act", OUT_OF_REACH)
 def test_siblings_and_the_structure_around_them_are_out_of_reach(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    told = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} is out of reach: {CURE}"
+    message = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} is out of reach: {CURE}"
     if act in STRUCTURE:
-        assert flat(f"yard('{act}')") == told
+        assert flat(f"yard('{act}')") == message
         monkeypatch.setattr("heavylift.nodes.devs.Coupled._reachable", lambda root, name: None)
     assert flat(f"yard('{act}')").count("Transition") > 20
-    assert run(f"yard('{act}')", in_process=True) == told
+    assert run(f"yard('{act}')", in_process=True) == message
     if act in ("remove", "sibling"):
-        assert run(f"yard('{act}')") == told, "in processes, too"
+        assert run(f"yard('{act}')") == message, "in processes, too"
     monkeypatch.setattr("heavylift.coordinator.participants.isolation._seclude", lambda root, own: None)
     assert run(f"yard('{act}')", in_process=True).count("Transition") > 20, "without the rule nobody says a word"
 
@@ -91,10 +91,10 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 @pytest.mark.parametrize("act", SHARED)
 def test_globals_that_change_are_named_with_those_who_use_them(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    told = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, though each process has a copy of its own"
-    assert run(f"yard('{act}')", in_process=True).startswith(told)
+    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, though each process has a copy of its own"
+    assert run(f"yard('{act}')", in_process=True).startswith(message)
     if act == "log":
-        assert run(f"yard('{act}')").startswith(told), "in processes, too"
+        assert run(f"yard('{act}')").startswith(message), "in processes, too"
     monkeypatch.setattr("heavylift.coordinator.participants.isolation.Commons.unchanged", lambda commons, now: None)
     assert run(f"yard('{act}')", in_process=True).count("Transition") > 20
 
@@ -140,9 +140,10 @@ WHERE = {
 
 @pytest.mark.parametrize("what", WHERE)
 def test_a_build_that_differs_is_refused_before_anything_runs(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    said = run(f"random_build('{what}')", in_process=True)
+    text = run(f"random_build('{what}')", in_process=True)
     assert any(
-        f"random_build('{what}'): {told} differs between the process of node" in said for told in WHERE[what].split("|")
+        f"random_build('{what}'): {message} differs between the process of node" in text
+        for message in WHERE[what].split("|")
     )
     monkeypatch.setattr("heavylift.coordinator.run.models.declarations", lambda root, nodes: [b"" for _ in nodes])
     monkeypatch.setattr("heavylift.coordinator.participants.building.declarations", lambda root, nodes: iter([b""]))
@@ -150,15 +151,15 @@ def test_a_build_that_differs_is_refused_before_anything_runs(what: str, monkeyp
 
 
 def test_a_child_that_is_not_built_again_is_missed() -> None:
-    told = (
+    message = (
         r"^[^ ]*: yard has no child ear\d+ here, it has ear, other, spare, ticker, ear\d+; let the function build the "
     )
-    assert re.match(told, run("random_build('couplings')", in_process=True))
+    assert re.match(message, run("random_build('couplings')", in_process=True))
 
 
 def test_a_build_that_returns_one_model_twice_is_refused() -> None:
-    told = "same() returned the model of an earlier call; let it make a new one each time"
-    assert run("same()", in_process=True).endswith(told)
+    message = "same() returned the model of an earlier call; let it make a new one each time"
+    assert run("same()", in_process=True).endswith(message)
 
 
 def digest(seed: str, *where: str) -> str:
@@ -179,7 +180,7 @@ def test_who_iterates_over_a_set_does_so_alike_in_every_run() -> None:
     assert here == {digest("7", "--in-process")}, "processes of a script and the command's own"
 
 
-def test_who_runs_models_in_a_process_of_other_hashes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_runs_models_in_a_process_of_other_hashes_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("heavylift.coordinator.run.models.fixed", lambda: False)
     with pytest.warns(UserWarning, match=r"^yard.other: may iterate over a set, whose order another process"):
         run("words()", in_process=True)
@@ -187,9 +188,9 @@ def test_who_runs_models_in_a_process_of_other_hashes_is_told(monkeypatch: pytes
 
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
 def test_a_long_chain_without_delay_runs_where_that_is_allowed(where: dict[str, Any]) -> None:
-    said = run("chain(60)", microsteps=40, **where)
-    assert "zero-time loop between nodes, 40 microsteps" in said, said
-    assert said.endswith("or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)")
+    text = run("chain(60)", microsteps=40, **where)
+    assert "zero-time loop between nodes, 40 microsteps" in text, text
+    assert text.endswith("or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)")
     assert run("chain(60)", microsteps=80, **where) == flat("chain(60)", microsteps=80)
     assert flat("chain(10_005)", microsteps=10_100).count("Transition") == 20_010
 

@@ -8,9 +8,7 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.participants.configuration import wiring
-from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.mechanics_at import configured
+from heavylift.coordinator.participants import KernelNode, configured, wiring
 from heavylift.coordinator.protocol import (
     Checkpoint,
     Grant,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from heavylift import Recording, run_models
 from heavylift.coordinator.participants import built
-from heavylift.coordinator.replay import cast_of
+from heavylift.coordinator.replay import recorded_models
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Simulator
 from heavylift.recordings.read.info import info
@@ -101,25 +101,25 @@ def written(own_modules: Path) -> Path:
 
 @pytest.mark.parametrize("what", CASES)
 def test_flat_in_one_process_in_several_and_in_the_recording(what: str, written: Path, code_allowed: None) -> None:
-    reference, told = f"broken.py:build('{what}')", f"yard.a at (1 s, 0): {CASES[what]}{line(what)}"
-    assert sentence(lambda: run_models(reference, output="broken.mcap"))[0] == told
+    reference, message = f"broken.py:build('{what}')", f"yard.a at (1 s, 0): {CASES[what]}{line(what)}"
+    assert sentence(lambda: run_models(reference, output="broken.mcap"))[0] == message
     for run in (lambda: flat(reference), lambda: run_models(reference, in_process=True)):
-        said, cause = sentence(run)
-        assert said == told
-        assert isinstance(cause, ModelError) if what == "none" else type(cause).__name__ in told
+        text, cause = sentence(run)
+        assert text == message
+        assert isinstance(cause, ModelError) if what == "none" else type(cause).__name__ in message
     recording = Recording("broken.mcap")
-    assert f"failed: {told}" in info("broken.mcap")
-    node = cast_of(recording).make("a", lambda data: None)
+    assert f"failed: {message}" in info("broken.mcap")
+    node = recorded_models(recording).make("a", lambda data: None)
     node.start()
-    assert sentence(lambda: (node.outputs(), node.advance(node.next_time)))[0] == told
+    assert sentence(lambda: (node.outputs(), node.advance(node.next_time)))[0] == message
 
 
 @pytest.mark.parametrize("levels", [500, 2000])
 def test_models_may_be_nested_deeply(levels: int, written: Path) -> None:
     reference = f"broken.py:nested({levels})"
-    told = f"yard{'.c' * levels}.a at (1 s, 0): {CASES['value']}{line('value')}"
+    message = f"yard{'.c' * levels}.a at (1 s, 0): {CASES['value']}{line('value')}"
     for run in (lambda: flat(reference), lambda: run_models(reference, in_process=True), lambda: run_models(reference)):
-        assert sentence(run)[0] == told
+        assert sentence(run)[0] == message
 
 
 def test_what_a_function_that_builds_raises(written: Path) -> None:

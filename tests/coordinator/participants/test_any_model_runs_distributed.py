@@ -48,12 +48,12 @@ def test_a_model_that_falls_silent_ends_its_run():
 def test_a_recording_holds_what_was_said(tmp_path):
     run = run_models(tokens, until=0.021, output=tmp_path / "ring.mcap", in_process=True)
     recording = Recording(tmp_path / "ring.mcap")
-    said = [(e.t_ns, e.source, e.value["number"]) for e in recording.events()]
+    text = [(e.t_ns, e.source, e.value["number"]) for e in recording.events()]
     sent = [
         (line.tag.t, line.path.split(".")[1], number.number) for line in flat(tokens, ms(21)) for _, number in line.sent
     ]
-    assert said == sent
-    assert len(said) == 8
+    assert text == sent
+    assert len(text) == 8
     assert recording.result["digest"] == run.digest == run_models(tokens, until=0.021).digest
 
 
@@ -96,17 +96,17 @@ def test_who_does_not_get_on_within_the_deadline_is_replaced(tmp_path):
     assert done.stdout.startswith("last event at 0 s; ")
     assert done.stderr.startswith("node stuck is replaced at t = 0.000 s: its process ")
     refused = command("stuck.py:build", "--deadline", "soon", cwd=tmp_path)
-    told = "heavylift: --deadline 'soon': 'soon' is no time: write a number and a unit of s, min, h, ms, days\n"
-    assert (refused.returncode, refused.stderr) == (1, told)
+    message = "heavylift: --deadline 'soon': 'soon' is no time: write a number and a unit of s, min, h, ms, days\n"
+    assert (refused.returncode, refused.stderr) == (1, message)
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
-def test_a_mistake_in_a_model_is_told_with_its_path_and_time(where):
+def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
     done = command("rings:failing", *where, cwd=HERE)
     assert done.returncode == 1
     line = (HERE / "rings.py").read_text().partition("1 / (2")[0].count("\n") + 1
-    told = f"workshop.divider at (2 s, 0): external() raised ZeroDivisionError: division by zero (rings.py:{line})"
-    assert done.stderr == f"heavylift: {told}\n"
+    message = f"workshop.divider at (2 s, 0): external() raised ZeroDivisionError: division by zero (rings.py:{line})"
+    assert done.stderr == f"heavylift: {message}\n"
 
 
 @pytest.mark.parametrize(
@@ -126,26 +126,28 @@ def test_a_mistake_in_a_model_is_told_with_its_path_and_time(where):
         ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
     ],
 )
-def test_what_names_no_model_is_told_in_a_sentence(reference, sentence, monkeypatch, capsys):
+def test_what_names_no_model_is_reported_in_a_sentence(reference, sentence, monkeypatch, capsys):
     monkeypatch.chdir(HERE)
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", reference])
     with pytest.raises(SystemExit) as ended:
         main()
-    told = capsys.readouterr().err
+    message = capsys.readouterr().err
     assert ended.value.code == 1
-    assert told.startswith(f"heavylift: {sentence}")
-    assert told.count("\n") == 1
+    assert message.startswith(f"heavylift: {sentence}")
+    assert message.count("\n") == 1
 
 
-def test_a_file_that_has_the_name_of_another_module_is_told_of_it(tmp_path, monkeypatch):
+def test_a_file_that_has_the_name_of_another_module_is_reported_of_it(tmp_path, monkeypatch):
     (tmp_path / "queue.py").write_text("")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ModelError) as told:
+    with pytest.raises(ModelError) as message:
         built("queue:build")
-    assert str(told.value) == f"queue:build: queue is {queue.__file__}, which has no build; give queue.py another name"
+    assert (
+        str(message.value) == f"queue:build: queue is {queue.__file__}, which has no build; give queue.py another name"
+    )
 
 
-def test_a_script_that_runs_its_model_at_import_is_told_so(tmp_path):
+def test_a_script_that_runs_its_model_at_import_is_reported_so(tmp_path):
     script = tmp_path / "study.py"
     script.write_text(
         "from heavylift import run_models\n"
@@ -177,17 +179,17 @@ def test_nodes_may_share_processes():
     assert run.digest == run_models(tokens, until=0.101, in_process=True).digest
 
 
-def test_a_mistake_leaves_a_recording_of_all_that_was_said_before(tmp_path):
+def test_a_mistake_leaves_a_recording_of_all_that_was_stated_before(tmp_path):
     """The divider fails at its third job, whether it shares its process with who sends it or not."""
-    said = []
+    text = []
     for number, where in enumerate([{}, {"processes": 2}, {"in_process": True}]):
         path = tmp_path / f"{number}.mcap"
         with pytest.raises(
             ModelError, match=r"^workshop\.divider at \(2 s, 0\): external\(\) raised ZeroDivisionError"
         ):
             run_models("rings:failing", output=path, **where)
-        said.append([(e.t_ns, e.source) for e in Recording(path).events() if e.t_ns < 2 * 10**9])
-    assert said[0] == said[1] == said[2] == [(0, "frame"), (10**9, "frame")]
+        text.append([(e.t_ns, e.source) for e in Recording(path).events() if e.t_ns < 2 * 10**9])
+    assert text[0] == text[1] == text[2] == [(0, "frame"), (10**9, "frame")]
 
 
 def test_a_thousand_models_of_one_process_are_one_node():
@@ -195,10 +197,10 @@ def test_a_thousand_models_of_one_process_are_one_node():
     assert (run.grants, run.sim_s) == (1, 3e-6)
 
 
-def test_as_many_processes_as_pay_are_told():
+def test_as_many_processes_as_pay_are_reported():
     done = command("rings:tokens", "--until", "21 ms", "--processes", "auto", cwd=HERE)
     assert done.returncode == 0, done.stderr
-    told = r"--processes auto: 1, for 1 process takes 0\.\d\d s for all of the run\n"
-    assert re.fullmatch(told, done.stderr), done.stderr
+    message = r"--processes auto: 1, for 1 process takes 0\.\d\d s for all of the run\n"
+    assert re.fullmatch(message, done.stderr), done.stderr
     placed = command("rings:tokens", "--until", "21 ms", "--place", "s0,s1,s2=yard", cwd=HERE)
     assert placed.stdout.splitlines()[2] == done.stdout.splitlines()[2] != ""

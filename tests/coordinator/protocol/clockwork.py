@@ -67,5 +67,5 @@ PAIR = [Coupling("a", "out", "b", "into"), Coupling("b", "out", "a", "into")]
 
 def started(*models: Clockwork) -> list[Node]:
     """Each hears of `b`, and others of all that it says."""
-    said = [("a", port, "b", "into") for port in ("out", "last")]
-    return [Node(m.name, Simulator(m, wires=[("b", "out", "a", "into"), *said])) for m in models]
+    text = [("a", port, "b", "into") for port in ("out", "last")]
+    return [Node(m.name, Simulator(m, wires=[("b", "out", "a", "into"), *text])) for m in models]

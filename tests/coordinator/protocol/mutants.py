@@ -63,9 +63,9 @@ def who_runs_says_nothing(patch: Patch) -> None:
 
 @mutant
 def who_is_silent_next_stays_silent(patch: Patch) -> None:
-    def take(original: Callable[..., None], core: Coordinator, node: NodeState, said: Done) -> None:
-        original(core, node, said)
-        if not said.offer:
+    def take(original: Callable[..., None], core: Coordinator, node: NodeState, text: Done) -> None:
+        original(core, node, text)
+        if not text.offer:
             node.quiet = FOREVER
             core._note(node)
 
@@ -74,18 +74,18 @@ def who_is_silent_next_stays_silent(patch: Patch) -> None:
 
 @mutant
 def granted_without_a_commit(patch: Patch) -> None:
-    patch.setattr(NodeState, "untold", property(lambda node: False))
+    patch.setattr(NodeState, "uncommitted", property(lambda node: False))
 
 
 @mutant
 def an_earlier_input_does_not_void_an_offer(patch: Patch) -> None:
-    patch.setattr(NodeState, "untold", property(lambda node: bool(node.offer) and not node.committed))
+    patch.setattr(NodeState, "uncommitted", property(lambda node: bool(node.offer) and not node.committed))
 
 
 @mutant
 def an_equal_input_voids_an_offer(patch: Patch) -> None:
-    untold = property(lambda node: bool(node.offer) and not node.committed and node.next < node.hears)
-    patch.setattr(NodeState, "untold", untold)
+    missing = property(lambda node: bool(node.offer) and not node.committed and node.next < node.hears)
+    patch.setattr(NodeState, "uncommitted", missing)
 
 
 @mutant
@@ -93,7 +93,7 @@ def committed_a_nanosecond_too_soon(patch: Patch) -> None:
     """A microstep too soon would be right: who is next at (t, k + 1) has moved at (t, k), so its window was above."""
 
     def window(original: Callable[..., Tag | None], core: Coordinator, node: NodeState, need: Tag) -> Tag | None:
-        return original(core, node, Tag(need.t - 1) if node.untold else need)
+        return original(core, node, Tag(need.t - 1) if node.uncommitted else need)
 
     changed(patch, Coordinator, "_window", window)
 
@@ -101,7 +101,7 @@ def committed_a_nanosecond_too_soon(patch: Patch) -> None:
 @mutant
 def committed_only_below_the_window(patch: Patch) -> None:
     def window(original: Callable[..., Tag | None], core: Coordinator, node: NodeState, need: Tag) -> Tag | None:
-        return original(core, node, succ(need) if node.untold else need)
+        return original(core, node, succ(need) if node.uncommitted else need)
 
     changed(patch, Coordinator, "_window", window)
 
@@ -109,7 +109,7 @@ def committed_only_below_the_window(patch: Patch) -> None:
 @mutant
 def granted_at_the_window(patch: Patch) -> None:
     def window(original: Callable[..., Tag | None], core: Coordinator, node: NodeState, need: Tag) -> Tag | None:
-        if node.untold:
+        if node.uncommitted:
             return original(core, node, need)
         found = original(core, node, node.first)
         return None if found is None else max(found, need)
@@ -217,11 +217,11 @@ def the_longest_lookahead_of_several_ports(patch: Patch) -> None:
 
 @mutant
 def only_neighbours_are_waited_for(patch: Patch) -> None:
-    def ways(original: Callable[..., Ways], i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> Ways:
+    def distances(original: Callable[..., Ways], i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> Ways:
         near = [{i: row[i]} if row.get(i) == distance.ZERO else {} for row in D]
         return original(i, near, R, least)
 
-    changed(patch, core_module, "ways", ways)
+    changed(patch, core_module, "ways", distances)
 
 
 @mutant

@@ -17,14 +17,14 @@ def wave(seed: int) -> Logs:
             return logs
         now = [(name, event) for when, name, event in pending if when == tag]
         pending = [entry for entry in pending if entry[0] != tag]
-        said: list[Event] = []
+        text: list[Event] = []
         for name, simulator in simulators.items():
             bag = sorted(event for to, event in now if to == name)
             due = simulator.next_time == tag
-            said += simulator.outputs() if due else []
+            text += simulator.outputs() if due else []
             if bag or due:
                 simulator.advance(tag, bag)
-        for event in said:
+        for event in text:
             pending += [
                 (succ(tag), target, event)
                 for target in {t: 0 for source, port, t, _ in couplings if (source, port) == (event.source, event.port)}

@@ -105,7 +105,7 @@ class Secret(Atomic):
         self.hold_in(1)
 
 
-def test_a_state_that_cannot_be_kept_says_so_and_the_node_goes_on() -> None:
+def test_a_state_that_cannot_be_kept_reports_so_and_the_node_goes_on() -> None:
     node = Node("secret", Simulator(Secret("secret")))
     node.hello()
     assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), Done)

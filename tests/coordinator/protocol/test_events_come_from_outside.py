@@ -100,7 +100,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
 @pytest.mark.parametrize("slices", [True, False], ids=["with horizons", "as fast as it goes"])
 @pytest.mark.large(beyond=1)
 def test_words_spoken_in_are_words_known_before(slices: bool) -> None:
-    said = late = 0
+    text = late = 0
     for seed in MODELS:
         logs, script, events = live(seed, seed, slices=slices)
         assert logs == by_script(seed, script), seed
@@ -108,9 +108,9 @@ def test_words_spoken_in_are_words_known_before(slices: bool) -> None:
         assert again == logs, seed
         assert events_again == events, seed
         assert events == sorted(events, key=lambda event: event.order), seed
-        said += len(script)
+        text += len(script)
         late += sum(t > 0 for t, _ in script)
-    assert late > said / 2 > 300
+    assert late > text / 2 > 300
 
 
 def test_mutant_a_safe_time_that_forgets_the_windows(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -108,11 +108,11 @@ def test_a_spoiled_done_is_refused_by_name_and_would_pass_without_its_row(
 ) -> None:
     sentence, spoil = ROWS[row]
     with monkeypatch.context() as patch:
-        said = verdicts(patch, spoil)
-    assert all(sentence in told for told in said), said
-    assert said.total() >= 3
+        text = verdicts(patch, spoil)
+    assert all(sentence in message for message in text), text
+    assert text.total() >= 3
     monkeypatch.delitem(EVENTS if row in EVENTS else WHOLE, row)  # type: ignore[arg-type]
-    assert verdicts(monkeypatch, spoil)[""] > 0.5 * said.total()
+    assert verdicts(monkeypatch, spoil)[""] > 0.5 * text.total()
 
 
 def test_no_row_is_left_out() -> None:

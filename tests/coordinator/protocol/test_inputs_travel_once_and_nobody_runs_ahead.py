@@ -93,23 +93,23 @@ def nodes_of(wires: Sequence[Wire], *models: Atomic) -> dict[str, Node]:
 def sent(seed: int) -> list[tuple[str, Event]]:
     """Who is sent which inputs in all grants of a random model whose grants are short."""
     simulators, couplings = parts(seed, {})
-    told: list[tuple[str, Event]] = []
+    message: list[tuple[str, Event]] = []
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     core = Coordinator(nodes, couplings, Tag(60))
     with bounds(*TIGHT):
-        rounds(core, nodes, 10_000, lambda name, grant: told.extend((name, d) for d in grant.inputs), 1 + seed)
-    return told
+        rounds(core, nodes, 10_000, lambda name, grant: message.extend((name, d) for d in grant.inputs), 1 + seed)
+    return message
 
 
 def test_each_input_stands_in_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = [sent(seed) for seed in range(10)]
-    assert [len(told) for told in truth] == [len(set(told)) for told in truth]
+    assert [len(message) for message in truth] == [len(set(message)) for message in truth]
     assert sum(map(len, truth)) > 300
     # all pending inputs with every grant, to nodes that keep none, is as right, but quadratic
     MUTANTS["inputs_are_sent_with_every_grant"](monkeypatch)
     MUTANTS["inputs_that_were_not_reached_are_forgotten"](monkeypatch)
     again = [sent(seed) for seed in range(10)]
-    assert [set(told) for told in again] == [set(told) for told in truth]
+    assert [set(message) for message in again] == [set(message) for message in truth]
     assert sum(map(len, again)) > sum(map(len, truth))
 
 
@@ -134,7 +134,7 @@ def test_a_grant_ends_after_so_many_events() -> None:
     assert (len(done.spoken), done.reached, done.next) == (SPOKEN, Tag(SPOKEN, 1), Tag(SPOKEN + 1))
 
 
-def test_a_grant_in_which_nothing_is_said_ends_after_so_many_tags() -> None:
+def test_a_grant_in_which_nothing_is_stated_ends_after_so_many_tags() -> None:
     node = nodes_of([], Clock("a", 1, silent=True))["a"]
     node.hello()
     for gseq in (1, 2):

@@ -137,9 +137,9 @@ def test_what_is_not_of_its_type_is_refused_alike_in_one_simulator_and_between_n
     field: str, value: Any, why: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place = "base.n" if value == Base("x") else field  # type: ignore[arg-type]
-    told = flat({field: value})
-    assert told.startswith(f"r.a at (0.000000001 s, 0): port out: message Everything, field {place}: {why}")
-    assert apart({field: value}) == told
+    message = flat({field: value})
+    assert message.startswith(f"r.a at (0.000000001 s, 0): port out: message Everything, field {place}: {why}")
+    assert apart({field: value}) == message
     monkeypatch.setattr(ports, "travelling", lambda value, port: value)
     assert flat({field: value}) == repr([Everything(**{field: value})]), "without the rule it arrives in one simulator"
     assert apart({field: value}) != flat({field: value}), "and not so between nodes"
@@ -160,9 +160,9 @@ def test_anything_in_any_field_arrives_alike_or_is_refused_alike() -> None:
     r, arrived, refused = Random(1), 0, 0
     for _ in range(500):
         fields = anything(r)
-        told = flat(fields)
-        assert told == apart(fields), fields
-        arrived, refused = arrived + told.startswith("["), refused + told.startswith("r.a at ")
+        message = flat(fields)
+        assert message == apart(fields), fields
+        arrived, refused = arrived + message.startswith("["), refused + message.startswith("r.a at ")
     assert min(arrived, refused) > 30
     assert arrived + refused == 500
 

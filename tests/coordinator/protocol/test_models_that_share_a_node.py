@@ -30,7 +30,7 @@ from random_models import Run, build, build_ring, distributed, flat
 from random_models import told as results
 
 MODELS = range(24)
-MANY = range(150)  # at most, for a mutant; most are told by the first few
+MANY = range(150)  # at most, for a mutant; most are reported by the first few
 Patch = pytest.MonkeyPatch
 
 truth = cache(lambda seed: flat(seed, build=_build(seed)))
@@ -92,7 +92,7 @@ def an_event_is_heard_once_for_each_coupling(patch: Patch) -> None:
         if source not in node.models:
             core._receivers.setdefault((source, port), []).append(node)
 
-    patch.setattr(Coordinator, "_hears", hears)
+    patch.setattr(Coordinator, "_receives", hears)
 
 
 def events_leave_though_something_is_said_inside_before(patch: Patch) -> None:

@@ -25,7 +25,7 @@ from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, AtomicResult, Bag, Event, In, Out, Simulator, Slack, Tag
 
 
-def test_nothing_is_granted_before_all_have_said_hello() -> None:
+def test_nothing_is_granted_before_all_have_stated_hello() -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     assert (core.ready(), core.over) == ([], None)
@@ -86,22 +86,22 @@ def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
 
 @pytest.mark.parametrize("order", range(5))
 def test_the_three_ways_to_end(order: int) -> None:
-    told: list[Event] = []
+    message: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
-    core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=told.append)
+    core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=message.append)
     assert run_in_memory(core, nodes, Random(order)) is RunEnd.BOUND
-    assert [(e.t, e.k, e.source) for e in told] == [(5, 0, "a"), (5, 1, "b"), (7, 0, "a"), (7, 1, "b")]
+    assert [(e.t, e.k, e.source) for e in message] == [(5, 0, "a"), (5, 1, "b"), (7, 0, "a"), (7, 1, "b")]
 
     core = Coordinator(["a", "b"], PAIR)
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     assert run_in_memory(core, nodes, Random(order)) is RunEnd.QUIET
 
-    told.clear()
+    message.clear()
     a, b = Clockwork("a", [5, 7, 9]), Clockwork("b", [12, 14], delay=0)
-    core = Coordinator(["a", "b"], PAIR, finish=("a", "last"), on_event=told.append)
+    core = Coordinator(["a", "b"], PAIR, finish=("a", "last"), on_event=message.append)
     assert run_in_memory(core, started(a, b), Random(order)) is RunEnd.FINISHED
     assert core.end == Tag(10)
-    assert [(e.t, e.k, e.source, e.port) for e in told][-3:] == [
+    assert [(e.t, e.k, e.source, e.port) for e in message][-3:] == [
         (9, 0, "a", "last"),
         (9, 0, "a", "out"),
         (9, 1, "b", "out"),
@@ -161,7 +161,7 @@ def test_welcome_and_stop() -> None:
             node.handle(message)
 
 
-def test_the_last_word_tells_how_long_lookaheads_could_have_been() -> None:
+def test_the_last_word_reports_how_long_lookaheads_could_have_been() -> None:
     class Slow(Atomic):
         into, out, other = In(Word), Out(Word, lookahead=10), Out(Word)
 

@@ -15,7 +15,7 @@ from random_models import END, Logs, distributed, flat
 
 MODELS = range(100)
 FEW = range(40)
-MANY = range(300)  # at most, for a mutant; most are told by the first few
+MANY = range(300)  # at most, for a mutant; most are reported by the first few
 ENOUGH = 2  # models that must tell a mutant from the truth
 PATIENCE = 20_000  # decisions after which a mutant counts as stuck; no model needs a tenth of them
 
@@ -45,15 +45,15 @@ def test_a_finish_port_ends_the_run_with_its_time_and_no_node_passes_it() -> Non
     finished = 0
     for seed in FEW:
         whole = distributed(seed)
-        said = [event.t for event in whole.events if (event.source, event.port) == ("g0", "u")]
+        text = [event.t for event in whole.events if (event.source, event.port) == ("g0", "u")]
         run = distributed(seed, 5, finish=("g0", "u"))
-        if not said:
+        if not text:
             assert run.outcome is not RunEnd.FINISHED
             continue
         finished += 1
-        assert (run.outcome, run.end) == (RunEnd.FINISHED, Tag(said[0] + 1))
-        assert run.logs == flat(seed, said[0] + 1)
-        assert run.events == [event for event in whole.events if event.t <= said[0]]
+        assert (run.outcome, run.end) == (RunEnd.FINISHED, Tag(text[0] + 1))
+        assert run.logs == flat(seed, text[0] + 1)
+        assert run.events == [event for event in whole.events if event.t <= text[0]]
     assert finished > 10
 
 
@@ -62,11 +62,11 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """No mutant may hang the test."""
     decisions = dict[Coordinator, int]()
 
-    def done(original: object, core: Coordinator, *said: object) -> None:
+    def done(original: object, core: Coordinator, *text: object) -> None:
         decisions[core] = decisions.get(core, 0) + 1
         if decisions[core] > PATIENCE:
             raise ProtocolError("this does not come to an end")
-        original(core, *said)  # type: ignore[operator]
+        original(core, *text)  # type: ignore[operator]
 
     changed(monkeypatch, Coordinator, "done", done)
     return monkeypatch

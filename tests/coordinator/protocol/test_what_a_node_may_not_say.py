@@ -77,6 +77,6 @@ def test_a_model_that_raises_is_a_fail_with_its_sentence_and_traceback() -> None
     fail = node.handle(Grant(1, Tag(6), None, True, []))
     assert isinstance(fail, Fail)
     line = Broken.internal.__code__.co_firstlineno + 1
-    told = f"internal() raised ValueError: no rope (test_what_a_node_may_not_say.py:{line})"
-    assert fail.sentence == f"a at (0.000000005 s, 0): {told}"
+    message = f"internal() raised ValueError: no rope (test_what_a_node_may_not_say.py:{line})"
+    assert fail.sentence == f"a at (0.000000005 s, 0): {message}"
     assert "in internal" in fail.traceback

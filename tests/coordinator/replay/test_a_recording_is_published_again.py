@@ -50,15 +50,15 @@ def played(run: RecordedRun, keys: dict[float, str], rate: float, **options: boo
     """(wall, simulation) time [s] of each instant of the samples."""
     clock = Clock(keys)
     times: list[tuple[float, float]] = []
-    player = Player(lambda said: None, rate, keyboard=clock, clock=clock, **options)  # type: ignore[arg-type]
-    player.told = lambda t_ns: times.append((round(clock.now, 6), t_ns / 1e9))
+    player = Player(lambda text: None, rate, keyboard=clock, clock=clock, **options)  # type: ignore[arg-type]
+    player.message = lambda t_ns: times.append((round(clock.now, 6), t_ns / 1e9))
     player.play(Replay(run, ["samples"], 1.0, 4.0))
     return times
 
 
-def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
+def test_an_observer_receives_the_recorded_events(recorded: RecordedRun) -> None:
     heard: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
-    said: list[PublishedItem] = []
+    text: list[PublishedItem] = []
     with Publisher("lift", recorded.path) as publisher:
         observer = guest_session(publisher.directory, OBSERVER)
         subscribers = [
@@ -68,7 +68,7 @@ def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
         while heard.empty():  # until the observer is known to the hub
             publisher.say(first)
             time.sleep(0.01)
-        player = Player(lambda one: (said.append(one), publisher.say(one))[0], rate=40.0)
+        player = Player(lambda one: (text.append(one), publisher.say(one))[0], rate=40.0)
         player.play(Replay(recorded, ["commander/*", "samples"]))
         publisher.say(PublishedItem(0, None, "over", b"."))
         got: list[tuple[str, bytes]] = []
@@ -83,7 +83,7 @@ def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
     assert [x for x in got if "/event/" in x[0]] == events
     samples = [x for x in got if x[0] == prefix + "sample/samples"]
     assert len(samples) == len(recorded.recording.signal("rope/tension").t)
-    assert [s.t_ns for s in said] == sorted(s.t_ns for s in said)
+    assert [s.t_ns for s in text] == sorted(s.t_ns for s in text)
 
 
 def test_time_runs_at_the_rate_asked_for(recorded: RecordedRun) -> None:
@@ -110,7 +110,7 @@ def test_keys_pause_step_change_the_rate_and_end(recorded: RecordedRun) -> None:
 def test_only_what_is_asked_for_is_played(recorded: RecordedRun) -> None:
     stages = [group for _, group in Replay(recorded, ["commander/stage"], 1.0)]
     expected = [e for e in recorded.events if e.port == "stage" and e.t >= SECOND]
-    assert [said.event for group in stages for said in group] == expected
+    assert [text.event for group in stages for text in group] == expected
     with pytest.raises(RecordingError, match=r"lift\.mcap: no topic matches crane/west; it has /block/input, "):
         Replay(recorded, ["crane/west"])
     with pytest.raises(RecordingError, match=r"nothing lies between 5\.0 s and 1\.0 s; give --from before --to$"):
@@ -159,22 +159,22 @@ def test_a_replay_is_shown_in_the_page_of_runs(lift: Path, recorded: RecordedRun
     with subprocess.Popen([*arguments, "--from", "5"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
         assert process.stderr is not None
         address = process.stderr.readline().decode().removeprefix("watch it at ").strip()
-        told = []
+        message = []
         with urllib.request.urlopen(address + "events", timeout=60) as messages:
             for line in messages:
                 if line.startswith(b"data: "):
-                    told.append(json.loads(line.removeprefix(b"data: ")))
-                    if "peaks" in told[-1] and len(told) > 1:
+                    message.append(json.loads(line.removeprefix(b"data: ")))
+                    if "peaks" in message[-1] and len(message) > 1:
                         break
         assert process.wait(60) == 0
-    begin, *more, end = told
+    begin, *more, end = message
     assert begin["title"] == "lift"
     assert "block" in [body["name"] for body in begin["bodies"]]
     assert begin["rig"][0]["lines"] == json.loads(msgspec.json.encode(recorded.recording.rigs()[0].lines))
     t = [x for m in more if "rows" in m for x in np.frombuffer(base64.b64decode(m["rows"]["t"]), "<f8")]
     assert (round(min(t) * SECOND), round(max(t) * SECOND)) == (5 * SECOND, 20 * SECOND - 1)
-    said = [e["t"] for m in more for e in m["events"]]
-    assert said == [e.t * 1e-9 for e in recorded.events if e.t >= 5 * SECOND]
+    text = [e["t"] for m in more for e in m["events"]]
+    assert text == [e.t * 1e-9 for e in recorded.events if e.t >= 5 * SECOND]
     peaks = recorded.recording.fact("peaks")
     assert {p["name"]: p["tension"] for p in end["peaks"]} == {name: peak["tension"] for name, peak in peaks.items()}
     assert end["status"] == f"replayed, 20 s simulated; recorded in {lift}"

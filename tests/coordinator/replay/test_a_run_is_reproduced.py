@@ -35,7 +35,7 @@ def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
 
 @pytest.fixture
 def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Somebody lets drives move twice as fast as they are told."""
+    """Somebody lets drives move twice as fast as they are reported."""
     obey = DriveActor.run
     monkeypatch.setattr(DriveActor, "run", lambda self, order, asked: obey(self, order, faster(asked)))
 
@@ -52,18 +52,21 @@ def test_every_event_and_sample_comes_again(recorded: RecordedRun) -> None:
 
 
 @pytest.mark.usefixtures("hurried")
-def test_the_first_event_that_deviates_is_told_with_both_values(recorded: RecordedRun) -> None:
+def test_the_first_event_that_deviates_is_reported_with_both_values(recorded: RecordedRun) -> None:
     outcome = verify(recorded)
-    told = outcome.deviation
-    assert told is not None
+    message = outcome.deviation
+    assert message is not None
     before = [e for e in recorded.events if e.order < (0, 1, "crane", "input", 0)]
     assert outcome.events == len(before), "the moves are the first thing that the crane says"
-    assert (told.t_ns, told.microstep, told.topic) == (0, 1, "/crane/input")
-    assert told.recorded["SetProfile"]["speed"] == pytest.approx(-0.3 / 60)
-    assert told.now["SetProfile"] == {**told.recorded["SetProfile"], "speed": 2 * told.recorded["SetProfile"]["speed"]}
+    assert (message.t_ns, message.microstep, message.topic) == (0, 1, "/crane/input")
+    assert message.recorded["SetProfile"]["speed"] == pytest.approx(-0.3 / 60)
+    assert message.now["SetProfile"] == {
+        **message.recorded["SetProfile"],
+        "speed": 2 * message.recorded["SetProfile"]["speed"],
+    }
 
 
-def test_a_sample_that_deviates_is_told(lift: Path, tmp_path: Path) -> None:
+def test_a_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) -> None:
     signal = Recording(lift).signal("rope/tension")
 
     def forge(parts: Parts) -> None:
@@ -72,14 +75,14 @@ def test_a_sample_that_deviates_is_told(lift: Path, tmp_path: Path) -> None:
         assert old in parts.messages[i].data
         parts.messages[i] = parts.messages[i]._replace(data=parts.messages[i].data.replace(old, new))
 
-    told = verify(RecordedRun(altered(lift, tmp_path / "altered.mcap", forge))).deviation
-    assert told is not None
-    assert told.t_ns == round(signal.t[7] * 1e9)
-    assert told.topic.startswith("/rope/tension/")
-    assert (told.recorded, told.now) == (signal.values[7, 1] + 0.5, signal.values[7, 1])
+    message = verify(RecordedRun(altered(lift, tmp_path / "altered.mcap", forge))).deviation
+    assert message is not None
+    assert message.t_ns == round(signal.t[7] * 1e9)
+    assert message.topic.startswith("/rope/tension/")
+    assert (message.recorded, message.now) == (signal.values[7, 1] + 0.5, signal.values[7, 1])
 
 
-def test_the_command_tells_both_outcomes_by_its_exit_code(
+def test_the_command_reports_both_outcomes_by_its_exit_code(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> None:
     digest = Recording(lift).result["digest"]
@@ -113,8 +116,8 @@ def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
 
 def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
     scene, words = load("lift", ["end=20 s"]), "trolleys: traverse 10 m/min by 0.5 m"
-    said = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
-    run(scene, tmp_path / "run.mcap", True, commands=[TimedCommand(Tag(3_000_000_000), said)])
+    text = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
+    run(scene, tmp_path / "run.mcap", True, commands=[TimedCommand(Tag(3_000_000_000), text)])
     recorded = RecordedRun(tmp_path / "run.mcap")
     assert [e.port for e in recorded.events if e.source == "operator"] == ["command"]
     outcome = verify(recorded)

@@ -47,8 +47,8 @@ def rows_shuffled(parts: Parts, rng: random.Random) -> None:
 
 
 def moved(parts: Parts, i: int) -> None:
-    said = parts.messages[i]
-    parts.messages[i] = said._replace(publish_time=said.publish_time + 1)
+    text = parts.messages[i]
+    parts.messages[i] = text._replace(publish_time=text.publish_time + 1)
 
 
 def time_of_numbers_altered(parts: Parts, rng: random.Random) -> None:
@@ -61,9 +61,9 @@ def time_of_poses_altered(parts: Parts, rng: random.Random) -> None:
 
 def turned(parts: Parts, i: int, at: int) -> None:
     """One bit of a message, counted from its end."""
-    said = bytearray(parts.messages[i].data)
-    said[-at] ^= 1
-    parts.messages[i] = parts.messages[i]._replace(data=bytes(said))
+    text = bytearray(parts.messages[i].data)
+    text[-at] ^= 1
+    parts.messages[i] = parts.messages[i]._replace(data=bytes(text))
 
 
 def bit_of_a_number_turned(parts: Parts, rng: random.Random) -> None:
@@ -88,9 +88,9 @@ def event_doubled(parts: Parts, rng: random.Random) -> None:
 
 
 def replaced(parts: Parts, i: int, old: bytes, new: bytes) -> None:
-    said = parts.messages[i]
-    assert old in said.data
-    parts.messages[i] = said._replace(data=said.data.replace(old, new, 1))
+    text = parts.messages[i]
+    assert old in text.data
+    parts.messages[i] = text._replace(data=text.data.replace(old, new, 1))
 
 
 def stage_renamed(parts: Parts, rng: random.Random) -> None:
@@ -239,7 +239,7 @@ def test_missing_rows_are_counted_and_named(lift: Path, tmp_path: Path) -> None:
     assert "signals are equal in the rows that both have" in str(found)
 
 
-def test_a_forged_verdict_is_told_as_recorded(lift: Path, tmp_path: Path) -> None:
+def test_a_forged_verdict_is_reported_as_recorded(lift: Path, tmp_path: Path) -> None:
     path = altered(lift, tmp_path / "forged.mcap", lambda parts: verdict_forged(parts, random.Random(0)))
     line = next(line for line in info(path).splitlines() if "all ropes break" in line)
     assert "as recorded" in line

@@ -15,7 +15,7 @@ from heavylift.nodes.models.parts import DriveActor, Order
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
 
 
-def test_every_model_alone_says_what_it_said(recorded: RecordedRun) -> None:
+def test_every_model_alone_reports_what_it_said(recorded: RecordedRun) -> None:
     assert list(recorded.cast.models) == [
         "crane/crane", "loader/loader-1", "loader/loader-2", "loader/loader-3", "block", "commander", "kernel",
     ]  # fmt: skip
@@ -38,10 +38,10 @@ def test_changed_code_is_what_runs(recorded: RecordedRun, monkeypatch: pytest.Mo
         late.append(self.now.t)
 
     monkeypatch.setattr(DriveActor, "halt", sluggish)
-    told = single(recorded, "crane/crane").deviation
-    assert told is not None
-    assert (told.t_ns, told.topic) == (late[0], "/crane/input"), "at the halt that was forgotten"
-    assert told.recorded["SetProfile"]["speed"] == 0.0
+    message = single(recorded, "crane/crane").deviation
+    assert message is not None
+    assert (message.t_ns, message.topic) == (late[0], "/crane/input"), "at the halt that was forgotten"
+    assert message.recorded["SetProfile"]["speed"] == 0.0
     assert single(recorded, "block").same, "who has not changed does not deviate"
 
 
@@ -54,11 +54,11 @@ def test_another_gravity_shows_in_the_kernel_at_its_first_sample(
         make(self, type(system)(**{**vars(system), "gravity": 9.7}), *rest, **options)
 
     monkeypatch.setattr(Simulation, "__init__", lighter)
-    told = single(recorded, "kernel").deviation
-    assert told is not None
-    assert told.t_ns == 0
-    assert isinstance(told.recorded, float)
-    assert told.now != told.recorded
+    message = single(recorded, "kernel").deviation
+    assert message is not None
+    assert message.t_ns == 0
+    assert isinstance(message.recorded, float)
+    assert message.now != message.recorded
 
 
 def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:

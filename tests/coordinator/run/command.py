@@ -33,12 +33,12 @@ def finish(folder, *arguments, **environment):
 
 def until(process, words):
     """Read standard error until a line holds the words."""
-    said = []
+    text = []
     for line in process.stderr:
-        said.append(line)
+        text.append(line)
         if words in line:
             return line
-    raise AssertionError(f"the command ended without saying {words!r}: {''.join(said)}")
+    raise AssertionError(f"the command ended without saying {words!r}: {''.join(text)}")
 
 
 def descendants(pid):

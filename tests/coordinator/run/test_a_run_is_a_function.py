@@ -74,13 +74,13 @@ def test_threads_do_not_meet(lift) -> None:
 
 
 def test_an_operator_speaks_in_seconds() -> None:
-    said = simulate("lift", until=60.0, orders=[(58.0, "crane H1: hoist 0.3 m/min by 0.01 m")])
-    assert [(e.t, e.value["text"]) for e in said.events if e.source == "operator"] == [
+    text = simulate("lift", until=60.0, orders=[(58.0, "crane H1: hoist 0.3 m/min by 0.01 m")])
+    assert [(e.t, e.value["text"]) for e in text.events if e.source == "operator"] == [
         (58.0, "crane H1: hoist 0.3 m/min by 0.01 m")
     ]
 
 
-def test_a_system_is_told_by_functions() -> None:
+def test_a_system_is_reported_by_functions() -> None:
     quiet = simulate(STICK, 1.0, every=0.1, orders=[(0.5, lambda s: None)])
     assert quiet["joint/position"]["pin.angle"][-1] == pytest.approx(
         simulate(STICK, 1.0)["joint/position"]["pin.angle"][-1]

@@ -16,8 +16,8 @@ from heavylift.recordings import Recording
 
 
 def test_ctrl_c_finishes_the_recording_and_takes_all_processes_along(tmp_path):
-    run = start(tmp_path, "run", "turnover")
-    until(run, "travel")
+    run = start(tmp_path, "run", "turnover", "--rate", "100")
+    until(run, "load")
     processes = descendants(run.pid)
     assert len(processes) == 12  # the keeper, ten models, the kernel
     run.send_signal(signal.SIGINT)
@@ -66,35 +66,34 @@ def test_a_node_whose_every_successor_is_killed_is_named(tmp_path):
 
 
 MISTAKE = """\
-from heavylift.nodes.models.parts.rigging import Stools
+from heavylift.nodes.models.parts.rigging import BlockSupports
 
 def notice(self, event):
     return self.closed_ / 0
 
-Stools.notice = notice
+BlockSupports.notice = notice
 """
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
 @pytest.mark.large(beyond=1)
-def test_a_mistake_in_a_model_is_told_with_its_model_and_its_time(tmp_path, where):
-    """Python imports `sitecustomize` before anything else: the stools of every process have the mistake."""
+def test_a_mistake_in_a_model_is_reported_with_its_model_and_its_time(tmp_path, where):
+    """Python imports `sitecustomize` before anything else: the supports of every process have the mistake."""
     (tmp_path / "mistake").mkdir()
     (tmp_path / "mistake" / "sitecustomize.py").write_text(MISTAKE)
     code, _, error = finish(tmp_path, "run", "lift", *where, PYTHONPATH=str(tmp_path / "mistake"))
     assert code == 1
     assert "Traceback" not in error
-    said = [line for line in error.splitlines() if line.startswith("heavylift: ")]
-    assert said == error.splitlines()[-1:]
-    found = re.fullmatch(r"heavylift: block\.block-body\.supports at \((\S+) s, 0\): (.*)", said[0])
-    assert found, said
-    assert (
-        found[2] == "external() raised AttributeError: 'Stools' object has no attribute 'closed_' (sitecustomize.py:4)"
-    )
-    assert 9.0 < float(found[1]) < 30.0  # the first stool opens during lift-off
+    text = [line for line in error.splitlines() if line.startswith("heavylift: ")]
+    assert text == error.splitlines()[-1:]
+    found = re.fullmatch(r"heavylift: block\.block-body\.supports at \((\S+) s, 0\): (.*)", text[0])
+    assert found, text
+    wrong = "external() raised AttributeError: 'BlockSupports' object has no attribute 'closed_'"
+    assert found[2] == f"{wrong} (sitecustomize.py:4)"
+    assert 9.0 < float(found[1]) < 30.0  # the first support opens during lift-off
     result = Recording(tmp_path / "lift.mcap").result
     assert result["status"] == "failed"
-    assert said[0] == f"heavylift: {result['reason']}"
+    assert text[0] == f"heavylift: {result['reason']}"
 
 
 def test_no_node_outlives_a_killed_coordinator(tmp_path):
@@ -120,7 +119,7 @@ def test_a_second_run_cannot_replace_a_file_that_is_being_written_and_the_first_
     first.communicate()
 
 
-def test_a_model_that_contradicts_itself_says_where(tmp_path):
+def test_a_model_that_contradicts_itself_reports_where(tmp_path):
     again = "  - stage: again\n    all hooks: hook\n  - stage: up"
     text = bundled()["lift"].read_text().replace("  - stage: up", again)
     (tmp_path / "twice.yaml").write_text(text)
@@ -147,11 +146,12 @@ actions:
     wait: 1 s
 """
     )
-    code, told, error = finish(tmp_path, "run", "never.yaml")
+    code, message, error = finish(tmp_path, "run", "never.yaml")
     assert code == 1
     assert error.splitlines()[-1].startswith("heavylift: still waiting for all ropes slack (rope is taut) since 0 s")
-    assert told.splitlines()[-1].startswith("verdict: RED: ")
-    assert told.splitlines()[-1].endswith("; worst: the run did not reach its end")
+    first = message.splitlines()[0]
+    assert first.startswith("verdict: RED: ")
+    assert first.endswith("; worst: the run did not reach its end")
 
 
 def no_folder(tmp_path):
@@ -203,7 +203,7 @@ def test_a_standard_output_without_room_is_one_sentence(tmp_path, arguments):
     )
 
 
-def test_who_has_read_enough_is_not_told_of_it(tmp_path):
+def test_who_has_read_enough_is_not_reported_of_it(tmp_path):
     process = start(tmp_path, "--help")
     process.stdout.close()
     assert process.stderr.read() == ""

@@ -43,10 +43,10 @@ OUTPUTS = {
 
 def played(file: Path, orders: dict[int, str]) -> tuple[dict[str, list[float]], list[str]]:
     """Outputs after each step by FMPy, and the answers; a command is set before the step of its number."""
-    told = fmpy.read_model_description(str(file))
-    number = {v.name: v.valueReference for v in told.modelVariables}
-    assert {v.name for v in told.modelVariables if v.causality == "input"} == {"command"}
-    unit = fmpy.instantiate_fmu(fmpy.extract(str(file)), told, "CoSimulation")
+    message = fmpy.read_model_description(str(file))
+    number = {v.name: v.valueReference for v in message.modelVariables}
+    assert {v.name for v in message.modelVariables if v.causality == "input"} == {"command"}
+    unit = fmpy.instantiate_fmu(fmpy.extract(str(file)), message, "CoSimulation")
     unit.setupExperiment(startTime=0.0)
     unit.enterInitializationMode()
     unit.exitInitializationMode()
@@ -66,8 +66,8 @@ def played(file: Path, orders: dict[int, str]) -> tuple[dict[str, list[float]], 
 def native(orders: dict[int, str]) -> tuple[Played, dict[str, np.ndarray]]:
     """The run, and its columns at the ends of all steps but the last, before what happens there."""
     lift = load("lift", SETS)
-    said = {k: encode(OperatorCommand(text, msgpack.encode(spoken(lift, text)))) for k, text in orders.items()}
-    run = play(lift.plan, commands=[TimedCommand(Tag(seconds(k * STEP)), words) for k, words in said.items()])
+    answer = {k: encode(OperatorCommand(text, msgpack.encode(spoken(lift, text)))) for k, text in orders.items()}
+    run = play(lift.plan, commands=[TimedCommand(Tag(seconds(k * STEP)), words) for k, words in answer.items()])
     at = np.searchsorted(run.times, [seconds(k * STEP) for k in range(1, 24)])
     names = [f"{c.topic}/{name}" for c in run.layout.channels for name in c.names]
     return run, {name: run.rows[at, names.index(signal)] for name, signal in OUTPUTS.items()}
@@ -78,8 +78,8 @@ def native(orders: dict[int, str]) -> tuple[Played, dict[str, np.ndarray]]:
 def test_it_is_the_native_run(tmp_path: Path, orders: dict[int, str]) -> None:
     file = tmp_path / "lift.fmu"
     sets = [word for setting in SETS for word in ("--set", setting)]
-    told = CliRunner().invoke(app, ["export-fmu", "lift", "-o", str(file), *sets])
-    assert told.output == f"wrote {file}\n", told.exception
+    message = CliRunner().invoke(app, ["export-fmu", "lift", "-o", str(file), *sets])
+    assert message.output == f"wrote {file}\n", message.exception
     assert validate_fmu(str(file)) == []
     found, answers = played(file, {**orders, 9: "crane H9: hoist 3 m/min by 1 m"})
     run, wanted = native(orders)
@@ -95,11 +95,11 @@ def test_it_is_the_native_run(tmp_path: Path, orders: dict[int, str]) -> None:
 def test_fmpy_finds_no_fault_with_it_and_has_one_after_the_other(tmp_path: Path) -> None:
     file = str(export(load("arm", ("end=1 s",)), tmp_path / "arm.fmu"))
     assert validate_fmu(file) == []
-    told, folder = fmpy.read_model_description(file), fmpy.extract(file)
-    z = next(v.valueReference for v in told.modelVariables if v.name == "pose.link-4.z")
+    message, folder = fmpy.read_model_description(file), fmpy.extract(file)
+    z = next(v.valueReference for v in message.modelVariables if v.name == "pose.link-4.z")
     found = []
     for _ in range(3):
-        unit = fmpy.instantiate_fmu(folder, told, "CoSimulation")
+        unit = fmpy.instantiate_fmu(folder, message, "CoSimulation")
         unit.setupExperiment(startTime=0.0)
         unit.enterInitializationMode()
         unit.exitInitializationMode()
@@ -137,16 +137,16 @@ def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> N
 @pytest.mark.parametrize("stop", [None, 0.7, 5.0])
 def test_steps_are_discarded_beyond_the_end_and_back_in_time(tmp_path: Path, stop: float | None) -> None:
     file = str(export(load("pendulum", ("end=1 s",)), tmp_path / "pendulum.fmu"))
-    told = fmpy.read_model_description(file)
-    default = told.defaultExperiment
+    message = fmpy.read_model_description(file)
+    default = message.defaultExperiment
     assert (float(default.startTime), float(default.stopTime)) == (0.0, 1.0)
     assert float(default.tolerance) == load("pendulum").plan.tolerance
-    unit = fmpy.instantiate_fmu(fmpy.extract(file), told, "CoSimulation")
+    unit = fmpy.instantiate_fmu(fmpy.extract(file), message, "CoSimulation")
     unit.setupExperiment(startTime=0.0, stopTime=stop)
     unit.enterInitializationMode()
     unit.exitInitializationMode()
     end = min(1.0, stop or 1.0)
-    x, angles, t = next(v.valueReference for v in told.modelVariables if v.name == "pose.load.qy"), [], 0.0
+    x, angles, t = next(v.valueReference for v in message.modelVariables if v.name == "pose.load.qy"), [], 0.0
     for h in [0.01] * round(end / 0.01):
         unit.doStep(t, h)
         angles += unit.getReal([x])

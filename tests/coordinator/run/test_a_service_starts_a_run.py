@@ -47,11 +47,11 @@ def test_a_daemon_in_python_starts_processes_without_streams(tmp_path: Path) -> 
 @pytest.mark.parametrize("environment", [C, {"LC_ALL": "C.UTF-8", "PYTHONUTF8": "0"}], ids=["C", "UTF-8"])
 @pytest.mark.large(beyond=2)
 def test_names_of_any_bytes_work_in_any_locale(environment: dict[str, str], name: bytes, tmp_path: Path) -> None:
-    said = os.fsdecode(name)
-    folder = tmp_path / said
+    text = os.fsdecode(name)
+    folder = tmp_path / text
     folder.mkdir()
-    (folder / f"{said}.yaml").write_bytes(bundled()["pendulum"].read_bytes())
-    scene, recording = f"{said}.yaml", f"{said}.mcap"
+    (folder / f"{text}.yaml").write_bytes(bundled()["pendulum"].read_bytes())
+    scene, recording = f"{text}.yaml", f"{text}.mcap"
     for command in (
         ("check", scene),
         ("run", scene, "--set", "end=1 s", "-o", recording),
@@ -59,12 +59,12 @@ def test_names_of_any_bytes_work_in_any_locale(environment: dict[str, str], name
         ("info", recording, "--json"),
         ("report", recording),
         ("view", recording),
-        ("export", recording, "-o", f"{said}.csv"),
+        ("export", recording, "-o", f"{text}.csv"),
         ("replay", recording, "--verify"),
         ("branch", recording, "--at", "0.5 s", "--set", "end=2 s"),
     ):
-        call, told = [HEAVYLIFT, *command], {**os.environ, **environment}
-        done = subprocess.run(call, cwd=folder, env=told, capture_output=True, timeout=PATIENCE_s)
+        call, message = [HEAVYLIFT, *command], {**os.environ, **environment}
+        done = subprocess.run(call, cwd=folder, env=message, capture_output=True, timeout=PATIENCE_s)
         assert done.returncode == 0, (command, done.stdout, done.stderr)
 
 
@@ -100,8 +100,8 @@ def struck(folder: Path, number: int, point: str) -> subprocess.CompletedProcess
     """The command, which gets the signal when it imports the module `point`; it tells which it imports without."""
     (folder / "struck.py").write_text(STRUCK)
     call = [sys.executable, "struck.py", "info", "no.mcap"]
-    told = {**os.environ, "NUMBER": str(int(number)), "POINT": point}
-    return subprocess.run(call, cwd=folder, env=told, capture_output=True, text=True, timeout=PATIENCE_s)
+    message = {**os.environ, "NUMBER": str(int(number)), "POINT": point}
+    return subprocess.run(call, cwd=folder, env=message, capture_output=True, text=True, timeout=PATIENCE_s)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda x: x.name)

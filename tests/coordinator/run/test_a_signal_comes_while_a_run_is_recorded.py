@@ -5,14 +5,14 @@ from types import SimpleNamespace
 
 import pytest
 from heavylift.coordinator.participants import Wiring
-from heavylift.coordinator.record import Tape
+from heavylift.coordinator.record import RunRecorder
 from heavylift.coordinator.run import Conversation, RunObserver
 from heavylift.coordinator.stopping import Interrupted, Stopping
 from heavylift.kernel import RecordingError, Stopped
 from heavylift.nodes.devs import Tag
 
 
-class Struck(Tape):
+class Struck(RunRecorder):
     """Keeps batches; while it takes the second, Ctrl-C is pressed."""
 
     def __init__(self):
@@ -28,31 +28,31 @@ class Struck(Tape):
         return len(self.kept)
 
 
-def conversation(arrived, tape):
+def conversation(arrived, recorder):
     hub = SimpleNamespace(
         placement=SimpleNamespace(nodes={}),
         samples=lambda: arrived.pop() if arrived else [],
         dismiss=lambda message: None,
     )
-    talk = Conversation(hub, Wiring([], [], None), Tag(10), tape, RunObserver())
+    talk = Conversation(hub, Wiring([], [], None), Tag(10), recorder, RunObserver())
     talk._begun = True
     return talk
 
 
 def test_every_batch_that_was_taken_is_kept_before_the_run_stops():
-    tape = Struck()
-    talk = conversation([[("kernel", b"first"), ("kernel", b"second"), ("kernel", b"third")]], tape)
+    recorder = Struck()
+    talk = conversation([[("kernel", b"first"), ("kernel", b"second"), ("kernel", b"third")]], recorder)
     stopping = Stopping()
     try:
         with pytest.raises(Interrupted):
             talk._take_samples()
     finally:
         stopping.end()
-    assert tape.kept == [b"first", b"second", b"third"]
+    assert recorder.kept == [b"first", b"second", b"third"]
     assert talk.now.t == 3
 
 
-def test_who_handles_signals_otherwise_is_told_of_the_end_and_not_of_what_it_cut():
+def test_who_handles_signals_otherwise_is_reported_of_the_end_and_not_of_what_it_cut():
     """Python's own handler raises wherever the run is; what follows on a batch that was lost there is left out."""
     talk = conversation([[("kernel", b"gap")]], Struck())
     with pytest.raises(Stopped, match=r"stopped by the user at 0\.000 s"):

@@ -63,7 +63,7 @@ def here(own_modules: Path, code_allowed: None) -> Path:
 @pytest.mark.parametrize("helper", [False, True], ids=["model", "helper"])
 @pytest.mark.parametrize("reference", ["beat.py:build", "beat:build"])
 def test_a_model_is_read_when_it_runs(reference: str, helper: bool, here: Path) -> None:
-    told: list[tuple[object, ...]] = []
+    message: list[tuple[object, ...]] = []
     for wait, beats in ((1000, 3), (100, 35)):
         imports = "from beat_wait import WAIT" if helper else f"WAIT = {wait}"
         (here / "beat_wait.py").write_text(f"WAIT = {wait}\n")
@@ -72,8 +72,8 @@ def test_a_model_is_read_when_it_runs(reference: str, helper: bool, here: Path) 
         outside = run_models(reference, 3.55)
         assert inside.results["yard.clock"].number == beats  # type: ignore[attr-defined]
         assert inside.digest == outside.digest
-        told.append((inside.digest, inside.results))
-    assert told[0] != told[1]
+        message.append((inside.digest, inside.results))
+    assert message[0] != message[1]
 
 
 def test_a_function_given_as_such_is_that_of_its_file(here: Path) -> None:

@@ -47,7 +47,7 @@ def test_nothing_is_printed(tmp_path: Path) -> None:
     assert said(tmp_path, CALLS) == ""
 
 
-def test_a_script_that_listens_hears_it(tmp_path: Path) -> None:
+def test_a_script_that_listens_receives_it(tmp_path: Path) -> None:
     heard = said(tmp_path, LISTENING + CALLS).splitlines()
     assert "heavylift.run: run.mcap is there already and stays; this run writes run-2.mcap" in heard
     assert any(line.startswith("heavylift.sweeps:   mechanism.bodies.load.mass ") for line in heard)

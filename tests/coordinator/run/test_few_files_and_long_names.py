@@ -40,10 +40,10 @@ def play(folder: Path, words: str, files: int = 256) -> tuple[int, list[str], li
 @pytest.mark.parametrize("where", ["", " --in-process"])
 @pytest.mark.large(beyond=2)
 def test_a_run_with_few_files(tmp_path: Path, files: int, where: str) -> None:
-    code, said, left = play(tmp_path, f"run pendulum --set end=1s -o x.mcap{where}", files)
+    code, text, left = play(tmp_path, f"run pendulum --set end=1s -o x.mcap{where}", files)
     refused = not where and files < FILES
     assert (code, left) == (int(refused), [])
-    assert not refused or said == [
+    assert not refused or text == [
         f"heavylift: only {files} files may be open at once, and a run in processes needs at least {FILES}; raise the "
         "limit (`ulimit -n 256`) or run --in-process"
     ]
@@ -52,13 +52,13 @@ def test_a_run_with_few_files(tmp_path: Path, files: int, where: str) -> None:
 def test_a_scene_with_a_long_name(tmp_path: Path) -> None:
     text = bundled()["pendulum"].read_text().replace("name: pendulum", f"name: {'n' * LONG}")
     (tmp_path / "long.yaml").write_text(text)
-    code, said, left = play(tmp_path, "run long.yaml --set end=1s --in-process")
-    assert (code, len(said), left) == (1, 1, [])
-    assert said[0].endswith("cannot be written (File name too long); choose another place with -o")
+    code, answer, left = play(tmp_path, "run long.yaml --set end=1s --in-process")
+    assert (code, len(answer), left) == (1, 1, [])
+    assert answer[0].endswith("cannot be written (File name too long); choose another place with -o")
 
 
 @pytest.mark.parametrize("words", ["run pendulum", f"devs {__file__}:long_60 --until 3ms", "check pendulum"])
-def test_a_command_in_a_folder_that_is_gone_works_or_says_so(words: str, tmp_path: Path) -> None:
+def test_a_command_in_a_folder_that_is_gone_works_or_reports_so(words: str, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
     ended = subprocess.run(
         ["sh", "-c", 'rmdir "$PWD" && exec "$@"', "sh", HEAVYLIFT, *words.split()],
@@ -67,8 +67,8 @@ def test_a_command_in_a_folder_that_is_gone_works_or_says_so(words: str, tmp_pat
         text=True,
         timeout=60.0,
     )
-    said = [line for line in ended.stderr.splitlines() if line.startswith("heavylift: ")]
-    assert (ended.returncode == 0) == (not said)
+    text = [line for line in ended.stderr.splitlines() if line.startswith("heavylift: ")]
+    assert (ended.returncode == 0) == (not text)
     assert "internal error" not in ended.stderr
 
 

@@ -39,13 +39,13 @@ RATTLES = HEAD + LOAD.format(mass="0.005 kg", start="-60 m, speed: -1e-5 m/s", E
 
 
 class Listening(RunObserver):
-    """Remembers what it is told."""
+    """Remembers what it is reported."""
 
     def __init__(self) -> None:
-        self.told: list[str] = []
+        self.message: list[str] = []
 
     def say(self, sentence: str) -> None:
-        self.told.append(sentence)
+        self.message.append(sentence)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def test_a_note_stands_wherever_the_user_looks(text, word, tmp_path: Path):
     path, watch = tmp_path / "hung.mcap", Listening()
     result = run(parse(text), path, in_process=True, watch=watch)
     assert any(word in note for note in result.notes)
-    assert tuple(watch.told) == result.notes
+    assert tuple(watch.message) == result.notes
     rec = Recording(path)
     assert tuple(sentence for _, sentence in rec.notes()) == result.notes
     assert result.notes[0] in info(path)
@@ -68,7 +68,7 @@ def test_a_note_stands_wherever_the_user_looks(text, word, tmp_path: Path):
     assert "note: " not in page
 
 
-def test_a_run_of_which_nothing_is_to_be_said_has_none(tmp_path: Path):
+def test_a_run_of_which_nothing_is_to_be_stated_has_none(tmp_path: Path):
     path = tmp_path / "hung.mcap"
     assert run(parse(FOLLOWS), path, in_process=True).notes == ()
     assert Recording(path).notes() == []
@@ -86,7 +86,7 @@ def test_distributed_and_in_one_process_say_the_same_under_one_digest(text, tmp_
 
 
 @pytest.mark.large
-def test_the_terminal_tells_it_as_it_comes_and_at_the_end(tmp_path: Path):
+def test_the_terminal_reports_it_as_it_comes_and_at_the_end(tmp_path: Path):
     scene = tmp_path / "hung.yaml"
     scene.write_text(MISSES)
     code, out, err = finish(tmp_path, "run", scene.name, "--in-process")
@@ -98,14 +98,14 @@ def test_the_terminal_tells_it_as_it_comes_and_at_the_end(tmp_path: Path):
     assert "is out of step" in json.loads(out)["notes"][0]
 
 
-def test_a_kernel_that_goes_on_from_a_snapshot_tells_only_what_is_new():
+def test_a_kernel_that_goes_on_from_a_snapshot_reports_only_what_is_new():
     """The note of the start has been told; one that rattles later is numbered on."""
     plan = parse(MISSES).plan
-    told, again = list[bytes](), list[bytes]()
-    first, second = (KernelNode(configured(plan, build(plan)), out.append) for out in (told, again))
+    message, again = list[bytes](), list[bytes]()
+    first, second = (KernelNode(configured(plan, build(plan)), out.append) for out in (message, again))
     first.start()
     first.advance(Tag(0, 1), [], Tag(SECOND))
-    assert [note for batch in told for note in numbers(batch)] == [0]
+    assert [note for batch in message for note in numbers(batch)] == [0]
     second.start()
     again.clear()
     second.restore(first.snapshot())

@@ -50,7 +50,7 @@ def test_nothing_depends_on_the_executor_and_few_seeds_are_the_first_of_many() -
 
 
 @pytest.mark.filterwarnings("ignore:.*fork")
-def test_a_process_that_is_forked_after_a_run_says_that_it_cannot_run() -> None:
+def test_a_process_that_is_forked_after_a_run_reports_that_it_cannot_run() -> None:
     with ThreadPoolExecutor(1) as threads:
         replicate(MMC, 1, until=1.0, executor=threads)
     with (
@@ -69,12 +69,12 @@ def test_the_interval_is_students() -> None:
     assert (alone.mean, isnan(alone.half)) == (4.0, True)
 
 
-def test_the_command_tells_means_and_what_they_are_made_of(tmp_path: Path) -> None:
+def test_the_command_reports_means_and_what_they_are_made_of(tmp_path: Path) -> None:
     asked = ("devs", MMC, "--until", "20s", "--json")
-    told = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
+    message = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
     with ThreadPoolExecutor(1) as executor:
         here = replicate(MMC, 2, 7, until=20.0, executor=executor)
-    assert (told["seeds"], told["values"]) == (here.seeds, here.values)
+    assert (message["seeds"], message["values"]) == (here.seeds, here.values)
     once = json.loads(finish(tmp_path, *asked, "--in-process", "--seed", str(here.seeds[1]))[1])
     result = once["results"]["net.station"]
     assert {f"net.station.{name}": x for name, x in result.items()} == {k: x[1] for k, x in here.values.items()}
@@ -114,15 +114,15 @@ def failing(seed: int) -> Coupled:
         (f"{MMC}(seed=4)", r"the seed is given twice; leave it out of the brackets$"),
     ],
 )
-def test_what_cannot_be_replicated_is_told(build: object, sentence: str) -> None:
+def test_what_cannot_be_replicated_is_reported(build: object, sentence: str) -> None:
     with ThreadPoolExecutor(1) as executor, pytest.raises(ModelError, match=sentence):
         replicate(build, 6, until=1.0, executor=executor)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("more", ["-o x.mcap", "--external station", "--place station=a", "--in-process"])
 def test_what_makes_no_sense_beside_replications_is_refused(more: str) -> None:
-    told = CliRunner().invoke(app, ["devs", MMC, "--until", "2s", "--replications", "2", *more.split()])
-    assert (told.exit_code, "leave out" in told.output) == (2, True)
+    message = CliRunner().invoke(app, ["devs", MMC, "--until", "2s", "--replications", "2", *more.split()])
+    assert (message.exit_code, "leave out" in message.output) == (2, True)
 
 
 @pytest.mark.parametrize(
@@ -133,8 +133,8 @@ def test_what_makes_no_sense_beside_replications_is_refused(more: str) -> None:
     ],
 )
 def test_a_number_that_makes_no_sense_is_refused(option: str, sentence: str) -> None:
-    told = CliRunner().invoke(app, ["devs", MMC, *option.split()])
-    assert (told.exit_code, str(told.exception)[: len(sentence)]) == (1, sentence)
+    message = CliRunner().invoke(app, ["devs", MMC, *option.split()])
+    assert (message.exit_code, str(message.exception)[: len(sentence)]) == (1, sentence)
 
 
 @pytest.mark.parametrize(("module", "most"), [(multi_server_queue, 40), (bouncing_ball, 35)])

@@ -79,8 +79,8 @@ def test_events_are_those_of_the_recording(tmp_path: Path) -> None:
 
 def test_a_time_that_is_none_of_the_run_is_refused() -> None:
     result = simulate(FALLING, until=1.0)
-    for times, told in ((1.5, "1.5 s is outside of the run, from 0 to 1 s"), (-0.1, "-0.1 s is outside")):
-        with pytest.raises(KernelError, match=told):
+    for times, message in ((1.5, "1.5 s is outside of the run, from 0 to 1 s"), (-0.1, "-0.1 s is outside")):
+        with pytest.raises(KernelError, match=message):
             result.at(times)
     for times in ([float("nan")], [[0.1]], "soon"):
         with pytest.raises(KernelError, match=r"at: .*give"):

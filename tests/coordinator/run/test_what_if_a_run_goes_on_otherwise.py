@@ -76,8 +76,8 @@ def digest(path: Path) -> str:
 
 
 def test_it_goes_on_from_a_checkpoint_and_is_the_run_of_the_changed_scene(lift: Path, tmp_path: Path) -> None:
-    path, said = branched(lift, "stage up", SLOWER, out=tmp_path / "slower.mcap")
-    assert said == [
+    path, text = branched(lift, "stage up", SLOWER, out=tmp_path / "slower.mcap")
+    assert text == [
         "goes on from the checkpoint at 23.680 s",
         f"equal to {lift} up to 23.680 s (stage up), proved: 66 events and 62 samples came again",
     ]
@@ -92,21 +92,21 @@ def test_it_goes_on_from_a_checkpoint_and_is_the_run_of_the_changed_scene(lift: 
 def test_a_branch_can_be_branched(lift: Path, tmp_path: Path) -> None:
     first, _ = branched(lift, "stage up", SLOWER, out=tmp_path / "first.mcap")
     settings = [SLOWER, "stage sideways/trolleys=traverse 10 m/min by 1 m"]
-    second, said = branched(first, "end of stage up", settings[1], out=tmp_path / "second.mcap")
-    assert said[0] == "goes on from the checkpoint at 54.347 s"
+    second, text = branched(first, "end of stage up", settings[1], out=tmp_path / "second.mcap")
+    assert text[0] == "goes on from the checkpoint at 54.347 s"
     assert digest(second) == run(load("lift", settings), tmp_path / "whole.mcap", in_process=True).digest
-    _, said = branched(second, "stage lift off", "end=30 s", out=tmp_path / "early.mcap")
-    assert said[0] == "goes on from the checkpoint at 9.148 s", "those of the past are passed on"
+    _, text = branched(second, "stage lift off", "end=30 s", out=tmp_path / "early.mcap")
+    assert text[0] == "goes on from the checkpoint at 9.148 s", "those of the past are passed on"
 
 
 def test_what_acts_before_the_branch_is_refused_by_what_would_have_been_other(lift: Path) -> None:
-    told = refusal(lift, "stage up", "block.mass=310 t")
-    assert "the past before 23.680 s (stage up) would have been another, at (0 s, 0) on " in told
-    assert "300000.0 -> 310000.0" in told
-    told = refusal(lift, "stage sideways", SLOWER)
-    assert "at (23.68011994 s, " in told
-    assert "on /commander/order_crane: recorded " in told
-    assert "actions[2].orders[0].speed 0.05 -> 0.0333" in told
+    message = refusal(lift, "stage up", "block.mass=310 t")
+    assert "the past before 23.680 s (stage up) would have been another, at (0 s, 0) on " in message
+    assert "300000.0 -> 310000.0" in message
+    message = refusal(lift, "stage sideways", SLOWER)
+    assert "at (23.68011994 s, " in message
+    assert "on /commander/order_crane: recorded " in message
+    assert "actions[2].orders[0].speed 0.05 -> 0.0333" in message
     assert "another" in refusal(lift, "stage up", "tolerance=1e-7"), "the recorded accuracy is kept, unless it is named"
     assert "tolerance" in refusal(lift, "stage up", "accuracy=0.1 %")
 
@@ -114,9 +114,9 @@ def test_what_acts_before_the_branch_is_refused_by_what_would_have_been_other(li
 def test_a_scene_with_other_mechanics_is_simulated_from_the_start(lift: Path, tmp_path: Path) -> None:
     sling = "stage sideways/when=moves done and tension of loader-1.sling-1 >= 350 kN"
     assert 'recorded nothing, now {"Order"' in refusal(lift, "end of stage up", sling), "it is watched before"
-    path, said = branched(lift, "stage up", sling, out=tmp_path / "b.mcap")
-    assert said[0] == "simulates from the start: the mechanics of the new scene are others"
-    assert said[1].startswith(f"equal to {lift} up to 23.680 s (stage up), proved: 66 events")
+    path, text = branched(lift, "stage up", sling, out=tmp_path / "b.mcap")
+    assert text[0] == "simulates from the start: the mechanics of the new scene are others"
+    assert text[1].startswith(f"equal to {lift} up to 23.680 s (stage up), proved: 66 events")
     assert digest(path) == run(load("lift", [sling]), tmp_path / "whole.mcap", in_process=True).digest
 
 
@@ -183,11 +183,11 @@ def test_a_file_without_checkpoints_or_with_damaged_ones_is_run_from_the_start(
     lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Recording, "checkpoint", lambda self, at: b"\x93\x01\x02\x03")
-    path, said = branched(lift, "stage up", "end=30 s", out=tmp_path / "damaged.mcap")
-    assert said[0] == "simulates from the start: its checkpoint is damaged, or too old"
+    path, text = branched(lift, "stage up", "end=30 s", out=tmp_path / "damaged.mcap")
+    assert text[0] == "simulates from the start: its checkpoint is damaged, or too old"
     monkeypatch.setattr(Recording, "checkpoints", {})
-    same, said = branched(lift, "stage up", "end=30 s", out=tmp_path / "without.mcap")
-    assert said[0] == "simulates from the start: the recording has no checkpoint before the branch"
+    same, text = branched(lift, "stage up", "end=30 s", out=tmp_path / "without.mcap")
+    assert text[0] == "simulates from the start: the recording has no checkpoint before the branch"
     assert digest(path) == digest(same)
 
 
@@ -220,8 +220,8 @@ def test_a_failed_run_is_mended_where_it_went_wrong(tmp_path: Path) -> None:
     never = ["stage swing/when=moves done and tension of loader-1.sling-1 >= 9 MN", "stage swing/timeout=13 s"]
     with pytest.raises(ModelError, match="timeout of 13 s"):
         run(load("lift", [*never, "end=60 s"]), tmp_path / "a.mcap", in_process=True)
-    path, said = branched(tmp_path / "a.mcap", "stage sideways", "stage swing/timeout=30 s", out=tmp_path / "b.mcap")
-    assert said[0] == "goes on from the checkpoint at 44.680 s"
+    path, text = branched(tmp_path / "a.mcap", "stage sideways", "stage swing/timeout=30 s", out=tmp_path / "b.mcap")
+    assert text[0] == "goes on from the checkpoint at 44.680 s"
     assert Recording(path).result["status"] == "finished"
 
 

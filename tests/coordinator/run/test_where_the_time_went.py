@@ -34,7 +34,11 @@ def test_clocked_work_counts_even_if_it_fails():
 
 
 def test_a_run_ends_with_its_budget(tmp_path):
-    told = CliRunner().invoke(app, ["run", "lift", "--in-process", "-o", str(tmp_path / "lift.mcap")]).output
-    line = re.search(r"seconds: start (\S+), kernel (\S+), rounds \S+, recording (\S+), exit \S+\n", told)
-    assert line, told
+    message = (
+        CliRunner().invoke(app, ["run", "lift", "--in-process", "--verbose", "-o", str(tmp_path / "lift.mcap")]).output
+    )
+    line = re.search(
+        r"seconds: start (\S+), kernel (\S+), rounds \S+, recording (\S+), exit \S+; \d+ grants\n", message
+    )
+    assert line, message
     assert all(float(x) > 0.0 for x in line.groups())

@@ -19,11 +19,11 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run.watch import RunObserver
 from heavylift.nodes.scene import load
 from heavylift.recordings.write import sink
 
-class Doom(Watch):
+class Doom(RunObserver):
     left = int(sys.argv[2])
     def event(self, event):
         self.left -= 1
@@ -37,16 +37,16 @@ ORDERED = """
 import os, signal, sys
 from pathlib import Path
 import msgspec
-from heavylift.coordinator.live import Given
+from heavylift.coordinator.live import TimedCommand
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run.watch import RunObserver
 from heavylift.nodes.devs import Tag, encode
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings.write import sink
 
-class Doom(Watch):
+class Doom(RunObserver):
     def event(self, event):
         if event.port == "answer" and event.t >= 4 * 10**9 and len(sys.argv) == 3:
             os.kill(os.getpid(), signal.SIGKILL)
@@ -54,7 +54,8 @@ class Doom(Watch):
 sink.FLUSH = 0.0
 scene, words = load("case.yaml", ["mechanism.bodies.cart.mass=5 t"]), "pusher: drive 6 m/min by 50 mm"
 said = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
-run(scene, Path(sys.argv[1]), in_process=True, watch=Doom(), commands=[Given(Tag(t * 10**9), said) for t in (3, 4, 5)])
+commands = [TimedCommand(Tag(t * 10**9), said) for t in (3, 4, 5)]
+run(scene, Path(sys.argv[1]), in_process=True, watch=Doom(), commands=commands)
 """
 SLEDGE = """\
 heavylift: 1
@@ -94,7 +95,7 @@ def test_it_is_the_whole_run(part: Path, whole: str) -> None:
 
 
 @pytest.mark.large
-def test_a_difference_is_told_with_time_and_port(part: Path, tmp_path: Path) -> None:
+def test_a_difference_is_reported_with_time_and_port(part: Path, tmp_path: Path) -> None:
     begun = Beginning.of(part)
     events = list(begun.events)
     events[20] = msgspec.structs.replace(events[20], port="other")

@@ -55,7 +55,7 @@ def test_killed_at_the_edges_of_a_run(digest: str, point: int, what: str) -> Non
     assert len(set(replaced(notes))) >= 2 or point == MESSAGES  # who has said all that it had to say may die
 
 
-def test_a_sentence_tells_who_when_and_how(digest: str) -> None:
+def test_a_sentence_reports_who_when_and_how(digest: str) -> None:
     run, notes = play({60: strike("east", number=signal.SIGSEGV)})
     assert re.fullmatch(
         r"node east is replaced at t = 0\.1\d\d s: its process was ended by signal 11 \(SIGSEGV\)", *notes
@@ -68,21 +68,21 @@ def test_two_at_once(digest: str) -> None:
     assert (run.digest, sorted(replaced(notes))) == (digest, ["north", "south"])
 
 
-def test_a_successor_is_killed_while_it_hears_the_story(digest: str) -> None:
-    told: list[int] = []
+def test_a_successor_is_killed_while_it_receives_the_story(digest: str) -> None:
+    message: list[int] = []
 
     def twice(hub: Troubled) -> None:
         strike("east")(hub)
         first = pid(hub, "east")
-        say = hub._say
+        say = hub._report
 
         def and_again(node: str, life: object, payload: bytes) -> None:
             say(node, life, payload)
-            told.append(1)
-            if node == "east" and len(told) == 10 and pid(hub, "east") != first:
+            message.append(1)
+            if node == "east" and len(message) == 10 and pid(hub, "east") != first:
                 strike("east")(hub)
 
-        hub._say = and_again  # type: ignore[method-assign]
+        hub._report = and_again  # type: ignore[method-assign]
 
     run, notes = play({100: twice})  # type: ignore[dict-item]
     assert (run.digest, replaced(notes)) == (digest, ["east", "east"])
@@ -107,10 +107,10 @@ def test_a_lost_keeper_that_nobody_needs_does_no_harm(digest: str, point: int, n
 def test_a_lost_keeper_is_replaced_when_it_is_needed(digest: str, point: int, number: int, how: str) -> None:
     run, notes = play({point: both(strike("south"), keeper(number))}, deadline=1.0)
     assert run.digest == digest
-    told = [note.split(": ", 1)[1] for note in notes]
+    message = [note.split(": ", 1)[1] for note in notes]
     slow = r"its process has (not said|done no step) for 1 s.*"  # on a loaded machine
     told_so = rf"{KEPT}{how}|it left the run|its process (was ended by|has ended, and) .*|{slow}"
-    assert [each for each in told if not re.fullmatch(told_so, each)] == []
+    assert [each for each in message if not re.fullmatch(told_so, each)] == []
     if point == 70:
         assert set(replaced(notes)) == {"east", "north", "south"}
 
@@ -132,12 +132,12 @@ def test_keepers_that_are_lost_again_and_again_end_the_run() -> None:
             crew._keeper.kill()
 
         patch.setattr(Processes, "_launch", doomed)
-        with pytest.raises(ProtocolError) as told:
+        with pytest.raises(ProtocolError) as message:
             play({})
     assert re.fullmatch(
         rf"node \w+ is gone.*: {KEPT}{KILLED}, as did its predecessors at this point, "
         "3 of them; start the run again",
-        str(told.value),
+        str(message.value),
     )
 
 
@@ -154,7 +154,7 @@ def test_the_story_is_short_after_a_checkpoint(digest: str) -> None:
     assert (run.digest, len(notes)) == (digest, 8)
 
 
-def test_results_are_told_by_successors_too_even_at_the_last_word(undisturbed_run: ModelRun) -> None:
+def test_results_are_reported_by_successors_too_even_at_the_last_word(undisturbed_run: ModelRun) -> None:
     for points in ((30, 60), range(MESSAGES - 2, MESSAGES + 1)):
         run, _ = play({point: strike("south", "east") for point in points})
         assert (run.results, len(run.results)) == (undisturbed_run.results, 3)

@@ -10,7 +10,7 @@ import threading
 import pytest
 from heavylift.coordinator.protocol import Alive
 from heavylift.coordinator.run import run_models
-from heavylift.coordinator.supervision import Succession, Vigil
+from heavylift.coordinator.supervision import StallDetector, Succession
 from heavylift.coordinator.supervision import os_limits as vigil
 from trouble import MODELS, pid, play, strike
 
@@ -21,9 +21,9 @@ class Seen:
     """A process that a test makes up."""
 
     def __init__(self) -> None:
-        self.letter, self.sign, self.told = "R", Alive(0), list[str]()
+        self.letter, self.sign, self.message = "R", Alive(0), list[str]()
         self.answers = True
-        self.vigil = Vigil(10.0, self, lambda process: self.sign if self.answers else None, self.told.append)
+        self.vigil = StallDetector(10.0, self, lambda process: self.sign if self.answers else None, self.message.append)
 
     def pid(self, process: str) -> int:
         return 1234
@@ -43,7 +43,7 @@ def test_before_the_deadline_nobody_is_asked() -> None:
     seen = Seen()
     seen.answers = False
     assert seen.at(9.9) is None
-    assert seen.told == []
+    assert seen.message == []
 
 
 def test_who_does_steps_may_go_on_for_ever() -> None:
@@ -82,17 +82,17 @@ def test_a_debugger_may_take_its_time(held: str) -> None:
     seen = Seen()
     seen.letter, seen.sign = ("t", Alive(5)) if held == "by the system's" else ("R", Alive(5, traced=True))
     assert [seen.at(10.0 * n) for n in range(1, 5)] == [""] * 4
-    assert set(seen.told) == {"a debugger holds process west; the run waits for it"}
+    assert set(seen.message) == {"a debugger holds process west; the run waits for it"}
 
 
 def test_who_is_stopped_is_named_early_and_lost_at_the_deadline() -> None:
     seen = Seen()
     seen.letter = "T"
     assert seen.at(1.0) is None
-    assert seen.told == []
+    assert seen.message == []
     assert seen.at(3.0) is None
     assert seen.at(4.0) is None
-    assert seen.told == ["process 1234 of west is stopped; `kill -CONT 1234`, or it is replaced in 7 s"]
+    assert seen.message == ["process 1234 of west is stopped; `kill -CONT 1234`, or it is replaced in 7 s"]
     assert seen.at(10.0) == "its process 1234 is stopped (SIGSTOP) and was not continued within 10 s"
 
 

@@ -22,7 +22,7 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
     return found
 
 
-def test_the_older_one_is_not_heard_and_refuses_the_newer_ones_orders() -> None:
+def test_the_older_one_is_not_received_and_refuses_the_newer_ones_orders() -> None:
     with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")

@@ -20,12 +20,12 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches process
 )
 def test_three_deaths_at_one_tag(monkeypatch: pytest.MonkeyPatch, doom: str, how: str) -> None:
     monkeypatch.setenv("DOOM", doom)
-    with pytest.raises(ProtocolError) as told:
+    with pytest.raises(ProtocolError) as message:
         play({}, "doomed")
     assert re.fullmatch(
         rf"node south is gone at t = 0\.\d+ s: its process {how}, as did its predecessors at this point, 3 of them; "
         "start the run again",
-        str(told.value),
+        str(message.value),
     )
 
 
@@ -39,23 +39,23 @@ def test_a_model_that_fails_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_a_model_that_is_not_deterministic_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "look_at_the_clock")
-    with pytest.raises(ModelError) as told:
+    with pytest.raises(ModelError) as message:
         play({110: strike("south")}, "doomed")
     assert re.fullmatch(
         r"model south is not deterministic after \(0\.\d+ s, \d+\): its successor was told the same, and "
         r"offer of its DONE differ from what it had said before; let it depend on nothing but .*",
-        str(told.value),
+        str(message.value),
     )
 
 
 @pytest.mark.large
 def test_a_model_that_hangs_is_named_with_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "hang")
-    with pytest.raises(ProtocolError) as told:
+    with pytest.raises(ProtocolError) as message:
         play({}, "doomed", deadline=0.3)
-    assert "node south is gone at t = 0." in str(told.value)
-    assert "its process has done no step for 0.3 s, at File " in str(told.value)
-    assert re.search(r'doomed_models\.py", line \d+ in hang, as did its predecessors', str(told.value))
+    assert "node south is gone at t = 0." in str(message.value)
+    assert "its process has done no step for 0.3 s, at File " in str(message.value)
+    assert re.search(r'doomed_models\.py", line \d+ in hang, as did its predecessors', str(message.value))
 
 
 def test_a_model_that_hangs_once_is_replaced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

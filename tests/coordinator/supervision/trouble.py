@@ -19,7 +19,7 @@ Act = Callable[[Succession], None]
 
 
 class Notes(RunObserver):
-    """What a user would be told."""
+    """What a user would be reported."""
 
     def __init__(self) -> None:
         self.notes: list[str] = []
@@ -29,14 +29,14 @@ class Notes(RunObserver):
 
 
 class Troubled(Succession):
-    """Acts when the conversation sends its n-th message, and counts what processes are told."""
+    """Acts when the conversation sends its n-th message, and counts what processes are reported."""
 
     plan: ClassVar[dict[int, Act]] = {}
     deadline: ClassVar[float | None] = None
     last: ClassVar[Troubled]
 
-    def __init__(self, nodes: Any, crew: Any, door: Any, deadline: float) -> None:
-        super().__init__(nodes, crew, door, Troubled.deadline or deadline)
+    def __init__(self, nodes: Any, crew: Any, listener: Any, deadline: float) -> None:
+        super().__init__(nodes, crew, listener, Troubled.deadline or deadline)
         self.sent, self.said = 0, 0
         Troubled.last = self
 
@@ -46,9 +46,9 @@ class Troubled(Succession):
         if self.sent in self.plan:
             self.plan[self.sent](self)
 
-    def _say(self, node: str, life: Any, payload: bytes) -> None:
+    def _report(self, node: str, life: Any, payload: bytes) -> None:
         self.said += 1
-        super()._say(node, life, payload)
+        super()._report(node, life, payload)
 
 
 def pid(hub: Succession, process: str) -> int:

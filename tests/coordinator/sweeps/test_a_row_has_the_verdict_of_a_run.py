@@ -24,15 +24,15 @@ def test_one_smallest_clearance_is_enough(limit: float) -> None:
     ("settings", "digests", "refused"),
     [
         ((), 1, 0),
-        (("block.com=[1 m, 0 m, 0 m]",), 1, 0),  # settles on its stools before it begins
-        (("cranes.crane.hook capacity=10 t",), 1, 1),  # less than the beams weigh: run where nothing is judged
+        (("block.com=[1 m, 0 m, 0 m]",), 1, 0),  # settles on its supports before it begins
+        (("cranes.crane.hook capacity=10 t",), 1, 1),  # less than the beams weigh: run where nothing is checked
         (("actions[0]={loader-1: unhook}", "actions[1]={loader-1: unhook}"), 0, 2),
         (("cranes.crane.at=1 m",), 0, 2),
     ],
 )
-def test_a_row_that_is_not_judged_has_the_same_digest(settings: tuple[str, ...], digests: int, refused: int) -> None:
+def test_a_row_that_is_not_checked_has_the_same_digest(settings: tuple[str, ...], digests: int, refused: int) -> None:
     scene, variant = load("lift", ["end=1 s"]), Variant(0, settings, ())
-    rows = [played(Task.of(scene, 60.0, "none", judged), variant) for judged in (True, False)]
+    rows = [played(Task.of(scene, 60.0, "none", checked), variant) for checked in (True, False)]
     assert len({row["digest"] for row in rows if "digest" in row}) == digests
     assert [row["status"] for row in rows].count("refused") == refused
     assert len({row["sentence"] for row in rows if row["status"] == "refused"}) == min(refused, 1)

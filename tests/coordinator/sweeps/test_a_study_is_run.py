@@ -74,11 +74,11 @@ def test_settings_and_what_a_scene_extends_are_part_of_it(tmp_path: Path) -> Non
     again = run(load(mine.path, [*mine.settings, *study.rows[0]["settings"]]), tmp_path / "a.mcap", in_process=True)
     assert study.rows[0]["digest"] == again.digest
     assert "--set 'samples=10 Hz'" in study.rows[0]["command"]
-    told = sweep(load("pendulum", ["end=1 s"]), ["gravity={x, 9.8 m/s2}"], into=tmp_path / "told", executor=AtOnce())
-    assert "--set:1:9: error: gravity" in told.rows[0]["sentence"]
+    message = sweep(load("pendulum", ["end=1 s"]), ["gravity={x, 9.8 m/s2}"], into=tmp_path / "told", executor=AtOnce())
+    assert "--set:1:9: error: gravity" in message.rows[0]["sentence"]
 
 
-def test_every_engine_tells_the_same(tmp_path: Path) -> None:
+def test_every_engine_reports_the_same(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as threads:
         found = studied(tmp_path / "threads", threads)
     assert digests(found) == digests(studied(tmp_path / "at once"))
@@ -176,9 +176,9 @@ def test_a_pool_of_processes_and_the_command_line(tmp_path: Path, monkeypatch, c
     command = "heavylift sweep pendulum --vary 'end={1 s, 2 s}' --workers 1 --verify 2 -o study"
     monkeypatch.setattr("sys.argv", shlex.split(command))
     main()
-    said = capsys.readouterr().out
-    assert "2 variants of pendulum: 2 done" in said
-    assert said.count("the same digest again") == 2
+    text = capsys.readouterr().out
+    assert "2 variants of pendulum: 2 done" in text
+    assert text.count("the same digest again") == 2
     assert (tmp_path / "study" / "summary.html").exists()
     row = parquet.read_table("study/rows.parquet").to_pylist()[1]
     assert row["process"] != os.getpid()

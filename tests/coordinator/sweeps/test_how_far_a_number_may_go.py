@@ -20,7 +20,7 @@ def lift():
 
 @pytest.fixture
 def told(lift, monkeypatch: pytest.MonkeyPatch):
-    """What is found of a lift whose verdict is told by a function of the mass [t]."""
+    """What is found of a lift whose verdict is reported by a function of the mass [t]."""
 
     def found(
         green: Callable[[float], bool], asked: str = MASS, cut: bool = False, waits: str = ""
@@ -51,12 +51,12 @@ def test_the_limit_lies_between_green_and_red(told, limit: float) -> None:
     assert not found.wrong
     assert found.green <= limit < found.red
     assert found.red - found.green <= max(0.5, 0.01 * (limit - 300.0))
-    assert f"green up to {found.green:.5g} t, where crane.H3 hook load" in str(found)
+    assert f"green up to {found.green:.5g} t, governed by crane.H3 hook load" in str(found)
     assert str(found).endswith("red: too heavy")
     assert len(found.runs) < 25
 
 
-def test_where_the_scene_ends_too_soon_it_is_said_what_to_do(told) -> None:
+def test_where_the_scene_ends_too_soon_it_is_stated_what_to_do(told) -> None:
     assert str(told(lambda x: x <= 400.0, waits="moves done")).endswith("red: too heavy; give it more, --set 'end=...'")
 
 
@@ -77,12 +77,12 @@ def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) 
     found = limiting.limits_of(lift, MASS)
     assert found.green <= 512.0 < found.red
     assert len(found.runs) == 8 + 2 + 3  # growing steps, one guess on either side, beyond
-    assert "in 'up'; red at" in str(found), "a design load has no time"
+    assert "in stage 'up'; red at" in str(found), "a design load has no time"
     assert "hook" in table_text(limits_table([found]))
     assert found.half == pytest.approx(5.12)
     assert "green up to" in str(found)
-    assert " +- 5.1 t, where hook is used to " in str(found)
-    assert " +- 1.00% in 'up' at 0:30.0; red at " in str(found)
+    assert " +- 5.1 t, governed by hook (" in str(found)
+    assert " +- 1.00%) in stage 'up'; red at " in str(found)
 
 
 @pytest.mark.large
@@ -103,9 +103,9 @@ def test_a_limit_has_the_bar_of_the_use_that_turns_red(lift) -> None:
 )
 def test_moves_of_a_kind_keep_their_proportions(lift, name: str, first: str, all_orders: list[float]) -> None:
     motion = motion_of(lift, name)
-    said = motion.setting(f"2 {motion.unit}")
-    assert said[0].partition("=")[2] == first
-    moved = load("lift", said).plan.actions[:3]
+    text = motion.setting(f"2 {motion.unit}")
+    assert text[0].partition("=")[2] == first
+    moved = load("lift", text).plan.actions[:3]
     assert [60.0 * abs(action.orders[0].speed) for action in moved] == pytest.approx(all_orders)
     if name == "hoist accel":
         assert [action.orders[0].accel for action in moved] == [2.0] * 3
@@ -114,8 +114,8 @@ def test_moves_of_a_kind_keep_their_proportions(lift, name: str, first: str, all
 def test_ramps_without_swing_are_left_alone() -> None:
     swingless = load("lift", ["actions[3].trolleys=traverse 20 m/min ramp one swing by 2 m"])
     assert motion_of(swingless, "trolley accel") is None
-    (said,) = motion_of(swingless, "trolley speed").setting("10 m/min")
-    assert said == "actions[3].trolleys=traverse 10 m/min ramp one swing by 2 m"
+    (text,) = motion_of(swingless, "trolley speed").setting("10 m/min")
+    assert text == "actions[3].trolleys=traverse 10 m/min ramp one swing by 2 m"
 
 
 def test_all_that_a_scene_can_be_asked(lift) -> None:

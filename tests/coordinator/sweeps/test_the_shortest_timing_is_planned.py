@@ -12,6 +12,7 @@ from heavylift.coordinator.sweeps.planning import planned
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.text import library
+from lifting import bare
 
 SLOW = ["actions[2].all hooks=hoist 0.6 m/min by 1 m", "end=140 s"]
 NEAR = ["cranes.crane.hook capacity=171.9 t", *SLOW]  # H3 carries 171.6 t at rest
@@ -25,7 +26,7 @@ def told() -> list[str]:
 @pytest.fixture(scope="module")
 def found(told: list[str]):
     """The lift with a hook that is nearly used up."""
-    return planned(load("lift", NEAR), 300.0, told.append)
+    return planned(bare("lift", NEAR), 300.0, told.append)
 
 
 def test_it_is_quicker_and_green(found) -> None:
@@ -49,7 +50,7 @@ def test_where_a_run_was_red_it_went_back_half_way(found, told: list[str]) -> No
 
 
 def test_the_scene_is_written_with_its_comments_and_its_setting(found) -> None:
-    lines = difflib.ndiff(load("lift").text.splitlines(), found.after.text.splitlines())
+    lines = difflib.ndiff(bare("lift").text.splitlines(), found.after.text.splitlines())
     new = [line[2:].strip() for line in lines if line.startswith("+ ")]
     assert new == [
         "end: 140 s",

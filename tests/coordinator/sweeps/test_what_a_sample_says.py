@@ -23,7 +23,7 @@ def test_a_linear_result_has_the_indices_of_its_slopes(design: str) -> None:
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-def test_too_little_is_said_by_nothing(design: str) -> None:
+def test_too_little_is_stated_by_nothing(design: str) -> None:
     few = drawn(design, FEWEST[design] - 1, 3, seed=1)
     assert indices(design, NAMES, few, few.sum(axis=1), seed=1) == []
     many = drawn(design, 500, 3, seed=1)

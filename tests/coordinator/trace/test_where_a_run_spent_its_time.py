@@ -80,7 +80,7 @@ def test_chains_of_waiting_end_where_the_work_is() -> None:
     ]
 
 
-def test_the_text_tells_it_in_tables(file: Path) -> None:
+def test_the_text_reports_it_in_tables(file: Path) -> None:
     lines = text(Timeline(file)).splitlines()
     assert lines[0].endswith("no node was granted: the coordinator decided or recorded")
     assert [line.split()[0] for line in lines[3:5]] == ["slow", "quick"]
@@ -129,7 +129,7 @@ def test_the_command_prints_and_writes(file: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "trace.json").read_text()) == trace_events(Timeline(file))
 
 
-def test_a_recording_without_rounds_is_told(tmp_path: Path) -> None:
+def test_a_recording_without_rounds_is_reported(tmp_path: Path) -> None:
     with Recorder(tmp_path / "empty.mcap", {"nodes": ["a"]}):
         pass
     with pytest.raises(RecordingError, match="no GRANT stands in it"):

@@ -96,7 +96,7 @@ def test_a_repeated_message_is_named() -> None:
         r.open(frame)
 
 
-def test_the_hub_refuses_what_a_node_says_wrongly() -> None:
+def test_the_hub_refuses_what_a_node_reports_wrongly() -> None:
     with LocalHub(["west", "kernel"]) as hub:
         put = hub._session.put
         put(key(hub.run, "out", LOCAL, "west"), writer(run=hub.run, node="east").frame(b""))
@@ -110,7 +110,7 @@ def test_the_hub_refuses_what_a_node_says_wrongly() -> None:
             hub.receive()
 
 
-def test_the_node_refuses_what_the_hub_says_twice() -> None:
+def test_the_node_refuses_what_the_hub_reports_twice() -> None:
     with LocalHub(["west"]) as hub:
         link = hub.link("west")
         frame = Writer(hub.run, "west", FrameTopic.IN, 1).frame(b"grant")
@@ -144,7 +144,7 @@ def test_a_stranger_without_a_password_is_not_admitted() -> None:
             zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 
-def test_what_an_older_incarnation_still_says_is_told_apart() -> None:
+def test_what_an_older_incarnation_still_reports_are_distinguished() -> None:
     def spoiled(frame: bytes) -> bytes:
         return frame[:-1] + b"?"
 

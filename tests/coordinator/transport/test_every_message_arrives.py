@@ -48,7 +48,7 @@ def test_samples_are_there_when_the_answer_is(start: Start) -> None:
         assert hub.samples() == []
 
 
-def test_what_is_said_just_before_leaving_arrives(start: Start) -> None:
+def test_what_is_stated_just_before_leaving_arrives(start: Start) -> None:
     hub, _ = start(west=("burst", "300"))
     hub.dismiss(b"go")
     assert [hub.receive(5) for _ in range(300)][-1] == ("west", (299).to_bytes(4, "little"))

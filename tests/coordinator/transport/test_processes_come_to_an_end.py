@@ -59,7 +59,7 @@ def test_a_node_that_never_joins_is_named(start: Start) -> None:
         hub.send("east", b"x")
 
 
-def test_what_a_node_said_before_its_end_comes_first(start: Start) -> None:
+def test_what_a_node_stated_before_its_end_comes_first(start: Start) -> None:
     hub, _ = start(hello=False, west=("say-and-die",))
     assert hub.receive(PATIENCE_s) == ("west", b"hello")
     assert hub.receive(PATIENCE_s) == ("west", b"my last words")
@@ -166,7 +166,7 @@ def test_without_a_keeper_the_nodes_go_on_and_who_is_lost_is_named(start: Start)
     assert gone(*processes.pids.values())
 
 
-def test_a_keeper_that_cannot_begin_says_why() -> None:
+def test_a_keeper_that_cannot_begin_reports_why() -> None:
     with Processes(["no_such_module"]) as processes, Hub(["west"], directory=processes.directory) as hub:
         processes.start(hub, {"west": ("echo_node",)})
         assert "it ended with exit code 1 and last wrote \"ModuleNotFoundError: No module named 'no_s" in sentence(hub)

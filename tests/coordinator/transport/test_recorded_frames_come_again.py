@@ -104,7 +104,7 @@ def test_guests_disturb_nobody_whatever_they_say(hub: Hub, wire: list[bytes]) ->
         assert hub.epoch("west") == 1
 
 
-def test_a_member_that_says_nonsense_ends_the_run_in_a_sentence(wire: list[bytes]) -> None:
+def test_a_member_that_reports_nonsense_ends_the_run_in_a_sentence(wire: list[bytes]) -> None:
     rng = Random(2)
     for number in range(12):
         with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as west:

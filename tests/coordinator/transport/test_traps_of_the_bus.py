@@ -85,7 +85,7 @@ def test_two_priorities_overtake_each_other_and_ours_is_one(tmp_path: Path) -> N
             assert publisher.congestion_control == BLOCK
 
 
-def test_more_liveliness_tokens_than_a_default_channel_holds_are_all_heard(tmp_path: Path) -> None:
+def test_more_liveliness_tokens_than_a_default_channel_holds_are_all_received(tmp_path: Path) -> None:
     """The default channel holds 256 and then stops the session; a hub takes them by a callback."""
     heard: list[str] = []
     with pair(tmp_path) as (hub, client):
@@ -99,7 +99,7 @@ def test_more_liveliness_tokens_than_a_default_channel_holds_are_all_heard(tmp_p
         assert len(heard) == 1200
 
 
-def test_what_is_put_while_the_hub_restarts_is_lost_and_the_next_message_says_so(tmp_path: Path) -> None:
+def test_what_is_put_while_the_hub_restarts_is_lost_and_the_next_message_reports_so(tmp_path: Path) -> None:
     heard: list[bytes] = []
     writer, reader = Writer("run", "west", FrameTopic.OUT, 1), FrameReader("run", "west", FrameTopic.OUT, 1)
     at = [f"unixsock-stream/{tmp_path / 's'}"]
@@ -127,7 +127,7 @@ def test_what_is_put_while_the_hub_restarts_is_lost_and_the_next_message_says_so
         reader.open(heard[1])
 
 
-def test_a_node_does_not_hear_what_is_said_to_another(start: Start) -> None:
+def test_a_node_does_not_hear_what_is_stated_to_another(start: Start) -> None:
     heard: list[bytes] = []
     hub, _ = start(west=())
     with node_session(hub.ticket("west")) as session:

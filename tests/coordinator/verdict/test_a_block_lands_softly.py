@@ -24,9 +24,8 @@ def test_a_drop_of_a_bit_is_red_and_as_hard_as_samples_show(name: str) -> None:
         (one,) = (x for x in run.uses if x.limit.quantity == "support load")
         found.append((use.value, use.use))
         loads.append(one.value)
-        pads = [
-            run.past.part(0, len(run.t)).tensions[x] for x in use.limit.elements if x in run.past.part(0, 1).tensions
-        ]
+        tensions = run.past().part(0, len(run.t)).tensions
+        pads = [tensions[x] for x in use.limit.elements if x in tensions]
         shown = float(np.sum(pads, axis=0).max())
         assert [f.kind for f in run.verdict.findings if f.severity == "red"] == ["impact"]
         assert "times its weight; 1.5 times are allowed (assumed)" in run.verdict.line

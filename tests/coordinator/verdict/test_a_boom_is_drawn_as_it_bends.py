@@ -62,13 +62,13 @@ def run(plan: Plan, level: str) -> Played:
 
 
 def probe(run: Played, i: int) -> NDArray[np.float64]:
-    return run.past.part(0, len(run.t)).poses[f"crane.probe-{i}"][:, :3]
+    return run.past().part(0, len(run.t)).poses[f"crane.probe-{i}"][:, :3]
 
 
 def test_it_bends_on_an_elastic_level_alone(run: Played, level: str) -> None:
     foot, tip = probe(run, 0), probe(run, len(PLACES) - 1)
     shorter = np.abs(np.linalg.norm(tip - foot, axis=1) - LENGTH)
-    pose = run.past.part(0, len(run.t)).poses
+    pose = run.past().part(0, len(run.t)).poses
     straight = pose["crane.boom"][:, :3] + 2.0 * (probe(run, 2) - foot)
     sags = np.linalg.norm(tip - straight, axis=1).max()
     assert bool(sags > 0.02) is (level == "elastic")
@@ -77,17 +77,17 @@ def test_it_bends_on_an_elastic_level_alone(run: Played, level: str) -> None:
 
 def test_its_parts_hold_all_points_of_its_axis(run: Played, plan: Plan, level: str) -> None:
     shapes = Shapes(at_level(plan, Fidelity(girder=level)))
-    parts = [x for x in moving(shapes, run.past.part(0, len(run.t))) if x.shape.thing == "crane.boom"]
+    parts = [x for x in moving(shapes, run.past().part(0, len(run.t))) if x.shape.thing == "crane.boom"]
     assert sum(part.half[0] for part in parts) == pytest.approx(LENGTH / 2.0)
     for i, x in enumerate(PLACES):
         misses = []
         for part in parts:
             R, half = part.axes_of(part.turn)
-            aside = np.einsum("nij,ni->nj", np.broadcast_to(R, (len(run.t), 3, 3)), probe(run, i) - part.centre)
-            along, across = np.abs(aside[:, 0]) - half[:, 0], np.linalg.norm(aside[:, 1:], axis=1)
+            lateral = np.einsum("nij,ni->nj", np.broadcast_to(R, (len(run.t), 3, 3)), probe(run, i) - part.centre)
+            along, across = np.abs(lateral[:, 0]) - half[:, 0], np.linalg.norm(lateral[:, 1:], axis=1)
             misses.append(np.hypot(np.maximum(along, 0.0), across))
         assert np.min(misses, axis=0).max() < 0.01, x
-    assert not any("crane.boom" in told for told in shapes.shapeless)
+    assert not any("crane.boom" in message for message in shapes.shapeless)
 
 
 def test_they_are_drawn_alike(plan: Plan) -> None:
@@ -97,7 +97,7 @@ def test_they_are_drawn_alike(plan: Plan) -> None:
 
 
 def test_its_hook_rope_begins_at_its_tip(run: Played, plan: Plan, level: str) -> None:
-    history = run.past.part(0, len(run.t))
+    history = run.past().part(0, len(run.t))
     ropes = [x for x in moving(Shapes(plan), history) if getattr(x.shape, "rope", "") == "crane.main"]
     tops = [frame.place(p) for frame, p in (rope.on[0] for rope in ropes)]
     assert np.abs((tops[0] + tops[1]) / 2.0 - probe(run, len(PLACES) - 1)).max() < 0.01

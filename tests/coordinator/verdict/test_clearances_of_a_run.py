@@ -57,15 +57,15 @@ def ways(history: History, draw: np.random.Generator) -> History:
     n = 70
     rest = np.arange(n) % 20 == 0
 
-    def way(size: int, scale: float) -> NDArray[np.float64]:
+    def distance(size: int, scale: float) -> NDArray[np.float64]:
         steps = draw.normal(0.0, scale, (n, size))
         bends = np.maximum.accumulate(np.where(rest, np.arange(n), 0))
         return np.cumsum(steps[bends], axis=0)
 
     poses = {}
     for body in history.poses:
-        place = draw.normal((0.0, 0.0, 300.0), 30.0) + way(3, SLOW)
-        turns = Rotation.from_rotvec(draw.normal(0.0, 1.0, 3)) * Rotation.from_rotvec(way(3, SLOW / 30))
+        place = draw.normal((0.0, 0.0, 300.0), 30.0) + distance(3, SLOW)
+        turns = Rotation.from_rotvec(draw.normal(0.0, 1.0, 3)) * Rotation.from_rotvec(distance(3, SLOW / 30))
         poses[body] = np.hstack([place, turns.as_quat()])
     tensions = {rope: np.full(n, 1e5) for rope in history.tensions}
     return History(np.arange(n) * 0.5, poses, tensions, {}, history.rigs[:1])
@@ -124,8 +124,8 @@ def test_a_hook_that_is_hoisted_into_its_switch_is_two_blocked(tmp_path: Path) -
     assert result.verdict is not None
     (found,) = [f for f in result.verdict.findings if f.kind == "two-blocked"]
     assert (found.severity, found.subject) == ("red", "crane.H1"), "told once"
-    said = Conduct(stopped=[(3.0, "crane.H1", "upper limit"), (4.0, "crane.lower-slide.drive", "travel limit")])
-    switch, end = conduct_findings(load("lift").plan, said)
+    text = Conduct(stopped=[(3.0, "crane.H1", "upper limit"), (4.0, "crane.lower-slide.drive", "travel limit")])
+    switch, end = conduct_findings(load("lift").plan, text)
     assert (switch.severity, switch.t) == ("red", 3.0)
     assert switch.sentence == "the hook H1 of crane was two-blocked: its upper limit switch stopped it"
     assert (end.severity, end.sentence) == (

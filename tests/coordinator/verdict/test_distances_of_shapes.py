@@ -190,6 +190,6 @@ def test_a_bound_of_a_straight_way_is_below_all_that_is_on_it() -> None:
         half, other = rng.uniform(0.1, 5.0, 3), rng.uniform(0.1, 5.0, 3)
         turn, start, end = Rotation.random(random_state=rng), rng.normal(0.0, 9.0, 3), rng.normal(0.0, 9.0, 3)
         fixed = box([0, 0, 0], half)
-        way = [box((1 - s) * start + s * end, other, turn) for s in np.linspace(0.0, 1.0, 21)]
-        bound = float(bounds_between((fixed, fixed), (way[0], way[-1]))[0])
-        assert bound <= min(exactly(fixed, there).distance[0] for there in way) + CLOSE
+        distance = [box((1 - s) * start + s * end, other, turn) for s in np.linspace(0.0, 1.0, 21)]
+        bound = float(bounds_between((fixed, fixed), (distance[0], distance[-1]))[0])
+        assert bound <= min(exactly(fixed, there).distance[0] for there in distance) + CLOSE

@@ -1,4 +1,4 @@
-"""What planners found green on cranes other than goliaths is judged on every bundled type, by what its plan says."""
+"""What planners found green on cranes other than goliaths is checked on every bundled type, by what its plan says."""
 
 from __future__ import annotations
 
@@ -65,11 +65,12 @@ def red(scene: LoadedScene, word: str) -> list[Check]:
     return [c for c in scene.checks if c.state == "red" and c.quantity.startswith(word)]
 
 
-def test_a_load_out_of_plumb_is_told_with_its_rope(lift: Lift) -> None:
+def test_a_load_out_of_plumb_is_reported_with_its_rope(lift: Lift) -> None:
     tight = "limits={off-lead: 0.1 deg}"
     assert not red(lift.read(tight), "off-lead")
-    aside = lift.read(tight, f"block.at=[{lift.x + 0.4} m, {lift.y} m, 3 m]")
-    assert red(aside, "off-lead")
+    far = 2.0 if lift.half < 5.0 else 0.4  # [m]; below a heavy hook block slings drag a light load back
+    lateral = lift.read(tight, f"block.at=[{lift.x + far} m, {lift.y} m, 3 m]")
+    assert red(lateral, "off-lead")
 
 
 def test_a_load_in_the_air_is_not_let_fall(lift: Lift) -> None:
@@ -80,7 +81,7 @@ def test_a_load_in_the_air_is_not_let_fall(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=5)
-def test_a_wall_beside_the_load_is_told(lift: Lift) -> None:
+def test_a_wall_beside_the_load_is_reported(lift: Lift) -> None:
     wall = f"at: [{lift.x + lift.half + 0.1 + 0.5} m, {lift.y} m, 2 m]"
     scene = lift.read(f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], {wall}}}}}", text=lift.beginning("  - wait: 1 s\n"))
     found = play(scene.plan).verdict.findings
@@ -100,7 +101,7 @@ def test_in_a_run_nothing_is_open_but_errors(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=4)
-def test_an_emergency_stop_leaves_a_swing_that_is_judged(lift: Lift) -> None:
+def test_an_emergency_stop_leaves_a_swing_that_is_checked(lift: Lift) -> None:
     go = f"  - {{stage: go, {lift.moved(FAST)}}}\n  - {{stage: halt, when: after 8 s, crane: stop}}\n  - wait: 15 s\n"
     run = play(lift.read("limits={off-lead: 0.05 deg}", text=lift.beginning(go)).plan)
     found = [c for c in run.verdict.checks if c.state == "red" and c.quantity.startswith("off-lead")]
@@ -108,14 +109,14 @@ def test_an_emergency_stop_leaves_a_swing_that_is_judged(lift: Lift) -> None:
     worst = max(found, key=lambda c: c.value or 0.0)
     (hook,) = (hook for machine in run.plan.machines for hook in machine.hooks if hook.rope == worst.subject)
     (rope,) = (r for machine in run.plan.machines for r in machine.system.ropes if r.name == worst.subject)
-    past = run.past.part(0, len(run.t))
+    past = run.past().part(0, len(run.t))
     lead = sum(ends(past.poses, line.a) - ends(past.poses, line.b) for line in rope.lines[:1])
     angle = np.arctan2(np.hypot(lead[:, 0], lead[:, 1]), np.abs(lead[:, 2]))  # type: ignore[index]
     assert hook.rope == worst.subject
     assert 0.5 * float(angle.max()) <= (worst.value or 0.0) <= 1.05 * float(angle.max())
 
 
-def test_slings_through_a_beam_are_told(lift: Lift) -> None:
+def test_slings_through_a_beam_are_reported(lift: Lift) -> None:
     """A box half way up a sling as it carries."""
     scene = lift.read()
     (state,) = [x for x in scene.statics.states if x.stage == "up" and not x.grounded][-1:]
@@ -128,16 +129,16 @@ def test_slings_through_a_beam_are_told(lift: Lift) -> None:
     assert any(tie.rope in f"{f.subject} {f.sentence}" or tie.rope.split(".")[0] in f.subject for f in found)
 
 
-def test_a_block_that_is_driven_into_a_wall_is_told(lift: Lift) -> None:
+def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
     text = lift.beginning(f"  - {{stage: go, {lift.moved(MOVES)}}}\n")
     free = lift.read(text=text)
     before, after = (next(x for x in free.statics.states if x.stage == stage) for stage in ("up", "go"))
     last = [x for x in free.statics.states if x.stage == "go"][-1]
     (p, _), (q, _) = before.poses["block"], last.poses["block"]
     axis = max((0, 1), key=lambda i: abs(q[i] - p[i]))
-    size, way = free.scene.all_blocks["block"].size, 1.0 if q[axis] > p[axis] else -1.0
+    size, distance = free.scene.all_blocks["block"].size, 1.0 if q[axis] > p[axis] else -1.0
     at = [p[0], p[1], 3.0]
-    at[axis] += way * (size[axis] / 2 + 0.7 + 0.5)
+    at[axis] += distance * (size[axis] / 2 + 0.7 + 0.5)
     box = ["4 m", "4 m", "6 m"]
     box[axis] = "1 m"
     wall = f"obstacles={{wall: {{box: [{', '.join(box)}], at: [{', '.join(f'{x} m' for x in at)}]}}}}"
@@ -148,7 +149,7 @@ def test_a_block_that_is_driven_into_a_wall_is_told(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=4)
-def test_a_drop_of_two_centimetres_is_told(lift: Lift) -> None:
+def test_a_drop_of_two_centimetres_is_reported(lift: Lift) -> None:
     text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
     ropes = [tie.rope for machine in lift.read().plan.machines for tie in machine.ties]
     parted = ", ".join(f"{rope}: release" for rope in ropes)

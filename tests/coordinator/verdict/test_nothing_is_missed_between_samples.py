@@ -9,6 +9,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import (
     SHARP,
+    BodyTrack,
     Coarse,
     Minimum,
     Moving,
@@ -22,7 +23,6 @@ from heavylift.coordinator.verdict import (
     twists,
     whole,
 )
-from heavylift.coordinator.verdict.moving import BodyTrack
 from heavylift.kernel.description import Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import Solid, Strand
@@ -71,8 +71,8 @@ def minimum(a: Moving, b: Moving) -> tuple[float, float]:
 
 def test_a_box_that_flies_through_another_between_two_samples_is_seen() -> None:
     t = np.arange(10.0)
-    way = np.stack([30.0 * t - 135.0, np.zeros(10), np.zeros(10)], axis=1)  # at -15 m and 15 m, never at 0
-    post, bullet = solid((2, 2, 2), t, np.zeros((10, 3))), solid((1, 1, 1), t, way)
+    distance = np.stack([30.0 * t - 135.0, np.zeros(10), np.zeros(10)], axis=1)  # at -15 m and 15 m, never at 0
+    post, bullet = solid((2, 2, 2), t, np.zeros((10, 3))), solid((1, 1, 1), t, distance)
     samples = [exactly(*(Placed(x.centre[[k]], np.eye(3)[None], x.half[None], 0.0) for x in (post, bullet))).distance[0]
                for k in range(10)]  # fmt: skip
     assert min(samples) == pytest.approx(13.5), "no sample shows it"
@@ -81,10 +81,10 @@ def test_a_box_that_flies_through_another_between_two_samples_is_seen() -> None:
     assert when == pytest.approx(4.5, abs=0.1)
 
 
-def test_a_pass_at_a_distance_is_told_with_its_time() -> None:
+def test_a_pass_at_a_distance_is_reported_with_its_time() -> None:
     t = np.arange(6.0)
-    way = np.stack([40.0 * t - 90.0, np.full(6, 2.25), np.zeros(6)], axis=1)
-    least, when = minimum(solid((2, 2, 2), t, np.zeros((6, 3))), solid((1, 1, 1), t, way))
+    distance = np.stack([40.0 * t - 90.0, np.full(6, 2.25), np.zeros(6)], axis=1)
+    least, when = minimum(solid((2, 2, 2), t, np.zeros((6, 3))), solid((1, 1, 1), t, distance))
     assert least == pytest.approx(0.75, abs=CLOSE)
     assert when == pytest.approx(2.25, abs=0.05)
 
@@ -93,8 +93,8 @@ def test_what_turns_back_between_samples_may_have_been_nearer_than_any_sample() 
     """A swing of period 1.3 s, sampled each 0.1 s: the bound is below the apex, and not far below."""
     t = np.arange(0.0, 4.0, 0.1)
     x = 2.0 - 1.0 * np.cos(2 * np.pi * (t - 0.55) / 1.3)
-    way = np.stack([-x, np.zeros(len(t)), np.zeros(len(t))], axis=1)
-    least, _ = minimum(solid((1, 1, 1), t, np.zeros((len(t), 3))), solid((1, 1, 1), t, way))
+    distance = np.stack([-x, np.zeros(len(t)), np.zeros(len(t))], axis=1)
+    least, _ = minimum(solid((1, 1, 1), t, np.zeros((len(t), 3))), solid((1, 1, 1), t, distance))
     assert 0.0 - 0.1 < least <= 0.0 + SHARP
     assert least < float(np.min(x)) - 1.0 + SHARP
 
@@ -104,14 +104,16 @@ def test_the_minimum_of_random_turning_ways_is_that_of_a_fine_search() -> None:
     for _ in range(12):
         t = np.arange(7.0)
         sizes = [tuple(rng.uniform(0.5, 6.0, 3)) for _ in range(2)]
-        ways = [np.cumsum(rng.normal(0.0, 3.0, (7, 3)), axis=0) + off for off in (np.zeros(3), rng.normal(0.0, 6.0, 3))]
+        distances = [
+            np.cumsum(rng.normal(0.0, 3.0, (7, 3)), axis=0) + off for off in (np.zeros(3), rng.normal(0.0, 6.0, 3))
+        ]
         turns = [Rotation.from_rotvec(np.cumsum(rng.normal(0.0, 0.2, (7, 3)), axis=0)) for _ in range(2)]
-        shapes = [solid(s, t, w, q.as_quat()) for s, w, q in zip(sizes, ways, turns, strict=True)]
+        shapes = [solid(s, t, w, q.as_quat()) for s, w, q in zip(sizes, distances, turns, strict=True)]
         least, _ = minimum(*shapes)
         fine = np.linspace(0.0, 6.0, FINE + 1)
         poses = [
             (np.stack([np.interp(fine, t, w[:, i]) for i in range(3)], axis=1), Slerp(t, q)(fine).as_matrix())
-            for w, q in zip(ways, turns, strict=True)
+            for w, q in zip(distances, turns, strict=True)
         ]
         placed = (Placed(p, R, np.broadcast_to(s.half, p.shape), 0.0) for (p, R), s in zip(poses, shapes, strict=True))
         seen = exactly(*placed).distance.min()
@@ -128,14 +130,14 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
         t = 0.5 * np.arange(n)
         shapes = []
         for _ in range(6):
-            way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
+            distance = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
             turn = Rotation.from_rotvec(np.cumsum(rng.normal(0.0, 0.01, (n, 3)), axis=0)).as_quat()
-            shapes.append(solid(tuple(rng.uniform(0.5, 6.0, 3)), t, way, turn))
+            shapes.append(solid(tuple(rng.uniform(0.5, 6.0, 3)), t, distance, turn))
         for i in range(3):
-            way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
+            distance = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
             along = np.array([0.0, 0.0, 9.0]) + np.cumsum(rng.normal(0.0, 0.03, (n, 3)), axis=0)
             rope = Strand(f"rope {i}", "rope", f"rope {i}", 0.1, ())
-            ends = fixed(t, way - along / 2), fixed(t, way + along / 2)
+            ends = fixed(t, distance - along / 2), fixed(t, distance + along / 2)
             shapes.append(Moving(rope, ends, t < t[-1] * rng.uniform(0.3, 1.2)))
         pairs = [(i, j) for i in range(len(shapes)) for j in range(i)]
         alone = [nearest(shapes, stretches(shapes, [pair])) for pair in pairs]
@@ -146,11 +148,11 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
             known = NearestSoFar(smallest, most)
             known.groups(np.full(len(pairs), np.inf))
             search(shapes, start, known)
-            told = np.array([m.least if m is not None else np.inf for m in known.take()])
+            message = np.array([m.least if m is not None else np.inf for m in known.take()])
             wanted = least <= max(np.sort(least)[smallest - 1], most - CLOSE)
             assert wanted.sum() >= smallest
-            assert told[wanted] == pytest.approx(least[wanted], abs=CLOSE)
-            assert (told >= least - CLOSE).all(), "of the others at most what was seen on the way"
+            assert message[wanted] == pytest.approx(least[wanted], abs=CLOSE)
+            assert (message >= least - CLOSE).all(), "of the others at most what was seen on the way"
 
 
 def test_what_shakes_faster_than_samples_shows_in_its_speeds() -> None:

@@ -11,10 +11,11 @@ from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Finding
-from heavylift.nodes.models.commander import Machines, first_lugs, first_picture
+from heavylift.nodes.models.commander import Machines, first_lugs, first_state
 from heavylift.nodes.plan import UnhookSling
 from heavylift.nodes.scene import LoadedScene, new_scene_with, parse
 from heavylift.nodes.scene.text import library
+from lifting import unstated
 from typer.testing import CliRunner
 
 HEAD = "name,mass [t],size x [m],size y [m],size z [m]\n"
@@ -35,7 +36,7 @@ def _here(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 def scene(crane: str, more: str = "", *edits: tuple[str, str]) -> LoadedScene:
     long, wide = size(crane)
     Path("blocks.csv").write_text(f"{HEAD}B,{100 if long > 6.0 else 10},{long},{wide},4\n", encoding="utf-8")
-    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
+    (text,) = map(unstated, new_scene_with("made", crane, "blocks.csv#B").values())
     for old, new in edits:
         assert old in text
         text = text.replace(old, new)
@@ -77,7 +78,7 @@ def test_a_contact_that_nothing_orders_is_red_with_place_and_time(crane: str) ->
 
 
 @pytest.mark.parametrize("crane", ["goliath-840", "overhead-100"])
-def test_a_run_says_the_same(crane: str) -> None:
+def test_a_run_reports_the_same(crane: str) -> None:
     gap = Random(crane).uniform(0.6, 0.9)
     touches = play(scene(crane, shelf(crane, gap)).plan).verdict
     assert touches.red
@@ -91,10 +92,10 @@ def test_check_exits_with_1_where_something_touches(tmp_path: Path) -> None:
         wall = "obstacles: {wall: {box: [1 m, 30 m, 30 m], at: [-15.5 m, 20 m, 15 m]}}\n"
         orders = 'actions: [{hall: "hoist 1 m/min until lifted"}, {hall travelling: "travel 10 m/min by 2 m"}]\n'
         (tmp_path / f"{name}.yaml").write_text(f"extends: hall\nname: {name}\n{wall}{more}{orders}", encoding="utf-8")
-        told = CliRunner().invoke(app, ["check", str(tmp_path / f"{name}.yaml")])
-        assert told.exit_code == code, told.output
-        assert ("red: the block touched wall" in told.output) == bool(code)
-        assert "warning: the lift is not judged at rest from here on: 'block-wall' touches at" in told.output
+        message = CliRunner().invoke(app, ["check", str(tmp_path / f"{name}.yaml")])
+        assert message.exit_code == code, message.output
+        assert ("red: the block touched wall" in message.output) == bool(code)
+        assert "warning: the lift is not checked at rest from here on: 'block-wall' touches at" in message.output
 
 
 @pytest.mark.parametrize(
@@ -112,11 +113,11 @@ def test_what_is_nowhere_cannot_touch(text: str, told: str) -> None:
 
 
 def test_a_stage_names_what_there_is() -> None:
-    for says, told in (
+    for says, message in (
         ("may touch: [[block, shlef]]", "did you mean 'shelf'"),
         ("may tuch: [[block, shelf]]", "'may touch'"),
     ):
-        with pytest.raises(SceneError, match=told):
+        with pytest.raises(SceneError, match=message):
             scene("jib-60", shelf("jib-60", 0.8), ("  - stage: up\n", f"  - stage: up\n    {says}\n"))
 
 
@@ -129,16 +130,16 @@ def test_a_load_that_hangs_is_not_unhooked(crane: str) -> None:
     with pytest.raises(SceneError, match="no sling is taut: the block would fall"):
         scene(crane, "", ("  - stage: down\n", f"  - stage: off\n{orders}  - stage: down\n"))
     machines = Machines(loaded.plan)
-    picture, lugs = first_picture(machines.parts), first_lugs(machines.parts)
+    state, lugs = first_state(machines.parts), first_lugs(machines.parts)
     ties = [tie.rope for machine in machines.parts for tie in machine.ties]
-    picture.ropes |= dict.fromkeys(ties, "taut")
+    state.ropes |= dict.fromkeys(ties, "taut")
     all_of_them = [UnhookSling(sling=rope) for rope in ties]
-    assert machines.lets_fall(all_of_them, picture, lugs) == ""
-    picture.grounded.clear()
-    assert machines.lets_fall(all_of_them, picture, lugs).startswith("block hangs in what is unhooked and would fall")
-    assert machines.lets_fall([UnhookSling(sling=rope, parted=True) for rope in ties], picture, lugs) == ""
-    picture.ropes |= dict.fromkeys(ties, "slack")
-    assert machines.lets_fall(all_of_them, picture, lugs) == ""
+    assert machines.lets_fall(all_of_them, state, lugs) == ""
+    state.grounded.clear()
+    assert machines.lets_fall(all_of_them, state, lugs).startswith("block hangs in what is unhooked and would fall")
+    assert machines.lets_fall([UnhookSling(sling=rope, parted=True) for rope in ties], state, lugs) == ""
+    state.ropes |= dict.fromkeys(ties, "slack")
+    assert machines.lets_fall(all_of_them, state, lugs) == ""
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
@@ -154,11 +155,11 @@ def test_who_stops_the_cranes_stops_all_that_moves_on_them(crane: str) -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_mass_unlike_its_volume_is_told(crane: str) -> None:
+def test_a_mass_unlike_its_volume_is_reported(crane: str) -> None:
     draw, (long, wide) = Random(crane), size(crane)
     for density in (draw.uniform(0.01, 19.0), draw.uniform(21.0, 100.0)):
         mass = density * long * wide * 4.0 / 1e3
         loaded = scene(crane, "", ("  from: blocks.csv#B\n", f"  from: blocks.csv#B\n  mass: {mass} t\n"))
-        told = [f for f in loaded.findings if f.kind == "geometry"]
-        assert [f.severity for f in told] == ["warning"] * (density < 20.0)
-        assert all(f.value == pytest.approx(density) and "light frames, assumed" in f.sentence for f in told)
+        message = [f for f in loaded.findings if f.kind == "geometry"]
+        assert [f.severity for f in message] == ["warning"] * (density < 20.0)
+        assert all(f.value == pytest.approx(density) and "light frames, assumed" in f.sentence for f in message)

@@ -54,7 +54,7 @@ def test_lift_off_and_set_down_are_no_finding() -> None:
     assert told(went(there)) == []
     assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"
     swings = {**went(UP), "block": went(UP, [0.0, 0.0, 1.2, 1.2, 0.0, 0.0])["block"]}
-    assert told(swings) == [], "it swings as it leaves its stools, nobody carries it"
+    assert told(swings) == [], "it swings as it leaves its supports, nobody carries it"
 
 
 def test_what_is_carried_low_is_red_with_its_place() -> None:
@@ -74,9 +74,9 @@ def test_an_order_to_land_is_no_finding_even_if_the_run_ends_before() -> None:
 
 def test_steel_in_the_ground_is_red_wherever_it_is() -> None:
     tips = went([STANDS] * 9, roll=[0.02 * i for i in range(9)])
-    edge = (8.0 - 6.0) * np.sin(0.16) - STOOL  # below the pad at 6 m, which stands on its stool
+    edge = (8.0 - 6.0) * np.sin(0.16) - STOOL  # below the pad at 6 m, which stands on its support
     assert told(tips) == [f"the block went {edge:.2f} m into the ground"]
-    assert told(went([STANDS - 0.05] * 3)) == [], "the stools yield"
+    assert told(went([STANDS - 0.05] * 3)) == [], "the supports yield"
 
 
 def test_between_samples_it_is_bounded_by_how_fast_things_turn() -> None:

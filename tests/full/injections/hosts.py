@@ -70,24 +70,24 @@ class Yard:
 
 
 def slow(trial: Trial) -> None:
-    yard = Yard(trial)
-    line = Line(yard.port, late_s=trial.random.choice([0.001, 0.003, 0.01]))
-    node = yard.node(line.port)
+    builder = Yard(trial)
+    line = Line(builder.port, late_s=trial.random.choice([0.001, 0.003, 0.01]))
+    node = builder.node(line.port)
     if (ended := trial.end(node, "node")).code:
         raise NotAsPromised(f"the process did not play: {ended.said[-600:]}")
-    trial.same(trial.end(yard.run))
+    trial.same(trial.end(builder.run))
     line.listener.close()
 
 
 def _ends(silent: bool) -> Callable[[Trial], None]:
     def ends(trial: Trial) -> None:
-        yard = Yard(trial)
-        line = Line(yard.port, trial.random.randrange(MOST_bytes[trial.case.moment]), silent)
-        node = yard.node(line.port)
-        while not line.ended.wait(0.02) and yard.run.poll() is None and node.poll() is None:
+        builder = Yard(trial)
+        line = Line(builder.port, trial.random.randrange(MOST_bytes[trial.case.moment]), silent)
+        node = builder.node(line.port)
+        while not line.ended.wait(0.02) and builder.run.poll() is None and node.poll() is None:
             pass
         trial.struck = line.ended.is_set()
-        trial.same(yard.end())
+        trial.same(builder.end())
         if silent:
             node.kill()
         line.listener.close()
@@ -100,32 +100,32 @@ def _struck(number: int, gone: bool) -> Callable[[Trial], None]:
     """The process gets a signal; unless it is `gone`, it goes on or is continued."""
 
     def struck(trial: Trial) -> None:
-        yard = Yard(trial)
-        node = yard.node()
+        builder = Yard(trial)
+        node = builder.node()
         if trial.case.moment == "run":
-            trial.until(yard.run, "take up slack")
+            trial.until(builder.run, "take up slack")
         time.sleep(trial.random.uniform(0.0, 0.6))
-        trial.struck = node.poll() is None and yard.run.poll() is None
+        trial.struck = node.poll() is None and builder.run.poll() is None
         if trial.struck:
             node.send_signal(number)
         if not gone:
             time.sleep(trial.random.choice([0.1, 1.0, 4.0]))
             node.send_signal(signal.SIGCONT)
-        trial.same(yard.end() if gone else trial.end(yard.run))
+        trial.same(builder.end() if gone else trial.end(builder.run))
         trial.end(node, "node")
 
     return struck
 
 
 def no_coordinator(trial: Trial) -> None:
-    yard = Yard(trial)
-    node = yard.node()
+    builder = Yard(trial)
+    node = builder.node()
     if trial.case.moment == "run":
-        trial.until(yard.run, "take up slack")
+        trial.until(builder.run, "take up slack")
     time.sleep(trial.random.uniform(0.0, 0.6))
-    trial.struck = yard.run.poll() is None
-    yard.run.kill()
-    trial.end(yard.run)
+    trial.struck = builder.run.poll() is None
+    builder.run.kill()
+    trial.end(builder.run)
     ended = trial.end(node, "node")
     if ended.code != 0 or trial.struck:
         trial.sentence(ended, "", (1, LOST, 0))
@@ -147,9 +147,9 @@ def port_taken(trial: Trial) -> None:
     trial.until(first, "waiting for process", "first")
     ended = trial.run([*command, "-o", trial.folder / "second.mcap"])
     first.send_signal(signal.SIGINT)
-    told = trial.end(first, "first")
-    if told.code != 128 + signal.SIGINT:
-        raise NotAsPromised(f"exit code {told.code}: {told.said[-600:]}")
+    message = trial.end(first, "first")
+    if message.code != 128 + signal.SIGINT:
+        raise NotAsPromised(f"exit code {message.code}: {message.said[-600:]}")
     trial.sentence(ended, str(port))
 
 

@@ -30,7 +30,7 @@ OWN = r"(Value|Runtime)Error: injected( \(\w+\.py:\d+\))?$"  # of a model that r
 
 
 def plan(trial: Trial, who: str) -> dict[str, object]:
-    """What striking.py is told."""
+    """What striking.py is reported."""
     case, rng = trial.case, trial.random
     role, act, moment, grants = _role(who), _act(case.kind), case.moment, GRANTS.get(case.workload, 60)
     nodes = processes_of("lift" if case.workload == "alone" else case.workload)
@@ -117,12 +117,12 @@ def _kinds() -> list[Kind]:
     for role, workloads in scenes.items():
         moments = [moment for moment in MOMENTS if (role, moment) != ("model", "compile")]  # it has no machine code
         for act in ACTS:
-            told = SAME if act != "exception" or role == "keeper" else f"a sentence with it, or {SAME}"
-            found.append(Kind(f"{role}: {act}", told, strike, tuple(moments), workloads))
+            message = SAME if act != "exception" or role == "keeper" else f"a sentence with it, or {SAME}"
+            found.append(Kind(f"{role}: {act}", message, strike, tuple(moments), workloads))
     for act in (*ACTS, TWICE):
-        told = f"stopped in one sentence, {RESUMED}" if act in (*SIGNALS, TWICE) else RESUMED
-        told = SAME if act == "STOP, CONT" else told
-        found.append(Kind(f"coordinator: {act}", told, strike, MOMENTS, ("lift", "alone", *RINGS)))
+        message = f"stopped in one sentence, {RESUMED}" if act in (*SIGNALS, TWICE) else RESUMED
+        message = SAME if act == "STOP, CONT" else message
+        found.append(Kind(f"coordinator: {act}", message, strike, MOMENTS, ("lift", "alone", *RINGS)))
     return found
 
 

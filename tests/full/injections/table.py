@@ -34,8 +34,8 @@ def show(rows: Sequence[dict[str, Any]], as_json: bool) -> None:
     width = max((len(str(row["kind"])) for row in rows), default=0)
     print(f"{'kind':<{width}}  tried   hit  as promised   not  promise")
     for row in rows:
-        hit, told = row.get("hit", row["tried"]), row.get("promise", "")
-        print(f"{row['kind']:<{width}} {row['tried']:>6} {hit:>5} {row['as_promised']:>12} {row['not']:>5}  {told}")
+        hit, message = row.get("hit", row["tried"]), row.get("promise", "")
+        print(f"{row['kind']:<{width}} {row['tried']:>6} {hit:>5} {row['as_promised']:>12} {row['not']:>5}  {message}")
 
 
 def timing(trials: Sequence[Trial]) -> str:

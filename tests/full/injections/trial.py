@@ -113,8 +113,8 @@ class Trial:
 
     def start(self, command: Sequence[object] = (), to: str = "run", **how: Any) -> subprocess.Popen[bytes]:
         """Begin a command, by default the run; `to`: names the files of what it prints; `how`: arguments of Popen."""
-        with (self.temporary / f"{to}.said").open("wb") as said:
-            usual = {"env": self.environment, "cwd": self.folder, "stderr": said, "start_new_session": True}
+        with (self.temporary / f"{to}.said").open("wb") as text:
+            usual = {"env": self.environment, "cwd": self.folder, "stderr": text, "start_new_session": True}
             usual |= {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL}
             return subprocess.Popen(list(map(str, command or self.command)), **(usual | how))
 
@@ -135,9 +135,9 @@ class Trial:
     def until(self, process: subprocess.Popen[bytes], words: str, to: str = "run") -> None:
         """Wait until it has said something."""
         until = time.monotonic() + HANGS_s
-        while words not in (told := (self.temporary / f"{to}.said").read_text(errors="replace")):
+        while words not in (message := (self.temporary / f"{to}.said").read_text(errors="replace")):
             if process.poll() is not None or time.monotonic() > until:
-                raise NotAsPromised(f"it never said '{words}': {told[-600:]}")
+                raise NotAsPromised(f"it never said '{words}': {message[-600:]}")
             time.sleep(0.01)
 
     def begun(self, seconds: float, process: subprocess.Popen[bytes]) -> Path | None:

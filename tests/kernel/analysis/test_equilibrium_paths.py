@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import Corrector, EquilibriumPath, Poses, equilibrium
-from heavylift.kernel.description import Body, Brake, Drive, Joint, Point, Rope, RopeSpan, Support, System
+from heavylift.kernel.description import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System
 from heavylift.kernel.methods import AtRest
 from heavylift.kernel.simulation import Simulation
 from scipy.optimize import brentq
@@ -67,7 +67,7 @@ def test_a_rope_goes_taut_and_lifts_its_load_when_the_closed_form_says(slack):
 def test_ropes_of_two_winches_share_as_their_lengths_say():
     """A bar on two ropes 10 m apart; one winch alone hoists by 1 m: the bar leans, and each carries its half."""
     ropes = tuple(
-        Rope(f"r{i}", (RopeSpan(Point("world", (x, 0.0, 50.0)), Point("bar", (x, 0.0, 0.0))),), EA, 50.0, winch=True)
+        Rope(f"r{i}", (Line(Point("world", (x, 0.0, 50.0)), Point("bar", (x, 0.0, 0.0))),), EA, 50.0, winch=True)
         for i, x in enumerate((-5.0, 5.0))
     )
     scene = System((Body("bar", MASS, inertia=cube(MASS, 8.0)),), (Joint("free", "free", "world", "bar"),), ropes=ropes)
@@ -134,7 +134,7 @@ def dragged(l, mu=0.3, m=1e3):
     return System(
         (Body("long", 1e-3), Body("cross", 1e-3), Body("load", m), Body("hook", 1.0)),
         (*joints, hook),
-        ropes=(Rope("rope", (RopeSpan(Point("hook"), Point("load")),), EA=1e9, L0=l),),
+        ropes=(Rope("rope", (Line(Point("hook"), Point("load")),), EA=1e9, L0=l),),
         supports=(Support("pad", Point("load"), m * G / 1e7, k=1e7, d=0.0, mu=mu, kt=1e7, dt=0.0),),
         drives=(Drive("drive", "rails", "prescribed"),),
     )
@@ -142,13 +142,13 @@ def dragged(l, mu=0.3, m=1e3):
 
 def test_a_load_dragged_by_a_rope_goes_along_a_tractrix():
     """Friction is against the way, so the way is along the rope: tan(theta / 2) falls as exp(-s / l) (Huygens)."""
-    l, way = 5.0, 12.0
+    l, distance = 5.0, 12.0
     path = following(dragged(l))
-    moved(path, "drive", 0.1, way)
+    moved(path, "drive", 0.1, distance)
     path.run(200 * SECOND)
     *_, last = path.points
-    theta = 2.0 * atan(exp(-way / l))
-    assert last.q[:2] == pytest.approx([way - l * cos(theta), -l * sin(theta)], abs=DRAGGED * l)
+    theta = 2.0 * atan(exp(-distance / l))
+    assert last.q[:2] == pytest.approx([distance - l * cos(theta), -l * sin(theta)], abs=DRAGGED * l)
     assert tension(path) == pytest.approx(0.3 * 1e3 * G, rel=EXACT)
 
 
@@ -199,7 +199,7 @@ def test_a_load_with_its_centre_above_the_lugs_is_stable_up_to_its_metacentre(ab
     across = Joint("plane", "planar", "world", "load", R_PJ=((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)))
     body = Body("load", m, (0.0, h, 0.0), ((I, 0.0, 0.0), (0.0, I, 0.0), (0.0, 0.0, I)))
     ropes = tuple(
-        Rope(f"r{i}", (RopeSpan(Point("world", (x, 0.0, length)), Point("load", (x, 0.0, 0.0))),), k * L, L)
+        Rope(f"r{i}", (Line(Point("world", (x, 0.0, length)), Point("load", (x, 0.0, 0.0))),), k * L, L)
         for i, x in enumerate((-a, a))
     )
     path = following(System((body,), (across,), ropes=ropes, gravity=G))
@@ -218,9 +218,7 @@ def crossed():
     """A block on three leaning ropes and a pad."""
     lugs = {"a": (-2.0, -1.0, 1.0), "b": (2.0, -1.5, 1.0), "c": (0.5, 2.0, 1.2)}
     ropes = tuple(
-        Rope(
-            n, (RopeSpan(Point("world", (1.3 * x, 0.8 * y, 12.0 + x)), Point("block", (x, y, z))),), 1e7, 9.0 + 0.2 * x
-        )
+        Rope(n, (Line(Point("world", (1.3 * x, 0.8 * y, 12.0 + x)), Point("block", (x, y, z))),), 1e7, 9.0 + 0.2 * x)
         for n, (x, y, z) in lugs.items()
     )
     pad = Support("pad", Point("block", (0.0, 0.0, -1.0)), -1.2, k=1e6, d=1e3, mu=0.3, kt=1e6, dt=1e3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from contact_scenes import on_slope
 from heavylift.kernel.analysis import equilibrium, modes, momentum, reactions
-from heavylift.kernel.description import WORLD, Body, Joint, Point, RigidRope, RopeSpan, System
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, System
 from heavylift.kernel.equations import equations
 from small_scenes import G, X, Y, Z, hung, started
 
@@ -81,7 +81,7 @@ def test_in_motion_the_tops_carry_weight_and_inertia():
 
 def test_a_load_on_a_rigid_rope_rests_below_its_end():
     """The rope pulls with the weight, and the load swings as a pendulum of its length."""
-    rope = RigidRope("rope", (RopeSpan(Point(WORLD), Point("load")),), L)
+    rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), L)
     i = 1e-3 * M
     load = Body("load", M, (0.0, 0.0, 0.0), ((i, 0.0, 0.0), (0.0, i, 0.0), (0.0, 0.0, i)))
     slides = (
@@ -104,7 +104,7 @@ def test_a_brick_on_a_slope_rests_where_it_lies_and_its_equation_names_the_conta
 
 
 def test_a_slack_rigid_rope_lets_its_load_down_and_then_holds_it():
-    rope = RigidRope("rope", (RopeSpan(Point(WORLD), Point("load")),), L)
+    rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), L)
     guide = Joint("up", "prismatic", WORLD, "load", axis=Z, q0=(0.5 - L,))
     found = equilibrium(started(System((Body("load", M),), (guide,), rigid_ropes=(rope,), gravity=G)))
     assert found.q == pytest.approx([-L], abs=1e-9)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description import Body, Joint, JointSpring, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Rope, System
 from scipy.linalg import eigh
 from small_scenes import EA, LENGTH, MASS, G, X, Y, Z, hung, started
 
@@ -48,9 +48,7 @@ def test_c02b_yaw_torsion_and_sway_of_a_block_on_six_ropes():
     body = Body("block", m, inertia=((I, 0.0, 0.0), (0.0, I, 0.0), (0.0, 0.0, I)))
     stretch = m * G / 6.0 / (m * G * h)
     ropes = tuple(
-        Rope(
-            f"r{i}", (RopeSpan(Point("world", (a, b, L)), Point("block", (a, b, 0.0))),), m * G * h, L * (1.0 - stretch)
-        )
+        Rope(f"r{i}", (Line(Point("world", (a, b, L)), Point("block", (a, b, 0.0))),), m * G * h, L * (1.0 - stretch))
         for i, (a, b) in enumerate(x["ropes"])
     )
     scene = System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, gravity=G)
@@ -94,7 +92,7 @@ def test_c07a_a_load_bounces_on_its_rope():
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.02, 0.7])
-def test_a_damped_rope_tells_its_damping_ratio(zeta):
+def test_a_damped_rope_reports_its_damping_ratio(zeta):
     w = sqrt(EA / LENGTH / MASS)
     (mode,) = found(hung(LENGTH + 0.1, damping=2.0 * zeta * w * MASS)).oscillations
     assert mode.damping == pytest.approx(zeta, rel=DAMPED, abs=DAMPED)
@@ -117,7 +115,7 @@ def test_a_beam_on_two_springs_bounces_and_pitches():
         Joint("pitch", "revolute", "carrier", "beam", axis=Y),
     )
     ropes = tuple(
-        Rope(f"r{s:+.0f}", (RopeSpan(Point("world", (s * b, 0.0, L)), Point("beam", (s * b, 0.0, 0.0))),), k * L, L)
+        Rope(f"r{s:+.0f}", (Line(Point("world", (s * b, 0.0, L)), Point("beam", (s * b, 0.0, 0.0))),), k * L, L)
         for s in (-1.0, 1.0)
     )
     scene = System((Body("carrier", 0.0), body), joints, ropes=ropes, gravity=G)

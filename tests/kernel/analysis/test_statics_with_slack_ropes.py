@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium, momentum, reactions
-from heavylift.kernel.description import Body, Brake, Joint, Point, Rope, RopeSpan, Support, System
+from heavylift.kernel.description import Body, Brake, Joint, Line, Point, Rope, Support, System
 from small_scenes import EA, LENGTH, MASS, G, X, Y, Z, cube, hung, slider, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
@@ -22,7 +22,7 @@ def hanging(lugs, weight, cg=(0.0, 0.0, 0.0), k=1e8, L=400.0, errors=(), size=10
     ropes = tuple(
         Rope(
             f"r{i}",
-            (RopeSpan(Point("world", (x, y, L + z)), Point("block", (x, y, z))),),
+            (Line(Point("world", (x, y, L + z)), Point("block", (x, y, z))),),
             k * L,
             L + (errors[i] if errors else 0.0),
         )
@@ -72,7 +72,7 @@ def test_c10b_two_inclined_ropes_meet_above_the_centre():
     height = 18.0 / (np.tan(a) + np.tan(b))
     cg = (-9.0 + height * np.tan(a), 0.0, -1.0)
     ropes = tuple(
-        Rope(name, (RopeSpan(Point("world", (p[0] + s * L * sin(t), 0.0, L * cos(t))), Point("block", p)),), stiff, L)
+        Rope(name, (Line(Point("world", (p[0] + s * L * sin(t), 0.0, L * cos(t))), Point("block", p)),), stiff, L)
         for name, p, s, t in (("A", lugs[0], 1.0, a), ("B", lugs[1], -1.0, b))
     )
     scene = System((Body("block", m, cg, cube(m, 10.0)),), (Joint("free", "free", "world", "block"),), ropes=ropes)
@@ -93,7 +93,7 @@ def test_c10c_a_difference_in_height_shifts_the_load():
     bodies = (Body("a", 0.0), Body("b", 0.0), Body("block", m, (0.0, 0.0, -h), cube(m, 10.0)))
     phi = radians(want["phi_deg"])
     ropes = tuple(
-        Rope(name, (RopeSpan(Point("world", (e * cos(phi), 0.0, L + up)), Point("block", (e, 0.0, 0.0))),), 1e13, L)
+        Rope(name, (Line(Point("world", (e * cos(phi), 0.0, L + up)), Point("block", (e, 0.0, 0.0))),), 1e13, L)
         for name, e, up in (("low", -s / 2, -dz / 2), ("high", s / 2, dz / 2))
     )  # fmt: skip
     found = equilibrium(started(System(bodies, guide, ropes=ropes, gravity=G)))
@@ -109,7 +109,7 @@ def test_c10a_shares_while_a_block_is_turned(theta):
     m = x["W"] / G
     joint = Joint("free", "free", "world", "block", q0=(0.0, 0.0, 0.0, 0.0, sin(t / 2), 0.0, cos(t / 2)))
     ropes = tuple(
-        Rope(name, (RopeSpan(Point("world", _above(p, t, L)), Point("block", p)),), 1e15, L) for name, p in lugs.items()
+        Rope(name, (Line(Point("world", _above(p, t, L)), Point("block", p)),), 1e15, L) for name, p in lugs.items()
     )
     found = equilibrium(started(System((Body("block", m, inertia=cube(m, 10.0)),), (joint,), ropes=ropes, gravity=G)))
     assert [T / x["W"] for T in found.tensions.values()] == pytest.approx(want, rel=1e-5)
@@ -174,7 +174,7 @@ def test_c09_an_equaliser_beam_leans_until_its_ropes_differ_as_the_formula_says(
     ropes = tuple(
         Rope(
             name,
-            (RopeSpan(Point("beam", (s * c, 0.0, -h)), Point("load", (s * c, 0.0, -h))),),
+            (Line(Point("beam", (s * c, 0.0, -h)), Point("load", (s * c, 0.0, -h))),),
             1e13,
             L + s * c * sin(phi),
         )

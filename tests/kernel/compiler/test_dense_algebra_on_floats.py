@@ -56,7 +56,7 @@ def test_the_least_norm_is_that_of_the_pseudo_inverse(m, n, rank):
 def test_combinations_of_rows_that_vanish(m, n, rank):
     A = matrix(m, n, rank, 2)
     found = combinations(A.tolist(), ZERO)
-    Z = np.array([[way.get(i, 0.0) for i in range(m)] for way in found]).reshape(-1, m)
+    Z = np.array([[distance.get(i, 0.0) for i in range(m)] for distance in found]).reshape(-1, m)
     assert len(Z) == m - rank
     assert not len(Z) or np.linalg.matrix_rank(Z) == len(Z)
     assert pytest.approx(np.zeros((m - rank, n)), abs=1e2 * CLOSE * np.abs(A).max()) == Z @ A
@@ -66,7 +66,7 @@ def test_combinations_stay_local():
     """Two blocks that share nothing: no combination has a part in both."""
     A = np.zeros((6, 4))
     A[:3, :2], A[3:, 2:] = matrix(3, 2, 2), matrix(3, 2, 1)
-    assert all(set(way) <= {0, 1, 2} or set(way) <= {3, 4, 5} for way in combinations(A.tolist(), ZERO))
+    assert all(set(distance) <= {0, 1, 2} or set(distance) <= {3, 4, 5} for distance in combinations(A.tolist(), ZERO))
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 6, 15])
@@ -100,5 +100,5 @@ def test_the_bits_are_these_on_every_processor():
     """Additions, products, divisions and roots of IEEE 754: any machine that has them gives this digest."""
     rows = [[((7 * i + 3 * j) % 11 - 5) / 7.0 for j in range(5)] for i in range(6)]
     numbers = [*singular_values(rows), *least_norm(rows, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], ZERO)]
-    told = hashlib.sha256(struct.pack(f"<{len(numbers)}d", *numbers)).hexdigest()
-    assert told[:16] == "7953248964fed1b0"
+    message = hashlib.sha256(struct.pack(f"<{len(numbers)}d", *numbers)).hexdigest()
+    assert message[:16] == "7953248964fed1b0"

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.compiler import OPAQUE, FactorLayout, Library, Primitive, module, solver
-from heavylift.kernel.compiler.native_loops import LoopEmitter
+from heavylift.kernel.compiler import OPAQUE, FactorLayout, Library, LoopEmitter, Primitive, module, solver
 
 ROUNDED = 1e-12  # of a solution: condition numbers stay below 1e3
 BESIDE = 3  # components that belong to no equation

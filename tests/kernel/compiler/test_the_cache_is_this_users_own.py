@@ -55,7 +55,7 @@ def test_a_folder_of_others_is_neither_read_nor_written(folder: Path, spoil: Cal
     write_cached("two.o", b"more")
     assert sorted(x.name for x in folder.iterdir()) == ["one.o"]
     found = _cache()
-    assert (found.state, found.told.startswith(f"{folder} is not used, so every start compiles anew: it ")) == (
+    assert (found.state, found.message.startswith(f"{folder} is not used, so every start compiles anew: it ")) == (
         "broken",
         True,
     )

@@ -12,7 +12,17 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.commands.health import _cache
-from heavylift.kernel import BLOCK, LEFT, LOOK, OutputError, kept, kept_folder, prune_cache, read_cached, write_cached
+from heavylift.kernel import (
+    BLOCK,
+    CHECK_EVERY,
+    LEFT,
+    OutputError,
+    kept,
+    kept_folder,
+    prune_cache,
+    read_cached,
+    write_cached,
+)
 
 UNIT = "fmu-" + 32 * "a"
 HOURS_ns = 3600 * 10**9
@@ -69,7 +79,7 @@ def test_who_writes_much_looks(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
         write_cached(name(number), bytes(10_000))
         most = max(most, held())
         assert len(read_cached(name(number))) == 10_000
-    assert LEFT * 0.5e6 < most <= (1 + LOOK) * 0.5e6 + 2 * BLOCK + 10_000
+    assert LEFT * 0.5e6 < most <= (1 + CHECK_EVERY) * 0.5e6 + 2 * BLOCK + 10_000
 
 
 def test_what_is_read_counts_as_used(folder: Path) -> None:
@@ -139,7 +149,7 @@ def test_a_bound_that_is_none_is_a_sentence(folder: Path, monkeypatch: pytest.Mo
             use()
 
 
-def test_the_doctor_tells_how_much_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_doctor_reports_how_much_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", "20")
     write_cached(name(1), bytes(1_500_000))
-    assert _cache().told.endswith("; 1 files, 1.5 MB of at most 20 MB (HEAVYLIFT_CACHE_MB)")
+    assert _cache().message.endswith("; 1 files, 1.5 MB of at most 20 MB (HEAVYLIFT_CACHE_MB)")

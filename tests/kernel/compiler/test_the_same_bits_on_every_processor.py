@@ -13,8 +13,7 @@ import pytest
 from every_law import yard
 from heavylift.kernel.algebra import cos, power, sin
 from heavylift.kernel.compiler import Function, Library, SimdBatch, arranged, module
-from heavylift.kernel.description import Body, Joint, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Point, Reeving, Sheave, System
 from heavylift.kernel.simulation import Simulation
 
 PROCESSORS = {"x86-64": "sse2", "x86-64-v2": "sse4.2", "haswell": "avx2", "skylake-avx512": "avx512f"}

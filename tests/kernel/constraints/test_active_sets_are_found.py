@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from heavylift.kernel.algebra import skew
-from heavylift.kernel.constraints.complementarity import ROUNDS, pivot, round_of, solve, start_of
+from heavylift.kernel.constraints import ROUNDS, pivot, round_of, solve, start_of
 from heavylift.kernel.simulation.impacts import ContactProblem, settle, sweep
 
 EXACT = 1e-12  # of a well-conditioned problem of order one
@@ -74,7 +74,7 @@ def test_four_equal_ropes_share_one_load_and_an_eccentric_load_leaves_one_slack(
     assert G.T @ far.x == pytest.approx([1.0, 0.7, 0.7], abs=1e-8)
 
 
-def test_a_problem_without_a_solution_is_said_to_have_none():
+def test_a_problem_without_a_solution_is_stated_to_have_none():
     assert not solve(np.array([[-1.0]]), np.array([-1.0]), np.zeros(1), np.full(1, np.inf)).found
 
 

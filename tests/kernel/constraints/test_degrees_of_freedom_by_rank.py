@@ -15,10 +15,10 @@ from heavylift.kernel.description import (
     Drive,
     Flexible,
     Joint,
+    Line,
     Lock,
     Point,
     RigidRope,
-    RopeSpan,
     System,
 )
 from heavylift.kernel.model import Program
@@ -263,7 +263,7 @@ def test_a_driven_loop_follows_its_drive_and_has_no_freedom():
 
 def test_taut_rigid_ropes_count_and_slack_ones_do_not():
     ropes = tuple(
-        RigidRope(f"r{i}", (RopeSpan(Point(WORLD, (x, 0.0, 3.0)), Point("load", (x, 0.0, 0.0))),), length)
+        RigidRope(f"r{i}", (Line(Point(WORLD, (x, 0.0, 3.0)), Point("load", (x, 0.0, 0.0))),), length)
         for i, (x, length) in enumerate(((-1.0, 3.0), (1.0, 3.0), (0.0, 3.0), (0.0, 3.5)))
     )
     m = found(System((link("load"),), (Joint("f", "free", WORLD, "load"),), rigid_ropes=ropes))
@@ -271,7 +271,7 @@ def test_taut_rigid_ropes_count_and_slack_ones_do_not():
     assert m.redundant[0].names == ("rope 'r0'", "rope 'r1'", "rope 'r2'")
 
 
-def test_bodies_are_told_apart():
+def test_bodies_are_distinguished():
     bodies = (
         link("load"), Body("carrier", 0.0), link("plate"),
         Body("beam", 0.0, flexible=Flexible(2, Beam(10.0, 100.0, EI_y=1e6), loads=(10.0,))), link("tip"),
@@ -287,7 +287,7 @@ def test_bodies_are_told_apart():
     assert (m.flexible, m.massless, m.fixed, m.stations, m.modes) == (1, 1, 1, m.bodies - 5, m.dof - 3)
 
 
-def test_a_loop_that_cannot_close_is_told():
+def test_a_loop_that_cannot_close_is_reported():
     apart = replace(four_bar(), joints=(*four_bar().joints[:3], replace(four_bar().joints[3], p_CJ=(9.0, 0.0, 0.0))))
     m = found(apart)
     assert m.open == ("joint 'c'",)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.compiler import emit as native
-from heavylift.kernel.description import Body, Drive, Joint, Lock, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Drive, Joint, Line, Lock, Point, Rope, System
 from heavylift.kernel.model import Program
 from heavylift.kernel.simulation import Simulation
 from random_trees import random_system
@@ -127,7 +127,7 @@ def test_joints_of_several_freedoms_are_locked_whole(kind):
     body = Body("a", M, (0.1, 0.2, 0.3), sphere(I))
     n = {"spherical": 3, "free": 6, "planar": 3}[kind]
     joint = Joint("j", kind, "world", "a", axis=Z, second=X, v0=(0.4,) * n)
-    rope = Rope("rope", (RopeSpan(Point("world", (0.0, 0.0, 4.0)), Point("a")),), 1e5, 3.9)
+    rope = Rope("rope", (Line(Point("world", (0.0, 0.0, 4.0)), Point("a")),), 1e5, 3.9)
     s = at(System((body,), (joint,), locks=(Lock("clamp", "j"),), ropes=(rope,), gravity=G), SECOND // 2)
     kinetic = float(s.row().kinetic)
     assert s.set_lock("clamp", True).value == pytest.approx(kinetic, rel=ROUNDED)

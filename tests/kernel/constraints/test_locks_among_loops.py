@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import WORLD, Body, Joint, JointSpring, Lock, Point, RigidRope, RopeSpan, System
+from heavylift.kernel.description import WORLD, Body, Joint, JointSpring, Line, Lock, Point, RigidRope, System
 from linkages import rod
 from small_scenes import SECOND, Y, Z, column, events, hand_over, imbalance, started
 
@@ -58,7 +58,7 @@ def test_a_locked_carriage_leaves_the_load_on_its_rigid_rope_swinging():
         Joint("x", "prismatic", WORLD, "sheave", axis=(1.0, 0.0, 0.0), v0=(2.0,)),
         Joint("z", "prismatic", "sheave", "load", axis=Z, q0=(-5.0,)),
     )
-    rope = RigidRope("rope", (RopeSpan(Point("carriage"), Point("load")),), 5.0)
+    rope = RigidRope("rope", (Line(Point("carriage"), Point("load")),), 5.0)
     system = System(bodies, joints, locks=(Lock("bolt", "rail"),), rigid_ropes=(rope,))
     s = started(system, tolerance=1e-11, sample_ns=SECOND // 20)
     hand_over(s, SECOND // 2)

@@ -248,7 +248,7 @@ def test_linkages_that_cannot_be_are_refused(system, sentence):
     assert fullmatch(sentence, str(e.value))
 
 
-def test_a_drive_that_asks_for_more_than_a_linkage_can_do_is_told():
+def test_a_drive_that_asks_for_more_than_a_linkage_can_do_is_reported():
     """A crank turned by force in a linkage in which it can only rock."""
     crank, rocker = rod("crank"), rod("rocker", 0.5)
     joints = (

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium, momentum, reactions
-from heavylift.kernel.description import JOINTS, JointSpring, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import JOINTS, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.multibody.formulations import FORMULATIONS
 from heavylift.kernel.simulation import Simulation
 from hypothesis import HealthCheck, given, settings
@@ -35,7 +35,7 @@ def roped(seed: int, n: int, decades: float) -> System:
     ropes = tuple(
         Rope(
             f"r{b.name}",
-            (RopeSpan(Point("world", (*random.normal(scale=5.0, size=2).tolist(), 40.0)), Point(b.name)),),
+            (Line(Point("world", (*random.normal(scale=5.0, size=2).tolist(), 40.0)), Point(b.name)),),
             1e3 * b.mass * 9.81,
             float(random.uniform(25.0, 45.0)),
             damping=0.5 * b.mass,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import WORLD, Body, Joint, Point, RigidRope, RopeSpan, System
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, System
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from random_mechanisms import CLOSES, LOOPS, has_loops, mechanism, outcome
@@ -51,7 +51,7 @@ def test_a_rigid_rope_between_points_that_cannot_move_is_no_constraint():
         Joint("hinge", "revolute", WORLD, "arm", axis=(0.0, 1.0, 0.0), q0=(0.5,)),
     )
     ropes = tuple(
-        RigidRope(n, (RopeSpan(Point(WORLD, (x, 0.0, 2.0)), Point(n)),), 2.0) for n, x in (("post", 3.0), ("arm", 0.0))
+        RigidRope(n, (Line(Point(WORLD, (x, 0.0, 2.0)), Point(n)),), 2.0) for n, x in (("post", 3.0), ("arm", 0.0))
     )
     s = started(System(bodies, joints, rigid_ropes=ropes, gravity=G), tolerance=1e-9, sample_ns=SECOND // 50)
     hand_over(s, SECOND)

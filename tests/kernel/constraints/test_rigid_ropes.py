@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import WORLD, Body, Joint, Point, RigidRope, RopeSpan, System
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, System
 from small_scenes import MASS, SECOND, G, X, Z, column, cube, events, hand_over, imbalance, started, times
 
 EXACT = 1e-7  # against closed forms, at tolerance 1e-10
@@ -27,7 +27,7 @@ def point(x=0.0, z=0.0, vx=0.0, vz=0.0, mass=MASS):
 
 
 def on_rope(system, L0, **rope):
-    line = RopeSpan(Point(WORLD), Point("load"))
+    line = Line(Point(WORLD), Point("load"))
     return replace(system, rigid_ropes=(RigidRope("rope", (line,), L0, **rope),))
 
 
@@ -101,7 +101,7 @@ def six(lugs, com):
     """A block on six vertical rigid ropes (C08b)."""
     W = 8825985.0
     block = Body("block", W / G, (*com, 0.0), cube(W / G, 10.0))
-    lines = [RopeSpan(Point(WORLD, (x, y, 30.0)), Point("block", (x, y, 0.0))) for x, y in lugs]
+    lines = [Line(Point(WORLD, (x, y, 30.0)), Point("block", (x, y, 0.0))) for x, y in lugs]
     ropes = tuple(RigidRope(f"r{i}", (line,), 30.0) for i, line in enumerate(lines))
     return System((block,), (Joint("block-joint", "free", WORLD, "block"),), rigid_ropes=ropes, gravity=G)
 

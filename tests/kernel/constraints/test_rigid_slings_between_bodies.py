@@ -5,7 +5,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, RigidRope, Rope, RopeSpan, Support, System, Threshold
+from heavylift.kernel.description import Body, Joint, Line, Point, RigidRope, Rope, Support, System, Threshold
 from small_scenes import SECOND, G, X, Z, column, cube, hand_over, imbalance, started
 
 FAR = 75.0  # [m] of the lift from the origin
@@ -32,9 +32,9 @@ def lift(sling_EA: float = np.inf, lean: float = 0.0) -> System:
             Joint(f"x{i}", "prismatic", "world", carrier, axis=X, q0=(x,)),
             Joint(f"z{i}", "prismatic", carrier, hook, axis=Z, q0=(14.0,)),
         ]
-        line = (RopeSpan(Point("world", (x, 0.0, 44.0)), Point(hook)),)
+        line = (Line(Point("world", (x, 0.0, 44.0)), Point(hook)),)
         ropes.append(Rope(f"rope{i}", line, EA, 30.0 / (1.0 + HOOK * G / EA), 2e5, winch=True))
-        slings.append((f"sling{i}", (RopeSpan(Point(hook), lug),), 10.02))
+        slings.append((f"sling{i}", (Line(Point(hook), lug),), 10.02))
         k = 1e9
         pads.append(
             Support(f"pad{i}", Point("block", (x - FAR, 0.0, -4.0)), -4.0 + BLOCK * G / 2 / k, k, 1e7, 0.2, k, 1e7)
@@ -84,7 +84,7 @@ def test_a_rope_that_is_off_shows_nothing_on_its_load_cell():
     """Of two loads on rigid ropes one is let go."""
     bodies = tuple(Body(n, 1e3) for n in ("left", "right"))
     joints = tuple(Joint(n, "prismatic", "world", n, axis=Z, q0=(-10.0,)) for n in ("left", "right"))
-    ropes = tuple(RigidRope(f"rope-{n}", (RopeSpan(Point("world"), Point(n)),), 10.0) for n in ("left", "right"))
+    ropes = tuple(RigidRope(f"rope-{n}", (Line(Point("world"), Point(n)),), 10.0) for n in ("left", "right"))
     cells = tuple(Threshold(f"cell-{n}", "tension", ropes=(f"rope-{n}",)) for n in ("left", "right"))
     s = started(System(bodies, joints, rigid_ropes=ropes, thresholds=cells, gravity=G))
     hand_over(s, SECOND)

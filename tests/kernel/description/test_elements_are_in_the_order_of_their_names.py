@@ -32,7 +32,7 @@ def shuffled(system: System, random: Random) -> System:
     return replace(system, **{g: tuple(random.sample(x, len(x))) for g in groups if (x := getattr(system, g))})
 
 
-def test_what_an_element_says_stays_as_it_is() -> None:
+def test_what_an_element_reports_stays_as_it_is() -> None:
     """Only elements are put in order, never what stands in them."""
     joints = (Joint("b", "spherical", "world", "load", q0=(0.0, 0.0, 0.0, 1.0), v0=(3.0, 2.0, 1.0)),)
     whole = assembled([System((Body("load", 1.0),), joints)], G)

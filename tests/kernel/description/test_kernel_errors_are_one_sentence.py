@@ -120,7 +120,7 @@ def test_commands_that_cannot_be(simulation, command, sentence):
         lambda s: s.hook("rope"),
     ],
 )
-def test_nothing_can_be_told_to_a_simulation_before_its_start(command):
+def test_nothing_can_be_reported_to_a_simulation_before_its_start(command):
     with pytest.raises(KernelError) as e:
         command(Simulation(driven()))
     assert str(e.value) == "the simulation has no state yet; start it first"

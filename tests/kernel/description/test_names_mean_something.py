@@ -1,4 +1,5 @@
-"""Every name by which an item of a system means another one is looked up; a wrong one is told with the right one."""
+"""Every name by which an item of a system means another one is looked up; a wrong one is reported with the right
+one."""
 
 from __future__ import annotations
 
@@ -18,8 +19,10 @@ from heavylift.kernel.description import (
     Characteristic,
     Contact,
     Drive,
+    InputSignal,
     Joint,
     JointSpring,
+    Line,
     Load,
     Lock,
     Master,
@@ -29,7 +32,6 @@ from heavylift.kernel.description import (
     Reeving,
     RigidRope,
     Rope,
-    RopeSpan,
     Sheave,
     Spring,
     Stop,
@@ -40,7 +42,6 @@ from heavylift.kernel.description import (
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.islands import simulate
 
 SIX = ((0.0,) * 6,) * 6
@@ -57,8 +58,8 @@ RICH = System(
     brakes=(Brake("brake", "hinge", 1.0, 1.0, 1.0),),
     locks=(Lock("lock", "track"),),
     drives=(Drive("drive", "hinge", "servo", kp=1.0),),
-    ropes=(Rope("fall", (RopeSpan(HERE, ABOVE),), 1e3, 20.0),),
-    rigid_ropes=(RigidRope("stay", (RopeSpan(HERE, ABOVE),), 30.0),),
+    ropes=(Rope("fall", (Line(HERE, ABOVE),), 1e3, 20.0),),
+    rigid_ropes=(RigidRope("stay", (Line(HERE, ABOVE),), 30.0),),
     supports=(Support("pad", HERE, -9.0, 1.0, 1.0, on="upper"), Support("floor", HERE, -9.0, 1.0, 1.0)),
     forces=(
         Load("load", HERE),

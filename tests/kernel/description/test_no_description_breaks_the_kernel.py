@@ -17,15 +17,15 @@ def test_a_spoiled_scene_is_refused_in_a_sentence_or_runs(seed):
     system = random_system(seed, 4) if seed % 4 == 0 else yard()
     for _ in range(random.choice((1, 1, 2, 4))):
         system = spoiled(system, random)
-    said = outcome(system)
-    assert said
-    assert "\n" not in said
+    text = outcome(system)
+    assert text
+    assert "\n" not in text
 
 
 @pytest.mark.parametrize("seed", range(CASES))
 @pytest.mark.large(beyond=20)
 def test_a_scene_of_other_types_and_shapes_is_refused_in_a_sentence_or_runs(seed):
     random = Random(seed)
-    said = outcome(misfit(yard(), random))
-    assert said
-    assert "\n" not in said
+    text = outcome(misfit(yard(), random))
+    assert text
+    assert "\n" not in text

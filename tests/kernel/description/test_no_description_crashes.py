@@ -60,7 +60,7 @@ def test_it_runs_or_is_refused(seed):
     system = equipped(seed)
     for _ in range(1 + seed % 3):
         system = spoilt(system, rng)
-    told = ""
+    message = ""
     try:
         s = Simulation(system, opt=0, cache=False)
         s.start()
@@ -72,8 +72,8 @@ def test_it_runs_or_is_refused(seed):
         hand_over(s, 2 * SHORT)
         assert np.isfinite(s.state).all()
     except KernelError as error:
-        told = str(error)
-    assert "\n" not in told
+        message = str(error)
+    assert "\n" not in message
 
 
 def test_spoiling_reaches_everything():

@@ -11,18 +11,18 @@ from heavylift.kernel.description import (
     Brake,
     Bushing,
     Characteristic,
+    InputSignal,
     Joint,
     JointSpring,
+    Line,
     Point,
     Reeving,
     Rope,
-    RopeSpan,
     Sheave,
     System,
     Torsion,
     UserLaw,
 )
-from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.equations import equations
 from heavylift.kernel.model import Program
 from heavylift.kernel.multibody import build_graph, composites, cut, joint_space_inertia
@@ -95,7 +95,7 @@ def two_of_a_kind() -> System:
         joints,
         springs=(JointSpring("soft", "a-rail", 3.0),),
         brakes=(Brake("grip", "b-rail", 1.0, 1.0, 1.0),),
-        ropes=(Rope("tie", (RopeSpan(Point("a"), Point("b", Y)),), 1.0, 1.0),),
+        ropes=(Rope("tie", (Line(Point("a"), Point("b", Y)),), 1.0, 1.0),),
         gravity=G,
     )
 

@@ -119,7 +119,7 @@ def test_a_trolley_rolls_into_the_sag_and_the_accounts_close():
     assert imbalance(s) < 1e-8
 
 
-def test_an_end_stop_holds_a_trolley_and_leaving_the_beam_is_told():
+def test_an_end_stop_holds_a_trolley_and_leaving_the_beam_is_reported():
     system = crane(TROLLEY, drive=False, gravity=G)
     joints = (system.joints[0], replace(system.joints[1], q0=(140.0,), v0=(10.0,)))
     stop = Stop("bumper", "rail", 1.0, 148.0, 5.0e7, 5.0e6)

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Bushing, Drive, Joint, Load, Point, System, Wave
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Bushing, Drive, InputSignal, Joint, Load, Point, System, Wave
 from heavylift.kernel.equations import equations
 from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.simulation import Simulation
@@ -186,18 +185,18 @@ def test_a_floating_body_answers_as_its_equations_in_the_frequency_domain():
     assert np.abs(found - want).max() < 2e-4 * np.abs(want).max()
 
 
-def test_its_equations_tell_of_the_water():
+def test_its_equations_report_of_the_water():
     """Of the body that has an added mass, in both forms of its equations."""
     free = Joint("free", "free", "world", "hull", q0=(0.0,) * 6 + (1.0,))
-    told = equations(System((SLENDER,), (free,)))
-    assert "the water takes A a + v x* (A v) of its added mass A: of hull" in told
-    assert "added mass of the water, on which g does not act: of hull" in told
+    message = equations(System((SLENDER,), (free,)))
+    assert "the water takes A a + v x* (A v) of its added mass A: of hull" in message
+    assert "added mass of the water, on which g does not act: of hull" in message
 
 
 def test_only_prescribed_drives_follow_waves():
     """Others are a sentence, as is a wave without a ramp."""
-    ways = {"servo": 1.0, "prescribed": 0.0}
-    for kind, ramp in ways.items():
+    distances = {"servo": 1.0, "prescribed": 0.0}
+    for kind, ramp in distances.items():
         system = replace(given(), drives=(Drive("d", "heave", kind, 1.0, 1.0, wave=Wave(1.0, W, ramp)),))
         with pytest.raises(KernelError, match="drive 'd': only a prescribed one follows a wave, with a ramp"):
             Program(system)

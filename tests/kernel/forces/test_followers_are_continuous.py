@@ -10,11 +10,11 @@ from heavylift.kernel.description import (
     Drive,
     Joint,
     JointSpring,
+    Line,
     Master,
     Measured,
     Point,
     Rope,
-    RopeSpan,
     System,
 )
 from small_scenes import EA, SECOND, G, X, cube, hand_over, hung, slider, started
@@ -143,7 +143,7 @@ def test_a_winch_follows_a_measured_angle(kind):
 
 def test_a_sling_hooked_with_a_new_length_follows_nothing_any_more():
     scene = replace(slider(q0=-10.0), masters=(Master("m", 1.0),))
-    line = RopeSpan(Point("world"), Point("load"))
+    line = Line(Point("world"), Point("load"))
     scene = replace(scene, ropes=(Rope("sling", (line,), EA, 20.0, winch=True, hooked=False),))
     s = started(scene, **FINE)
     s.set_follow("sling", "m", (3.0, 0.0, 0.0))

@@ -7,6 +7,7 @@ import pytest
 from heavylift.kernel.description import (
     Bushing,
     Characteristic,
+    InputSignal,
     Load,
     Point,
     Reeving,
@@ -16,7 +17,6 @@ from heavylift.kernel.description import (
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.forces import InputSignal
 from msgspec import structs
 from random_trees import random_system
 from small_scenes import SECOND, events, imbalance, started
@@ -41,8 +41,8 @@ def forces(random, names, joints):
         return tuple(map(tuple, (A @ A.T * size).tolist()))
 
     a, b = random.choice(names, 2, replace=False)
-    way = (Sheave(point(), efficiency=0.95), Sheave(point(), efficiency=0.9))
-    reeved = Reeving("reeved", Point("world", (0.0, 0.0, 9.0)), way, point(), 2e5, InputSignal(1e3), 1e2)
+    distance = (Sheave(point(), efficiency=0.95), Sheave(point(), efficiency=0.9))
+    reeved = Reeving("reeved", Point("world", (0.0, 0.0, 9.0)), distance, point(), 2e5, InputSignal(1e3), 1e2)
     ramp = InputSignal(times=(0.0, 0.1), values=(0.0, 1.0))
     out = [
         Load("load", point(), tuple((1e3 * random.normal(size=3)).tolist()), unit(), "body", ramp),

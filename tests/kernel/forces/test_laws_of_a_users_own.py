@@ -8,8 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Characteristic, Joint, Load, Point, System, UserLaw
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Characteristic, InputSignal, Joint, Load, Point, System, UserLaw
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import native_state
 from scipy.integrate import solve_ivp
@@ -100,7 +99,7 @@ def test_an_edited_law_is_compiled_again(tmp_path, monkeypatch):
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(native_state, "MOST_LOADED", 0)
     monkeypatch.setattr(native_state, "_loaded", {})
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python tells edits apart by whole seconds and sizes
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # Python distinguishes edits by whole seconds and sizes
     file = tmp_path / "mine.py"
     law = UserLaw("own", f"{file}:pull", "load-guide")
     found = []

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Load, Master, Point, System, Wind
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Load, Master, Point, System, Wind
 from heavylift.kernel.simulation import Simulation
 from scipy.integrate import solve_ivp
 from scipy.spatial import ConvexHull

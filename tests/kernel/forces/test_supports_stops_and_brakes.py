@@ -5,7 +5,7 @@ from math import atan2, ceil, cos, hypot, log2, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Brake, Joint, JointSpring, Point, Rope, RopeSpan, Stop, Support, System
+from heavylift.kernel.description import Body, Brake, Joint, JointSpring, Line, Point, Rope, Stop, Support, System
 from heavylift.kernel.forces import SupportAt, SupportLaw
 from small_scenes import SECOND, G, X, cube, events, hand_over, imbalance, slider, started, times
 
@@ -57,10 +57,10 @@ def test_a_sliding_block_stops_after_half_v_squared_over_mu_g():
     scene = block_on_pads(1.0e5, (0.0, 0.0, 0.0), feet, -5e-3, mu, (1.2, 0.5, 0.0, 0.0, 0.0, 0.0))
     s = started(scene, **FINE)
     s.run(10 * SECOND)
-    way = hypot(s.state[0], s.state[1])
+    distance = hypot(s.state[0], s.state[1])
     k = 1.0e5 * G / 5e-3
     springs = mu * G * 1.0e5 / k  # the springs of the pads give way before they slip
-    assert way == pytest.approx(v * v / (2 * mu * G), abs=2 * springs)
+    assert distance == pytest.approx(v * v / (2 * mu * G), abs=2 * springs)
     assert s.state[1] / s.state[0] == pytest.approx(0.5 / 1.2, rel=1e-6), "friction opposes the motion"
     assert {e for e in events(s)} == {(f"pad{i}", what) for i in range(4) for what in ("slip", "stick")}
 
@@ -72,7 +72,7 @@ def test_a_pulled_block_sticks_below_the_limit_of_friction_and_slips_above(pull,
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
     scene = block_on_pads(mass, (0.0, 0.0, 0.0), feet, -5e-3, mu)
     length, EA, force = 1000.0, 1.0e7, pull * mu * mass * G  # long and soft: the tension stays
-    rope = Rope("tow", (RopeSpan(Point("block"), Point("world", (length, 0.0, -5e-3))),), EA, length / (1 + force / EA))
+    rope = Rope("tow", (Line(Point("block"), Point("world", (length, 0.0, -5e-3))),), EA, length / (1 + force / EA))
     s = started(replace(scene, ropes=(rope,)), **FINE)
     s.run(3 * SECOND)
     if slips:
@@ -88,8 +88,8 @@ def test_a_block_that_is_lifted_while_it_leans_sideways_on_its_pads_lets_go_with
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
     scene = block_on_pads(mass, (0.0, 0.0, 0.0), feet, -5e-3, mu)
     length, EA, force = 1000.0, 1.0e7, 0.3 * mu * mass * G
-    tow = Rope("tow", (RopeSpan(Point("block"), Point("world", (length, 0.0, -5e-3))),), EA, length / (1 + force / EA))
-    hoist = Rope("hoist", (RopeSpan(Point("world", (0.0, 0.0, 30.0)), Point("block")),), 1.0e8, 30.0, 1e5, winch=True)
+    tow = Rope("tow", (Line(Point("block"), Point("world", (length, 0.0, -5e-3))),), EA, length / (1 + force / EA))
+    hoist = Rope("hoist", (Line(Point("world", (0.0, 0.0, 30.0)), Point("block")),), 1.0e8, 30.0, 1e5, winch=True)
     s = started(replace(scene, ropes=(tow, hoist)), **FINE)
     hand_over(s, 5 * SECOND)
     s.references.set_profile("hoist", 5 * SECOND, 0.1, 0.1, -1.0)

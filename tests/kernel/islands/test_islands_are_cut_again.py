@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Point, Rope, RopeSpan
+from heavylift.kernel.description import Line, Point, Rope
 from heavylift.kernel.islands import Islands
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from two_loads import APART, SECOND, TIED, TOLERANCE, TWO, Stage, assert_alike, islands, one, played, wind
@@ -36,7 +36,7 @@ def test_a_rope_between_two_makes_them_one_and_what_rests_is_cut_off_again() -> 
 
 def test_a_loose_rope_keeps_its_far_end_for_when_it_is_hooked() -> None:
     """Off the origin of a body of another island: its span is shown, and from there it pulls later."""
-    line = RopeSpan(Point("load-a", (0.0, 0.1, 0.3)), Point("load-b", (0.2, 0.0, -0.4)))
+    line = Line(Point("load-a", (0.0, 0.1, 0.3)), Point("load-b", (0.2, 0.0, -0.4)))
     scene = replace(TWO, ropes=(*TWO.ropes, Rope("tug", (line,), 1e6, 10.2, 1e4, hooked=False)))
     hooked: list[Stage] = [(2.0, lambda s: s.hook("tug", L0=10.3)), (2.5, wind("a", -1.0))]
     s, whole = played(islands(scene), hooked, end=5.0), played(one(scene), hooked, end=5.0)
@@ -73,7 +73,7 @@ def test_what_fails_after_an_event_elsewhere_fails_after_it() -> None:
         s.run(4 * SECOND)
 
 
-def test_a_name_that_nobody_bears_is_told() -> None:
+def test_a_name_that_nobody_bears_is_reported() -> None:
     s = islands()
     s.start()
     with pytest.raises(KernelError, match="'rope-c': no drive, winch or master of this name"):

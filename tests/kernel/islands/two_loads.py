@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from heavylift.kernel.description import Body, Joint, Matrix, Point, Rope, RopeSpan, Support, System, Threshold, merge
+from heavylift.kernel.description import Body, Joint, Line, Matrix, Point, Rope, Support, System, Threshold, merge
 from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
 
@@ -30,7 +30,7 @@ def lift(name: str, x: float) -> System:
     joint = Joint(
         f"free-{name}", "free", "world", load.name, q0=(x, 0.0, 1.0 - SETTLED, 0.0, 0.0, 0.0, 1.0), v0=(0.0,) * 6
     )
-    line = RopeSpan(Point("world", (x, 0.0, 30.0)), Point(load.name, (0.0, 0.0, 1.0)))
+    line = Line(Point("world", (x, 0.0, 30.0)), Point(load.name, (0.0, 0.0, 1.0)))
     return System(
         (load,),
         (joint,),
@@ -43,7 +43,7 @@ def lift(name: str, x: float) -> System:
 
 def tug() -> Rope:
     """From one load to the other, not hooked."""
-    return Rope("tug", (RopeSpan(Point("load-a"), Point("load-b")),), 1e6, 10.2, 1e4, hooked=False)
+    return Rope("tug", (Line(Point("load-a"), Point("load-b")),), 1e6, 10.2, 1e4, hooked=False)
 
 
 TWO = merge([lift("a", 0.0), lift("b", 10.0)], G)

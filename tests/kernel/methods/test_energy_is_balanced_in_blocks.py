@@ -31,7 +31,7 @@ def test_blocks_are_fine_where_each_reading_is(seed, implicit):
     for balance in (block, single):
         balance.begin(float(kinetic[0]), parts[0])
     fine = block.fine(*readings)
-    said, _ = one_by_one(single, readings)
-    assert fine == (not said and not single.lost)
+    text, _ = one_by_one(single, readings)
+    assert fine == (not text and not single.lost)
     if fine:
         assert block._turned == single._turned

@@ -4,7 +4,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import JOINTS, Body, Drive, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import JOINTS, Body, Drive, Joint, Line, Point, Rope, System
 from heavylift.kernel.multibody import rates, speeds
 from small_scenes import SECOND, G, X, column, cube, hand_over, imbalance, started
 
@@ -17,7 +17,7 @@ SLOW = 0.05  # [m/s]
 def carried() -> System:
     """A beam hung by two ropes, along which a trolley is driven."""
     ropes = tuple(
-        Rope(name, (RopeSpan(Point("world", (x, 0.0, 0.0)), Point("beam", (x, 0.0, 0.5))),), 4e8, 15.0, damping=5e5)
+        Rope(name, (Line(Point("world", (x, 0.0, 0.0)), Point("beam", (x, 0.0, 0.5))),), 4e8, 15.0, damping=5e5)
         for name, x in (("left", -LONG / 2), ("right", LONG / 2))
     )
     bodies = (Body("beam", BEAM, inertia=cube(BEAM, LONG)), Body("trolley", TROLLEY, inertia=cube(TROLLEY)))

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.simulation import Integrator
 from small_scenes import SECOND, G, cube, hand_over, started
 
@@ -24,7 +24,7 @@ def falling(seed: int) -> System:
         mass = load if i == n - 1 else load * 10 ** r.uniform(-3.0, -0.5)
         bodies.append(Body(f"b{i}", mass, inertia=cube(mass, 1.0)))
         joints.append(Joint(f"b{i}", "free", "world", f"b{i}", q0=(r.uniform(-1.0, 1.0), 0.0, z, 0.0, 0.0, 0.0, 1.0)))
-        line = RopeSpan(Point(above), Point(f"b{i}"))
+        line = Line(Point(above), Point(f"b{i}"))
         ropes.append(Rope(f"r{i}", (line,), EA, length / n, damping=EA * r.choice([0.0, 0.001, 0.01])))
         above = f"b{i}"
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes), gravity=G)
@@ -32,15 +32,15 @@ def falling(seed: int) -> System:
 
 def counted(monkeypatch, refused=lambda: False) -> list[bool]:
     """What becomes of each step to an event; `refused`: whether it has no solution whatever the method says."""
-    forced, solved, told = Integrator.forced, Integrator._solved, []
+    forced, solved, message = Integrator.forced, Integrator._solved, []
 
     def seen(self, t):
-        told.append(forced(self, t))
-        return told[-1]
+        message.append(forced(self, t))
+        return message[-1]
 
     monkeypatch.setattr(Integrator, "forced", seen)
     monkeypatch.setattr(Integrator, "_solved", lambda self, t: not refused() and solved(self, t))
-    return told
+    return message
 
 
 def first_events(method: str, tolerance: float) -> list[int]:
@@ -55,9 +55,9 @@ def first_events(method: str, tolerance: float) -> list[int]:
 def test_a_step_that_is_refused_leads_to_the_same_event_in_shorter_ones(method, monkeypatch):
     """Whatever the method: of eight attempts three are refused, and no event is lost."""
     times, refusals = first_events(method, IMPLICIT[method]), count()
-    told = counted(monkeypatch, lambda: next(refusals) % 8 < 3)
+    message = counted(monkeypatch, lambda: next(refusals) % 8 < 3)
     assert first_events(method, IMPLICIT[method]) == pytest.approx(times, rel=1e-3)
-    assert told.count(False) > 0
+    assert message.count(False) > 0
 
 
 def test_steps_that_are_never_solved_end_in_one_sentence(monkeypatch):

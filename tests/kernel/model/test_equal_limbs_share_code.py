@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from heavylift.kernel.algebra import axis_rotation
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.model import Program
 from heavylift.kernel.simulation import Simulation
 from random_trees import random_state
@@ -26,7 +26,7 @@ def spider(legs: int, odd: float = 0.0) -> System:
                 bodies.append(Body(f"{name}{i}", 20.0 + i + j, (0.1, 0.3, -0.6), box))
                 joints.append(Joint(f"j-{name}{i}", kind, on, f"{name}{i}", place, R, (0.0, 0.6, 0.8)))
         ropes.append(
-            Rope(f"rope{i}", (RopeSpan(Point("world", (i, 0.0, 9.0)), Point(f"knee{i}", (0.2, 0.1, -1.0))),), 1e4, 5.0)
+            Rope(f"rope{i}", (Line(Point("world", (i, 0.0, 9.0)), Point(f"knee{i}", (0.2, 0.1, -1.0))),), 1e4, 5.0)
         )
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes))
 

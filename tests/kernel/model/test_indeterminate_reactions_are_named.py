@@ -12,11 +12,11 @@ from heavylift.kernel.description import (
     Body,
     Contact,
     Joint,
+    Line,
     Plane,
     Point,
     RigidRope,
     Rope,
-    RopeSpan,
     System,
 )
 from small_scenes import SECOND, G, X, Y, cube, hand_over, started
@@ -57,7 +57,7 @@ def test_three_equal_hinges_carry_thirds_and_none_of_it_is_certain():
 
 
 def test_the_choice_is_the_least_norm_that_numpy_finds():
-    """Equilibrium of the door as a linear system in its fifteen components, moments over the lever that is told."""
+    """Equilibrium of the door as a linear system in its fifteen components, moments over the lever that is reported."""
     carried = asked(door())
     rows, want = np.zeros((5, 15)), np.array([0.0, 0.0, WEIGHT, 0.0, -OUT * WEIGHT])
     for i, z in enumerate(LEVERS):  # components: fx, fy, fz, mx / L, my / L
@@ -81,7 +81,7 @@ def test_a_body_welded_twice_or_welded_and_sprung(elastic):
     load = Body("load", MASS, inertia=cube(MASS))
     slide = Joint("slide", "prismatic", WORLD, "carriage", axis=X)
     weld = [Joint(f"weld{i}", "fixed", "carriage", "load", p, p_CJ=p) for i, p in enumerate((X, Y))]
-    rope = Rope("rope", (RopeSpan(Point(WORLD, (0.0, 0.0, 10.0)), Point("load")),), 1e6, 10.0)
+    rope = Rope("rope", (Line(Point(WORLD, (0.0, 0.0, 10.0)), Point("load")),), 1e6, 10.0)
     system = System((Body("carriage", 1.0), load), (slide, weld[0], *([] if elastic else weld[1:])), gravity=G)
     carried = asked(replace(system, ropes=(rope,)) if elastic else system)
     if elastic:
@@ -120,7 +120,7 @@ def test_sarrus_names_what_each_pair_of_plates_may_twist():
 
 
 def ropes_at(*places):
-    lines = ((RopeSpan(Point(WORLD, (x, y, 3.0)), Point("load", (x, y, 0.0))),) for x, y in places)
+    lines = ((Line(Point(WORLD, (x, y, 3.0)), Point("load", (x, y, 0.0))),) for x, y in places)
     return tuple(RigidRope(f"r{i}", line, 3.0) for i, line in enumerate(lines))
 
 
@@ -163,7 +163,7 @@ def test_rigid_feet_share_a_load_and_the_contacts_are_named():
     assert three.contacts == ()
 
 
-def test_the_table_marks_them_and_says_what_is_shown():
+def test_the_table_marks_them_and_reports_what_is_shown():
     simulation = started(door(), native=False)
     found = equilibrium(simulation)
     text = statics_text(found, reactions(simulation), 0.0)
@@ -183,11 +183,13 @@ def notes(system, **options):
     return [note.sentence for note in simulation.notes]
 
 
-def test_a_run_that_records_such_loads_says_so_once():
-    (told,) = notes(door())
-    assert told.startswith("joint 'h0', joint 'h1', joint 'h2' at 0.000 s: how they share their load is not determined")
-    (told,) = notes(hung((-1.0, 0.0), (-1.0, 0.0), (1.0, 0.0)))
-    assert told.startswith("rope 'r0', rope 'r1' at 0.000 s: how they share their load")
+def test_a_run_that_records_such_loads_reports_so_once():
+    (message,) = notes(door())
+    assert message.startswith(
+        "joint 'h0', joint 'h1', joint 'h2' at 0.000 s: how they share their load is not determined"
+    )
+    (message,) = notes(hung((-1.0, 0.0), (-1.0, 0.0), (1.0, 0.0)))
+    assert message.startswith("rope 'r0', rope 'r1' at 0.000 s: how they share their load")
 
 
 @pytest.mark.parametrize(
@@ -210,5 +212,5 @@ def test_a_tilted_linkage_loads_its_redundant_rows():
     def turned(j):
         return replace(j, R_PJ=R, p_PJ=tuple((np.array(R) @ j.p_PJ).tolist())) if j.parent == WORLD else j
 
-    (told,) = notes(replace(tilted, joints=tuple(map(turned, tilted.joints))))
-    assert "is not determined by rigid bodies" in told
+    (message,) = notes(replace(tilted, joints=tuple(map(turned, tilted.joints))))
+    assert "is not determined by rigid bodies" in message

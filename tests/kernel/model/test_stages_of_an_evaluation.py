@@ -19,11 +19,11 @@ from heavylift.kernel.description import (
     Drive,
     Flexible,
     Joint,
+    Line,
     Measured,
     Plane,
     Point,
     RigidRope,
-    RopeSpan,
     System,
     Threshold,
 )
@@ -39,7 +39,7 @@ FIELDS = {f.name for f in fields(Evaluation)} - GIVEN
 def whole() -> System:
     """Every law, a loop, a heavy rigid rope with a winch, a contact, thresholds on whatever there is."""
     s = yard()
-    line = RopeSpan(Point("trolley", (-3.0, 0.0, 0.0)), Point("block", (-2.0, 0.0, 2.0)))
+    line = Line(Point("trolley", (-3.0, 0.0, 0.0)), Point("block", (-2.0, 0.0, 2.0)))
     return replace(
         s,
         bodies=(

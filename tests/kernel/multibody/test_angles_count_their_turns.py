@@ -12,11 +12,11 @@ from heavylift.kernel.description import (
     Bushing,
     Drive,
     Joint,
+    Line,
     Load,
     Measured,
     Point,
     Rope,
-    RopeSpan,
     System,
     Threshold,
     Torsion,
@@ -149,10 +149,10 @@ def test_statics_wind_a_spring_beyond_half_a_turn(turns):
 @pytest.mark.parametrize("seed", range(4))
 def test_a_body_that_tumbles_in_a_bushing_ends_the_run_before_its_rotation_vector_does(seed):
     random = np.random.default_rng(seed)
-    way = random.normal(size=3)
-    way *= 12.0 / np.linalg.norm(way)
+    distance = random.normal(size=3)
+    distance *= 12.0 / np.linalg.norm(distance)
     soft = Bushing("rubber", Point("world"), Point("wheel"), STIFF, NONE)
-    joint = Joint("axle", "free", "world", "wheel", v0=(0.0, 0.0, 0.0, *way.tolist()))
+    joint = Joint("axle", "free", "world", "wheel", v0=(0.0, 0.0, 0.0, *distance.tolist()))
     s = started(replace(wheel(), joints=(joint,), forces=(soft,)), tolerance=1e-9, sample_ns=SECOND // 1000)
     with pytest.raises(KernelError, match=r"bushing 'rubber' at \d\.\d+ s: 'wheel' is turned by 175 degrees") as ended:
         hand_over(s, 3 * SECOND)
@@ -185,7 +185,7 @@ def test_cubes_turn_alike_at_fixed_steps_however_far_one_step_turns():
 
 def test_turns_are_kept_where_islands_merge():
     """A wheel that has turned one and a half times is tied to a block by a slack rope; its threshold comes at two."""
-    tie = Rope("tie", (RopeSpan(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
+    tie = Rope("tie", (Line(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
     scene = wheel(Y, v0=2.0 * pi, thresholds=(Threshold("two", "angle", of="wheel", axis=1),))
     block = Joint("rail", "prismatic", "world", "block", (5.0, 0.0, 0.0), axis=X, v0=(0.1,))
     scene = replace(scene, bodies=(*scene.bodies, Body("block", 1.0)), joints=(*scene.joints, block), ropes=(tie,))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, Y, hand_over, slider, started, times
 
 PROBLEMS = json.loads((Path(__file__).parents[2] / "data" / "tree_problems.json").read_text())["problems"]
@@ -91,7 +91,7 @@ def test_a_load_dropped_on_a_slack_rope(method, tolerance, error):
     """The n-th catch, and the rest at the height of the drop after each period."""
     p = PROBLEMS["snap_load"]["own_reference"]
     EA = 1.2e7 * 20.0
-    rope = Rope("rope", (RopeSpan(Point("world"), Point("load")),), EA, 20.0)
+    rope = Rope("rope", (Line(Point("world"), Point("load")),), EA, 20.0)
     system = replace(slider(mass=3.0e5, q0=-19.95), ropes=(rope,), gravity=9.81)
     s = started(system, method=method, tolerance=tolerance, sample_ns=SECOND)
     hand_over(s, round(5.0 * p["period"] * SECOND))

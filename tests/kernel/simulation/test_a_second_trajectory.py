@@ -6,7 +6,7 @@ masses in space; the equations below are Newton's, the events SciPy's own.
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, G, cube, events, hand_over, started
 
@@ -90,8 +90,8 @@ def by_the_kernel():
         for b, x, v in zip(bodies, (HOOK_AT, LOAD_AT), (HOOK_V, LOAD_V), strict=True)
     )
     cables = (
-        Rope("rope", (RopeSpan(Point("world"), Point("hook")),), winch=True, **ROPE),
-        Rope("sling", (RopeSpan(Point("hook"), Point("load")),), **SLING),
+        Rope("rope", (Line(Point("world"), Point("hook")),), winch=True, **ROPE),
+        Rope("sling", (Line(Point("hook"), Point("load")),), **SLING),
     )
     s = started(System(bodies, joints, ropes=cables, gravity=G), tolerance=1e-12, sample_ns=SECOND)
     s.references.set_profile("rope", 0, SPEED, RAMP, DISTANCE)

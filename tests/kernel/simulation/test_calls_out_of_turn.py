@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Drive, Point, Rope, RopeSpan, System, Threshold
+from heavylift.kernel.description import Drive, Line, Point, Rope, System, Threshold
 from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
 from small_scenes import MASS, SECOND, X, hand_over, hung, slider, started
@@ -26,7 +26,7 @@ def yard() -> System:
         fall,
         bodies=fall.bodies + cart.bodies,
         joints=fall.joints + cart.joints,
-        ropes=(*fall.ropes, Rope("tag", (RopeSpan(Point("world", (40.0, 0.0, 0.0)), Point("cart")),), 1e6, 42.0)),
+        ropes=(*fall.ropes, Rope("tag", (Line(Point("world", (40.0, 0.0, 0.0)), Point("cart")),), 1e6, 42.0)),
         drives=(Drive("travel", "cart-guide", "servo", 1.0e6, 2.0e5),),
         thresholds=(Threshold("far", "joint", of="cart-guide"), Threshold("low", "joint", of="load-guide")),
     )
@@ -41,7 +41,7 @@ def build(face: type) -> Any:
 def a_call(random: np.random.Generator, s: Any) -> tuple[str, Callable[[Any], object]]:
     """Any call with any time, and what it is."""
     t, u = int(random.integers(0, END)), random.uniform
-    speed, way = u(-0.5, 0.5), u(-2.0, 2.0)
+    speed, distance = u(-0.5, 0.5), u(-2.0, 2.0)
     t = random.choice([t, s.epoch, min(END - 1, s.epoch + t // 20), min(END - 1, s.next_ns)])
     start, value, rising = s.epoch, u(-60.0, 2.0), bool(random.integers(2))
     calls: list[tuple[str, Callable[[Any], object]]] = [
@@ -52,7 +52,7 @@ def a_call(random: np.random.Generator, s: Any) -> tuple[str, Callable[[Any], ob
         ("fire", lambda s: s.fire()),
         ("settle", lambda s: s.settle()),
         ("settle", lambda s: s.settle()),
-        ("command", lambda s: s.set_profile("travel", start, abs(speed) + 0.1, 0.5, way)),
+        ("command", lambda s: s.set_profile("travel", start, abs(speed) + 0.1, 0.5, distance)),
         ("command", lambda s: s.set_profile("rope", start, speed, 0.2, None)),
         ("command", lambda s: s.watch("far", value, rising)),
         ("command", lambda s: s.watch("low", value, rising)),

@@ -10,9 +10,9 @@ from heavylift.kernel.description import (
     Drive,
     Joint,
     JointSpring,
+    Line,
     Point,
     Rope,
-    RopeSpan,
     Stop,
     Support,
     System,
@@ -140,7 +140,7 @@ def test_everything_at_once():
         Joint("float", "free", "world", "block", q0=q0, v0=v0),
         Joint("hinge", "revolute", "block", "arm", (0.0, 0.0, 1.0), axis=Y, v0=(1.0,)),
     )
-    sling = RopeSpan(Point("world", (0.0, 0.0, 9.0)), Point("block", (0.0, 0.0, 2.0)))
+    sling = Line(Point("world", (0.0, 0.0, 9.0)), Point("block", (0.0, 0.0, 2.0)))
     pads = tuple(
         Support(f"pad{x}{y}", Point("block", (2.0 * x, 2.0 * y, -2.0)), 0.0, 3.0e7, 3.0e5, 0.3, 3.0e7, 3.0e5)
         for x in (-1, 1)

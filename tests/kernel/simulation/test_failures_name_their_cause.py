@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import WORLD, Body, Drive, Joint, JointSpring, Point, RigidRope, RopeSpan, System
+from heavylift.kernel.description import WORLD, Body, Drive, Joint, JointSpring, Line, Point, RigidRope, System
 from heavylift.kernel.model import Program
 from heavylift.kernel.simulation.safeguards import too_slow, too_small
 from small_scenes import SECOND, G, X, Z, hand_over, slider, started
@@ -57,8 +57,8 @@ def test_drives_that_contradict_each_other_in_a_loop_are_named(one: float, two: 
     s.set_profile("one", 0, one, 1.0, None)
     s.set_profile("two", 0, two, 1.0, None)
     s.settle()
-    told = sentence(s, 2 * SECOND)
-    assert "drives 'one' and 'two' move what one loop ties together and contradict each other; stop one" in told
+    message = sentence(s, 2 * SECOND)
+    assert "drives 'one' and 'two' move what one loop ties together and contradict each other; stop one" in message
 
 
 def test_drives_that_agree_in_a_loop_are_left_alone() -> None:
@@ -74,8 +74,8 @@ def test_a_body_too_light_for_its_loop_is_named(mass: float) -> None:
     """Its rows drown in the rounding of those of the heavy ones."""
     with pytest.raises(KernelError) as e:
         hand_over(started(slider_crank(mass)), SECOND)
-    told = str(e.value)
-    assert f"body 'rod' with {mass:.3g} kg is tied into a loop with 'piston' of 1 kg, too far apart" in told
+    message = str(e.value)
+    assert f"body 'rod' with {mass:.3g} kg is tied into a loop with 'piston' of 1 kg, too far apart" in message
 
 
 def test_a_light_body_that_can_be_kept_moves_as_one_without_mass() -> None:
@@ -89,7 +89,7 @@ def test_a_light_body_that_can_be_kept_moves_as_one_without_mass() -> None:
 
 @pytest.mark.parametrize("slack", [0.0, 0.3])
 def test_a_drive_that_tears_a_rigid_rope_is_named(slack: float) -> None:
-    rope = RigidRope("rope", (RopeSpan(Point(WORLD), Point("load")),), 10.0 + slack)
+    rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), 10.0 + slack)
     scene = replace(slider("load", 1.0, axis=Z, q0=-10.0), rigid_ropes=(rope,))
     scene = replace(
         scene,
@@ -100,9 +100,9 @@ def test_a_drive_that_tears_a_rigid_rope_is_named(slack: float) -> None:
     s = started(scene)
     s.set_profile("hoist", 0, -1.0, 1.0, None)
     s.settle()
-    told = sentence(s, 2 * SECOND)
-    assert told.startswith("rope 'rope' at ")
-    assert told.endswith(
+    message = sentence(s, 2 * SECOND)
+    assert message.startswith("rope 'rope' at ")
+    assert message.endswith(
         "drive 'hoist' moves all that it could move, and a rigid rope does not stretch; stop the drive before, make it "
         "a servo, or give 'rope' EA"
     )

@@ -7,9 +7,8 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, System, Wind, guard_of
-from heavylift.kernel.description.forces import InputSignal as Driven
-from heavylift.kernel.description.signals import ScalarSignal
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, ScalarSignal, System, Wind, guard_of
+from heavylift.kernel.description import InputSignal as Driven
 from heavylift.kernel.model import scalar
 from heavylift.kernel.simulation.native import reader
 from scipy.optimize import lsq_linear
@@ -45,7 +44,7 @@ def jib(load: float) -> System:
         Joint("beam", "prismatic", "world", "trolley", axis=X, p_PJ=(5.0, 0.0, 20.0)),
         Joint("guide", "prismatic", "trolley", "load", axis=Z, q0=(-10.0,)),
     )
-    rope = Rope("fall", (RopeSpan(Point("trolley"), Point("load")),), EA, 10.0 / (1.0 + load * G / EA))
+    rope = Rope("fall", (Line(Point("trolley"), Point("load")),), EA, 10.0 / (1.0 + load * G / EA))
     drive = Drive("out", "beam", "prescribed")
     return System(bodies, joints, ropes=(rope,), drives=(drive,), gravity=G)
 
@@ -95,7 +94,7 @@ def test_off_lead_and_swing_of_a_pendulum():
     """A pendulum that is let go at 0.1 rad in a plane at 30 degrees to x: its rope is as far off as its angle."""
     e = (cos(pi / 6), sin(pi / 6), 0.0)
     pivot = Joint("pivot", "revolute", "world", "bob", axis=(-e[1] * -1.0, -e[0], 0.0), q0=(0.1,))
-    rope = Rope("rod", (RopeSpan(Point("world"), Point("bob", (0.0, 0.0, -9.0))),), 1.0, 99.0)
+    rope = Rope("rod", (Line(Point("world"), Point("bob", (0.0, 0.0, -9.0))),), 1.0, 99.0)
     scene = System((Body("bob", 1.0, com=(0.0, 0.0, -9.0)),), (pivot,), ropes=(rope,), gravity=G)
     through = [fired(scene, ScalarSignal(kind, ropes=("rod",)), v, rising=False) for kind, v in (("off-lead", 1e-3),)]
     quarter = pi / 2 * sqrt(9.0 / G) * (1.0 + 0.1**2 / 16.0)
@@ -217,7 +216,7 @@ def test_samples_are_what_guards_see():
         ),
     ],
 )
-def test_what_cannot_be_guarded_is_told(signal, message):
+def test_what_cannot_be_guarded_is_reported(signal, message):
     scene = jib(1e3) if "fall" in signal.ropes else cart(1.0)
     with pytest.raises(KernelError, match=message):
         started(replace(scene, thresholds=(guard_of("it", signal),)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import momentum
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, G, X, Y, Z, cube, hand_over, started
 
 KEPT = 1e-9  # relative, over ten seconds at a tolerance of 1e-11
@@ -45,7 +45,7 @@ def test_two_bodies_on_a_rope_pull_each_other_and_keep_the_sum():
         Joint("a-free", "free", "world", "a", v0=(0.0, 1.0, 0.0, 0.0, 0.0, 0.5)),
         Joint("b-free", "free", "world", "b", (10.0, 0.0, 0.0), v0=(0.5, 0.0, 0.0, 0.0, 0.2, 0.0)),
     )
-    rope = Rope("rope", (RopeSpan(Point("a", (1.0, 0.0, 0.5)), Point("b", (-1.0, 0.0, 0.0))),), 1e4, 8.0)
+    rope = Rope("rope", (Line(Point("a", (1.0, 0.0, 0.5)), Point("b", (-1.0, 0.0, 0.0))),), 1e4, 8.0)
     simulation = started(System(bodies, joints, ropes=(rope,), gravity=0.0), tolerance=1e-11)
     before = momentum(simulation)
     hand_over(simulation, 20 * SECOND)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Beam, Body, Flexible, Joint, Load, Point, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Beam, Body, Flexible, InputSignal, Joint, Load, Point, System
 from heavylift.kernel.simulation import SampleRecorder
 from small_scenes import SECOND, hand_over, started
 
@@ -45,7 +44,7 @@ def test_blocks_say_what_samples_say_one_by_one(most):
     assert ("buckles" in many[2]) == (most > 1.0)
 
 
-def test_where_nothing_is_to_be_said_no_sample_is_looked_at_alone(monkeypatch):
+def test_where_nothing_is_to_be_stated_no_sample_is_looked_at_alone(monkeypatch):
     looked = []
     kept = SampleRecorder.keep
     monkeypatch.setattr(SampleRecorder, "keep", lambda self, t_ns, row: (looked.append(t_ns), kept(self, t_ns, row)))

@@ -9,7 +9,7 @@ from math import cos, exp, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, JointSpring, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
 from scipy_peers import PEERS
@@ -117,7 +117,7 @@ def test_what_only_rounding_moves_rests():
 def side_by_side() -> Islands:
     """A metre and a micrometre, and a long slack rope that could be hooked between them."""
     small, large = oscillator(1e-6, name="small"), oscillator(1.0, name="large")
-    tie = Rope("tie", (RopeSpan(Point("small"), Point("large")),), EA, 100.0, hooked=False)
+    tie = Rope("tie", (Line(Point("small"), Point("large")),), EA, 100.0, hooked=False)
     parts = {k: getattr(small, k) + getattr(large, k) for k in ("bodies", "joints", "springs")}
     s = Islands(System(**parts, ropes=(tie,), gravity=0.0))
     s.start()

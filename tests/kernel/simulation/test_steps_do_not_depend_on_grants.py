@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from goliath import scene as goliath
-from heavylift.kernel.description import Body, Joint, JointSpring, Point, Rope, RopeSpan, System, Threshold
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Rope, System, Threshold
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import FOREVER_NS
 from small_scenes import SECOND, G, cube, events, hand_over, hung, slider, started
@@ -17,7 +17,7 @@ END = 8 * SECOND
 def swing() -> System:
     """A block on two slings that slacken and tighten again and again while it swings."""
     slings = tuple(
-        Rope(f"sling{i}", (RopeSpan(Point("world", (x, 0.0, 12.0)), Point("block", (x, 0.0, 1.0))),), 4e7, 11.0, 3e4)
+        Rope(f"sling{i}", (Line(Point("world", (x, 0.0, 12.0)), Point("block", (x, 0.0, 1.0))),), 4e7, 11.0, 3e4)
         for i, x in enumerate((-3.0, 3.0))
     )
     return System(

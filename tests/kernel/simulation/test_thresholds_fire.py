@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import pi, sqrt
 
 import pytest
-from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, System, Threshold
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System, Threshold
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, cube, hand_over, hung, slider, started
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}
@@ -86,7 +86,7 @@ def test_tension_and_length_of_a_hoisting_winch():
 
 def test_the_sum_of_several_tensions():
     """Two slings carry half of the load each; the threshold sees both."""
-    lines = [RopeSpan(Point("world", (0.0, y, 0.0)), Point("load", (0.0, y, 0.0))) for y in (-1.0, 1.0)]
+    lines = [Line(Point("world", (0.0, y, 0.0)), Point("load", (0.0, y, 0.0))) for y in (-1.0, 1.0)]
     ropes = tuple(Rope(f"sling{i}", (line,), EA, 10.0, 3e6) for i, line in enumerate(lines))
     both = Threshold("sum", "tension", ropes=("sling0", "sling1"))
     scene = replace(slider(q0=-9.999), ropes=ropes, thresholds=(both,))

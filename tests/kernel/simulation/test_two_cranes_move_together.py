@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Drive, Joint, Measured, Point, RigidRope, RopeSpan, System
+from heavylift.kernel.description import Body, Drive, Joint, Line, Measured, Point, RigidRope, System
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
@@ -34,7 +34,7 @@ def lifted(A: tuple[float, float], B: tuple[float, float], kind: str, apart: flo
         ),
         drives=tuple(Drive(f"drive-{n}", f"rail-{n}", kind, **gains) for n in lugs),
         rigid_ropes=tuple(
-            RigidRope(f"rope-{n}", (RopeSpan(Point(n), Point("block", p)),), ROPE, True) for n, p in lugs.items()
+            RigidRope(f"rope-{n}", (Line(Point(n), Point("block", p)),), ROPE, True) for n, p in lugs.items()
         ),
         measured=(Measured("angle", "joint", "swing", coordinate="angle"),),
         gravity=G,

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.participants import KernelConfig, KernelNode
-from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, Stop, System, Threshold
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Tag, encode, succ
 from heavylift.nodes.models.parts import messages as m
@@ -34,7 +34,7 @@ def scene(law: str, event_s: float = LATER) -> System:
         Joint("shaft", "prismatic", "world", "weight"),
     )
     depth = G * event_s**2 / 2  # of the fall until then
-    rope = Rope("law", (RopeSpan(Point("trolley", (0.0, 0.0, 1.0)), Point("load")),), 2.0e6, 1.0 + depth, 1.0e3)
+    rope = Rope("law", (Line(Point("trolley", (0.0, 0.0, 1.0)), Point("load")),), 2.0e6, 1.0 + depth, 1.0e3)
     stop = Stop("law", "guide", -depth, 10.0, 2.0e6, 1.0e3)
     return System(
         bodies,
@@ -110,7 +110,7 @@ def played(
     subscriptions = {name: ["boss"] for name in ("deep", "far", *heard)}
     node = KernelNode(KernelConfig([scene(law, event_s)], G, 1e-8, 10_000_000, subscriptions), batches.append)
     node.start()
-    said, inputs = [], orders(second)
+    text, inputs = [], orders(second)
     for until in untils:
         while True:
             due = node.next_time
@@ -123,13 +123,13 @@ def played(
             if tag == due:
                 offer = node.outputs()
                 assert offer == node.outputs()
-                said += [(e.tag, e.value.name, e.value.what, e.payload) for e in offer]
+                text += [(e.tag, e.value.name, e.value.what, e.payload) for e in offer]
             ahead = inputs[0].tag if inputs else until
             node.advance(tag, bag, min(until, ahead))
     node.finish(Tag(END))
     numbers, times, rows = zip(*(msgspec.msgpack.decode(batch) for batch in batches), strict=True)
     assert [sum(map(len, times[:i])) for i in range(len(times))] == list(numbers)
-    return said, b"".join(rows), [t for some in times for t in some]
+    return text, b"".join(rows), [t for some in times for t in some]
 
 
 def cut(seed: int) -> list[Tag]:
@@ -155,14 +155,14 @@ def test_however_grants_are_cut_events_and_samples_are_the_same_bytes(law, heard
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
 def test_an_event_in_the_nanosecond_of_a_break_comes_in_its_first_microstep(law, second):
-    said, _, _ = played(law, ("law",), [Tag(END)], AT_ONCE, second)
-    assert said[0][:2] == (Tag(BREAK), "law")
+    text, _, _ = played(law, ("law",), [Tag(END)], AT_ONCE, second)
+    assert text[0][:2] == (Tag(BREAK), "law")
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_tags_are_those_of_the_closed_forms(law):
-    said, _, times = played(law, ("law",), [Tag(END)])
-    tags = [(tag, name, what) for tag, name, what, _ in said]
+    text, _, times = played(law, ("law",), [Tag(END)])
+    tags = [(tag, name, what) for tag, name, what, _ in text]
     assert tags[0] == (Tag(EVENT), "law", WHAT[law])
     (deep,) = (tag for tag, name, _ in tags if name == "deep")
     assert deep.k == 0
@@ -173,9 +173,9 @@ def test_tags_are_those_of_the_closed_forms(law):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_who_hears_the_law_moves_no_other_event_and_no_sample(law):
+def test_who_receives_the_law_moves_no_other_event_and_no_sample(law):
     unheard, rows, times = played(law, (), [Tag(END)])
-    said, same, instants = played(law, ("law",), [Tag(END)])
-    assert unheard == [event for event in said if event[1] != "law"]
+    text, same, instants = played(law, ("law",), [Tag(END)])
+    assert unheard == [event for event in text if event[1] != "law"]
     assert np.array_equal(np.frombuffer(rows), np.frombuffer(same))
     assert times == instants

@@ -85,8 +85,8 @@ class LeafProcessor(Processor):
         if wait is not None:
             self.tn = FOREVER if wait == NEVER else after(tag, wait)
         self.tl = tag
-        told = tuple((name, value) for name in ports for value in bag[name])
-        self.tell(Transition(tag, m.path, kind, told, tuple(self.said) if due else ()))
+        message = tuple((name, value) for name in ports for value in bag[name])
+        self.tell(Transition(tag, m.path, kind, message, tuple(self.said) if due else ()))
 
 
 class CoordinatorProcessor(Processor):
@@ -124,11 +124,11 @@ class CoordinatorProcessor(Processor):
         bags: Bags = {}
         for name, port in targets.items():
             into = [source for source, target in self.model.couplings if target is port]
-            ways = [("" if s.owner is self.model else s.owner.name, s.name) for s in into]
-            for owner, source in sorted(ways):
-                said = outside.get(source, []) if owner == "" else self.y.get(owner, {}).get(source, [])
-                if said:
-                    bags.setdefault(name, []).extend(said)
+            distances = [("" if s.owner is self.model else s.owner.name, s.name) for s in into]
+            for owner, source in sorted(distances):
+                text = outside.get(source, []) if owner == "" else self.y.get(owner, {}).get(source, [])
+                if text:
+                    bags.setdefault(name, []).extend(text)
         return bags
 
 

@@ -111,7 +111,7 @@ def run(model: Model, span: float) -> list[tuple[float, int, str, str]]:
 
 def kinds(model: Model, span: float) -> dict[str, str]:
     """For each path the first letters of its transitions, in order: {"r.a": "iec"}."""
-    told: dict[str, str] = {}
+    message: dict[str, str] = {}
     for _, _, path, kind in run(model, span):
-        told[path] = told.get(path, "") + kind[0]
-    return told
+        message[path] = message.get(path, "") + kind[0]
+    return message

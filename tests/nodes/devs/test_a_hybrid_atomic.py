@@ -49,10 +49,10 @@ class Pendulum(Observed):
 
 
 def test_each_guard_falls_once_a_period_where_theory_says() -> None:
-    said = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=seconds(13)) if isinstance(m, Passed)]
+    text = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=seconds(13)) if isinstance(m, Passed)]
     falls = [(0, pi / 2), (1, 3 * pi / 2), (2, 2 * pi), (0, 5 * pi / 2), (1, 7 * pi / 2), (2, 4 * pi)]
-    assert [m.which for _, m in said] == [(which,) for which, _ in falls]
-    for (tag, m), (_, t) in zip(said, falls, strict=True):
+    assert [m.which for _, m in text] == [(which,) for which, _ in falls]
+    for (tag, m), (_, t) in zip(text, falls, strict=True):
         assert tag.t == pytest.approx(t * SECOND, abs=5)
         assert m.state == pytest.approx((cos(tag.t / SECOND), -sin(tag.t / SECOND)), abs=5e-9)
 
@@ -91,9 +91,9 @@ def test_the_state_at_the_end_is_a_result() -> None:
     simulator = Simulator(Cooling("c"))
     simulator.start()
     simulator.run(seconds(1.5))
-    (told,) = simulator.results(seconds(1.5)).values()
-    assert isinstance(told, Passed)
-    assert told.state == pytest.approx((20 + 80 * exp(-1.5),), rel=1e-9)
+    (message,) = simulator.results(seconds(1.5)).values()
+    assert isinstance(message, Passed)
+    assert message.state == pytest.approx((20 + 80 * exp(-1.5),), rel=1e-9)
 
 
 def test_a_snapshot_goes_on_to_the_last_bit() -> None:
@@ -110,18 +110,18 @@ def test_a_snapshot_goes_on_to_the_last_bit() -> None:
 
 
 @pytest.mark.parametrize(("height", "e"), [(10.0, 0.8), (2.0, 0.5), (0.3, 0.9)])
-def test_a_ball_bounces_when_its_closed_form_says_and_comes_to_rest(height: float, e: float) -> None:
+def test_a_ball_bounces_when_its_closed_form_reports_and_comes_to_rest(height: float, e: float) -> None:
     model = Coupled("room")
     ball = model.add(FallingBall("ball", height, e))
     model.connect(ball.bounce, model.add_out("bounce", Bounce))
-    said = [(tag.t, m) for tag, _, m in drive(model) if isinstance(m, Bounce)]
+    text = [(tag.t, m) for tag, _, m in drive(model) if isinstance(m, Bounce)]
     first, fall = (2 * height / G) ** 0.5, G * (2 * height / G) ** 0.5
-    for n, (t, bounce) in enumerate(said, 1):
+    for n, (t, bounce) in enumerate(text, 1):
         assert bounce.number == n
         assert t == pytest.approx(first * (1 + 2 * (e - e**n) / (1 - e)) * SECOND, abs=2 + 10 * n)
         assert bounce.speed == pytest.approx(fall * e**n, rel=1e-4)
-    assert len(said) == ceil(log(1e-3 / fall) / log(e))
-    assert all(a < b for (a, _), (b, _) in pairwise(said))
+    assert len(text) == ceil(log(1e-3 / fall) / log(e))
+    assert all(a < b for (a, _), (b, _) in pairwise(text))
 
 
 @pytest.mark.parametrize("name", ["state", "at", "tell", "start"])
@@ -150,11 +150,11 @@ class Odd(Cooling):
         (Odd("m", lambda x: (1.0,), start=float("nan")), "go(nan,): the state must be finite numbers"),
     ],
 )
-def test_what_cannot_be_followed_is_told(model: Odd, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_followed_is_reported(model: Odd, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hybrid, "STEPS", 1000)
-    with pytest.raises(ModelError) as told:
+    with pytest.raises(ModelError) as message:
         drive(model, until=seconds(5))
-    assert str(told.value).startswith(f"m at (0 s, 0): {sentence}")
+    assert str(message.value).startswith(f"m at (0 s, 0): {sentence}")
 
 
 class Relay(Observed):
@@ -182,9 +182,9 @@ class Relay(Observed):
 def test_a_flow_that_points_at_its_guard_from_both_sides_ends_by_name(seed: int) -> None:
     down, up = (10.0 ** Random(f"{seed} {side}").uniform(-3, 3) for side in "du")
     model = Relay(down, up)
-    with pytest.raises(ModelError, match=r"^relay at \(\d.*\): guards 0, 1 of guards\(\) fell 1000 times") as told:
+    with pytest.raises(ModelError, match=r"^relay at \(\d.*\): guards 0, 1 of guards\(\) fell 1000 times") as message:
         drive(model, until=seconds(10))
-    at = float(str(told.value).partition("(")[2].partition(" s")[0])
+    at = float(str(message.value).partition("(")[2].partition(" s")[0])
     slide = 1e-6 / down
     slowest = 1e-9 * max(down / up, up / down, 1.0) + 2e-9
     assert slide <= at <= slide + 2 * hybrid.CROWD * slowest, "it ends while it chatters"

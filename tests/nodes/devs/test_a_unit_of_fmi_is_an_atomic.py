@@ -64,10 +64,10 @@ def unit(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 def stepped(file: Path, pushes: dict[int, float], steps: int) -> list[float]:
     """x after each step of FMPy alone, the input changed at the begin of these steps."""
-    told = fmpy.read_model_description(str(file))
-    number = {v.name: v.valueReference for v in told.modelVariables}
-    one = fmpy.instantiate_fmu(fmpy.extract(str(file)), told, "CoSimulation")
-    second = told.fmiVersion == "2.0"
+    message = fmpy.read_model_description(str(file))
+    number = {v.name: v.valueReference for v in message.modelVariables}
+    one = fmpy.instantiate_fmu(fmpy.extract(str(file)), message, "CoSimulation")
+    second = message.fmiVersion == "2.0"
     get, put = (one.getReal, one.setReal) if second else (one.getFloat64, one.setFloat64)
     if second:
         one.setupExperiment(startTime=0.0)
@@ -85,9 +85,9 @@ def stepped(file: Path, pushes: dict[int, float], steps: int) -> list[float]:
 
 def test_an_input_holds_from_the_step_that_begins_with_it_or_after_it(unit) -> None:
     inputs = [(ms(20), "u", Signals((("f", 3.0),))), (ms(33), "u", Signals((("f", -1.0),)))]
-    said = drive(Fmu("spring", unit[0], ms(10), ["x", "steps"], {"m": 0.5}), inputs, until=ms(101))
-    assert [tag for tag, _, _ in said] == [Tag(ms(10 * i)) for i in range(11)]
-    values = [dict(signals.values) for _, _, signals in said]
+    text = drive(Fmu("spring", unit[0], ms(10), ["x", "steps"], {"m": 0.5}), inputs, until=ms(101))
+    assert [tag for tag, _, _ in text] == [Tag(ms(10 * i)) for i in range(11)]
+    values = [dict(signals.values) for _, _, signals in text]
     assert [at["x"] for at in values] == stepped(unit[0], {2: 3.0, 4: -1.0}, 10)
     assert [at["steps"] for at in values] == list(range(11))
 
@@ -98,7 +98,7 @@ def test_its_step_is_its_lookahead(unit) -> None:
     assert simulator.lookahead == {"spring.y": ms(10)}
 
 
-def test_from_a_snapshot_it_goes_on_unchanged_or_says_that_it_has_none(unit) -> None:
+def test_from_a_snapshot_it_goes_on_unchanged_or_reports_that_it_has_none(unit) -> None:
     file, keeps = unit
     simulator = Simulator(Fmu("spring", file, ms(10), ["x"]))
     simulator.start()
@@ -124,12 +124,12 @@ def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit,
     monkeypatch.setattr(failover, "KEEP_s", 0.0)
     monkeypatch.setattr(failover, "KEEP_GRANTS", 4)
     build = f"{HERE}/unit_network.py:network({str(unit[0])!r}, {late})"
-    told: list[str] = []
+    message: list[str] = []
     crews: list[dict[str, int]] = []
 
     class Killing(RunObserver):
         def say(self, sentence: str) -> None:
-            told.append(sentence)
+            message.append(sentence)
 
         def event(self, event: Event) -> None:
             if event.t >= ms(500) and crews:
@@ -141,11 +141,11 @@ def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit,
     )
     shared = run_models(build, until=1.001, watch=Killing())
     assert shared.digest == run_models(build, until=1.001, in_process=True).digest
-    assert any(sentence.startswith("node spring is replaced") for sentence in told)
-    assert any("replayed from the start if it were lost: " in sentence for sentence in told) is not unit[1]
+    assert any(sentence.startswith("node spring is replaced") for sentence in message)
+    assert any("replayed from the start if it were lost: " in sentence for sentence in message) is not unit[1]
 
 
-def test_what_is_wrong_with_a_unit_is_told_by_name(unit, tmp_path: Path) -> None:
+def test_what_is_wrong_with_a_unit_is_reported_by_name(unit, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     other.write_bytes(b"no archive")
     with pytest.raises(ModelError, match=rf"^p: '{other}' is code in a folder that you have not trusted"):

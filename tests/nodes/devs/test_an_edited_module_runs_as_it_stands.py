@@ -24,7 +24,7 @@ def write(own_modules: Path) -> Callable[[str, str], Path]:
         file = own_modules / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
-        os.utime(file, (1e9, 1e9))  # one second for all versions, so that no date tells them apart
+        os.utime(file, (1e9, 1e9))  # one second for all versions, so that no date distinguishes them
         return file
 
     return written
@@ -154,11 +154,11 @@ def test_a_message_may_move_to_another_module(write: Callable[[str, str], Path])
 
 def test_messages_of_an_earlier_version_can_be_pickled(write: Callable[[str, str], Path]) -> None:
     write("a.py", MESSAGE)
-    told: Message = imported("a").Edited(7)
+    message: Message = imported("a").Edited(7)
     write("a.py", f"{MESSAGE}    y: int = 3\n")
     new = imported("a").Edited
-    assert pickle.loads(pickle.dumps(told)) == new(7, 3)
+    assert pickle.loads(pickle.dumps(message)) == new(7, 3)
     write("a.py", f"{MESSAGE}    z: int\n")
     imported("a")
     with pytest.raises(ModelError, match=r"message Edited cannot be decoded: .*`z`"):
-        pickle.loads(pickle.dumps(told))
+        pickle.loads(pickle.dumps(message))

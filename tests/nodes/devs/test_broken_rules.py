@@ -28,8 +28,8 @@ def sentence_of(**behaviour: Callable[..., Any]) -> str:
 
 
 def test_an_exception_keeps_its_own_sentence() -> None:
-    said = sentence_of(internal=lambda self: {"H1": 1}["rope"])
-    assert said == "r.m at (1 s, 0): internal() raised KeyError: 'rope' (test_broken_rules.py:31)"
+    text = sentence_of(internal=lambda self: {"H1": 1}["rope"])
+    assert text == "r.m at (1 s, 0): internal() raised KeyError: 'rope' (test_broken_rules.py:31)"
 
     def slack(self: Atomic) -> None:
         raise KernelError("rope H1 is 2 mm too short")
@@ -42,8 +42,8 @@ def test_a_broken_lookahead_names_the_port() -> None:
     def again(self: Model) -> None:
         self.hold_in(ms(9))
 
-    said = sentence_of(internal=again, output=lambda self: self.slow.send(Item(1)))
-    assert said == (
+    text = sentence_of(internal=again, output=lambda self: self.slow.send(Item(1)))
+    assert text == (
         "r.m at (1.009 s, 0): port slow promises a lookahead of 10000000 ns and speaks 9000000 ns after the "
         "transition that scheduled it; hold for longer or declare less"
     )

@@ -168,8 +168,8 @@ def test_output_must_not_change_the_structure(change: Callable[[Any], object]) -
     ("function", "where"), [("start", "0"), ("internal", "1"), ("external", "2"), ("confluent", "3")]
 )
 def test_only_output_may_speak(function: str, where: str) -> None:
-    said = sentence(**{function: lambda self, *_: self.out.send(Item(1))})
-    assert said == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may speak"
+    text = sentence(**{function: lambda self, *_: self.out.send(Item(1))})
+    assert text == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may speak"
 
 
 def test_transitions_at_a_scheduled_tag_that_schedule_nothing() -> None:

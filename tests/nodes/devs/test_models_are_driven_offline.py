@@ -17,8 +17,8 @@ from heavylift.nodes.zoo import Generator, Job, Processor
 
 def test_the_west_crane_travels_10_m_in_30_s() -> None:
     west, gantry = build_one(load("turnover").plan, "west"), "west.gantry.drive"
-    said = drive(west, [(seconds(1), "order", Order(gantry, 1, (0, 0), Motion(speed=0.5, accel=0.05, by=10.0)))])
-    assert said[-2:] == [
+    text = drive(west, [(seconds(1), "order", Order(gantry, 1, (0, 0), Motion(speed=0.5, accel=0.05, by=10.0)))])
+    assert text[-2:] == [
         (Tag(seconds(1), 1), "input", SetProfile(gantry, seconds(1), 0.5, 0.05, 10.0)),
         (Tag(seconds(31)), "report", Done(gantry, 1, 50.0)),
     ]

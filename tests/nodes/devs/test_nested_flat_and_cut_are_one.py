@@ -44,12 +44,12 @@ def test_the_random_models_are_as_large_and_deep_as_they_say() -> None:
 def test_a_trace_is_the_log_by_the_book_line_for_line(model) -> None:
     by_the_book: list[Transition] = []
     nested(model(), seconds(12), by_the_book.append)
-    told: list[Transition] = []
+    message: list[Transition] = []
     trace = Trace()
-    for tested in (Simulator(model(), told.append), Simulator(model(), trace=trace)):
+    for tested in (Simulator(model(), message.append), Simulator(model(), trace=trace)):
         tested.start()
         tested.run(seconds(12))
-    assert told == by_the_book
+    assert message == by_the_book
     assert list(trace) == by_the_book
     assert len(trace) == len(by_the_book) > 20
 

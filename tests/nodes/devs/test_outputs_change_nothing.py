@@ -85,20 +85,20 @@ def ran(until: int, *models: Atomic) -> str:
 def test_the_first_output_names_what_it_changes(
     key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
-    assert ran(45, Clock("a"), Clock("b", spoil)) == told
+    message = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
+    assert ran(45, Clock("a"), Clock("b", spoil)) == message
     monkeypatch.setattr(purity.Witness, "after", lambda witness, tag, seen: None)
-    assert ran(15, Clock("a"), Clock("b", spoil)) != told, "nobody else sees it"
+    assert ran(15, Clock("a"), Clock("b", spoil)) != message, "nobody else sees it"
 
 
 @pytest.mark.parametrize("after", range(0, 4000, 333))
 def test_an_output_that_begins_to_change_something_later_is_seen_soon(after: int) -> None:
-    told = ran(
+    message = ran(
         50_000, *(Light(f"c{i}") for i in range(5)), Light("late", lambda self: put("n", self.n + 1)(self), after)
     )
-    assert "r.late at (" in told, told
-    assert "it changed n" in told
-    seen = round(float(told.split("(")[1].split(" s")[0]) * 1e9)
+    assert "r.late at (" in message, message
+    assert "it changed n" in message
+    seen = round(float(message.split("(")[1].split(" s")[0]) * 1e9)
     assert 0 <= seen - 10 * (after + 1) < 20 * purity.EVERY  # [ns]
 
 
@@ -115,7 +115,7 @@ def test_what_changes_nothing_is_let_be() -> None:
 
 
 def test_large_states_are_looked_at_less_often() -> None:
-    looks = 0
+    candidates = 0
 
     class Heavy(Relay):
         def __getstate__(self) -> object:
@@ -123,8 +123,8 @@ def test_large_states_are_looked_at_less_often() -> None:
 
     class Counted(list[int]):
         def __reduce__(self) -> tuple[Any, ...]:
-            nonlocal looks
-            looks += 1
+            nonlocal candidates
+            candidates += 1
             return list, ([0] * 100_000,)
 
     clock = Clock("a")
@@ -133,7 +133,7 @@ def test_large_states_are_looked_at_less_often() -> None:
     clock.big, clock.neighbour = Counted(), Heavy("h")  # type: ignore[attr-defined]
     simulator.run(10 * 251 * 100)
     assert simulator.next_time == Tag(10 * 251 * 100)
-    assert 2 <= looks <= 30, "of 25 000 outputs"
+    assert 2 <= candidates <= 30, "of 25 000 outputs"
 
 
 class Bare(Atomic):
@@ -170,6 +170,6 @@ UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
 
 @pytest.mark.parametrize(("key", "spoil"), UNCHANGEABLE)
 def test_attributes_that_cannot_change_in_place_are_named_as_well(key: str, spoil: Callable[[Any], object]) -> None:
-    told = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
+    message = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
     spoiled = type("Spoiled", (Bare,), {"output": spoil})
-    assert ran(45, spoiled("a")) == told
+    assert ran(45, spoiled("a")) == message

@@ -94,12 +94,12 @@ PATTERNS: dict[str, tuple[Callable[[], Coupled], list[str]]] = {
 def test_one_log_whether_nested_flat_or_cut(name: str) -> None:
     build, expected = PATTERNS[name]
     for log in logs_of(build, seconds(2) if name.startswith("ring") else seconds(10)):
-        told = []
+        message = []
         for tag, path, kind, bag, _ in log:
             k = f"+{tag.k}" if tag.k else ""
             heard = "".join(f" {item.n}" for _, item in bag if isinstance(item, Item))
-            told.append(f"{tag.t / 1e9}{k} {path.removeprefix('r.')} {kind[0]}{heard}")
-        assert told == expected
+            message.append(f"{tag.t / 1e9}{k} {path.removeprefix('r.')} {kind[0]}{heard}")
+        assert message == expected
 
 
 def branches(levels: int) -> list[list[tuple[object, ...]]]:

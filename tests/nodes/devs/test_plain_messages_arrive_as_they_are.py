@@ -7,8 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 from heavylift.kernel import ModelError
-from heavylift.nodes.devs import Message, messages
-from heavylift.nodes.devs.ports import travelling
+from heavylift.nodes.devs import Message, messages, travelling
 
 
 class Side(Enum):
@@ -93,7 +92,7 @@ def test_what_is_plain_arrives_as_it_is(seeds: range) -> None:
 
 
 @pytest.mark.parametrize("careless", [int, str, float])
-def test_a_check_that_looks_at_less_is_caught(careless: type, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_check_that_checks_less_is_caught(careless: type, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         messages,
         "_check",

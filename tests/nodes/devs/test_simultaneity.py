@@ -184,8 +184,8 @@ print(log, sink.got)
 
 
 def test_order_does_not_depend_on_the_hash_seed() -> None:
-    told = set()
+    message = set()
     for seed in "0123":
         run_ = [sys.executable, "-c", HASHING, str(Path(__file__).parent)]
-        told.add(subprocess.check_output(run_, env={**os.environ, "PYTHONHASHSEED": seed}))
-    assert len(told) == 1
+        message.add(subprocess.check_output(run_, env={**os.environ, "PYTHONHASHSEED": seed}))
+    assert len(message) == 1

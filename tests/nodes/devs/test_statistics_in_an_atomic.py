@@ -45,7 +45,7 @@ def test_what_is_no_observation_is_refused() -> None:
         late.set(2.0, Tag(3))
 
 
-def test_streams_are_told_apart_by_seed_and_name() -> None:
+def test_streams_are_distinguished_by_seed_and_name() -> None:
     first = [stream(seed, name).random() for seed in (1, 2, 11) for name in ("a", "b", "1/a")]
     assert len({*first}) == 9
     assert first[0] == stream(1, "a").random() == 0.6881244510893788

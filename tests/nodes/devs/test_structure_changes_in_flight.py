@@ -19,14 +19,14 @@ class Breeder(Atomic):
         self.born = 0
 
     def external(self, e: int, x: Bag) -> None:
-        if self.born < 3 and isinstance(yard := self.parent, Coupled):
-            child = yard.add(Relay(f"r{self.born}", first=100 + self.born))
-            yard.connect(child.out, yard.children["sink"].into)
+        if self.born < 3 and isinstance(builder := self.parent, Coupled):
+            child = builder.add(Relay(f"r{self.born}", first=100 + self.born))
+            builder.connect(child.out, builder.children["sink"].into)
             self.born += 1
 
 
 class Remover(Atomic):
-    """Takes a model out at the time it is told."""
+    """Takes a model out at the time it is reported."""
 
     def __init__(self, name: str, victim: str, when: int) -> None:
         super().__init__(name)
@@ -41,9 +41,9 @@ class Remover(Atomic):
         self.passivate()
 
 
-def started(yard: Coupled) -> Simulator:
+def started(builder: Coupled) -> Simulator:
     """Of a site that the yard is a child of."""
-    simulator = Simulator(coupled("site", [yard]))
+    simulator = Simulator(coupled("site", [builder]))
     simulator.start()
     return simulator
 
@@ -56,7 +56,7 @@ def test_what_is_added_starts_at_the_next_microstep() -> None:
     assert [m.name for m in simulator.atomics] == ["b", "g", "r0", "r1", "r2", "sink"]
 
 
-def test_what_is_removed_hears_nothing_any_more_but_what_came_at_that_instant() -> None:
+def test_what_is_removed_receives_nothing_any_more_but_what_came_at_that_instant() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     remover = Remover("x", "sink", seconds(3))
     simulator = started(coupled("yard", [g, sink, remover], (g.out, sink.into)))
@@ -77,11 +77,11 @@ def test_couplings_come_and_go() -> None:
             self.hold_in(seconds(2))
 
         def internal(self) -> None:
-            yard = self.parent
-            assert isinstance(yard, Coupled)
+            builder = self.parent
+            assert isinstance(builder, Coupled)
             if self.now.t == seconds(2):
-                yard.disconnect(g.out, left.into)
-                yard.connect(g.out, right.into)
+                builder.disconnect(g.out, left.into)
+                builder.connect(g.out, right.into)
                 self.hold_in(seconds(100))
 
     g, left, right = Generator("g", seconds(1)), Sink("left"), Sink("right")
@@ -102,11 +102,11 @@ def test_the_clock_of_the_others_runs_on() -> None:
 
 def test_between_runs_the_structure_changes_before_the_next_tag() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
-    yard = coupled("yard", [g, sink], (g.out, sink.into))
-    simulator = started(yard)
+    builder = coupled("yard", [g, sink], (g.out, sink.into))
+    simulator = started(builder)
     simulator.run(seconds(1.5))
-    late = yard.add(Sink("late"))
-    yard.connect(g.out, late.into)
+    late = builder.add(Sink("late"))
+    builder.connect(g.out, late.into)
     simulator.run(seconds(3.5))
     assert late.got == [(Tag(seconds(2)), [1]), (Tag(seconds(3)), [2])]
 
@@ -115,8 +115,8 @@ def test_impossible_changes_name_place_and_time() -> None:
     simulator = started(coupled("yard", [Remover("x", "nobody", seconds(2))]))
     with pytest.raises(ModelError) as error:
         simulator.run(seconds(5))
-    told = "site.yard: there is no child nobody to remove; it has x (a change of site.yard at (2 s, 0))"
-    assert str(error.value) == told
+    message = "site.yard: there is no child nobody to remove; it has x (a change of site.yard at (2 s, 0))"
+    assert str(error.value) == message
 
 
 def test_a_promised_lookahead_holds() -> None:
@@ -128,15 +128,15 @@ def test_a_promised_lookahead_holds() -> None:
 
     class Adder(Remover):
         def internal(self) -> None:
-            yard = self.parent
-            assert isinstance(yard, Coupled)
-            yard.connect(yard.add(Hasty("hasty")).out, yard.ports["out"])
+            builder = self.parent
+            assert isinstance(builder, Coupled)
+            builder.connect(builder.add(Hasty("hasty")).out, builder.ports["out"])
             self.passivate()
 
-    yard = coupled("yard", [speaker := Speaker("speaker"), Adder("adder", "", seconds(1))])
-    yard.connect(speaker.out, yard.add_out("out", Item))
-    site = coupled("site", [yard])
-    site.connect(yard.ports["out"], site.add_out("out", Item))
+    builder = coupled("yard", [speaker := Speaker("speaker"), Adder("adder", "", seconds(1))])
+    builder.connect(speaker.out, builder.add_out("out", Item))
+    site = coupled("site", [builder])
+    site.connect(builder.ports["out"], site.add_out("out", Item))
     simulator = Simulator(site)
     simulator.start()
     with pytest.raises(ModelError) as error:
@@ -159,9 +159,9 @@ def test_what_is_added_keeps_its_promise_from_the_change_on() -> None:
 
     class Adder(Remover):
         def internal(self) -> None:
-            yard = self.parent
-            assert isinstance(yard, Coupled)
-            yard.add(Hasty("hasty"))
+            builder = self.parent
+            assert isinstance(builder, Coupled)
+            builder.add(Hasty("hasty"))
             self.passivate()
 
     with pytest.raises(ModelError) as error:
@@ -217,8 +217,8 @@ def changing(function: str, change: str) -> Coupled:
     return coupled("yard", [g, m, sink, spare], (g.out, sink.into), (g.out, m.into))
 
 
-def run(yard: Coupled) -> None:
-    simulator = Simulator(yard)
+def run(builder: Coupled) -> None:
+    simulator = Simulator(builder)
     simulator.start()
     simulator.run(seconds(5))
 
@@ -226,8 +226,10 @@ def run(yard: Coupled) -> None:
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("function", WHEN)
 def test_the_root_stays_while_it_runs(function: str, change: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    told = f"yard.m at ({WHEN[function]} s, 0): yard.{change} is out of reach: in a run each child of yard is a node "
-    with pytest.raises(ModelError, match=f"^{re.escape(told)}"):
+    message = (
+        f"yard.m at ({WHEN[function]} s, 0): yard.{change} is out of reach: in a run each child of yard is a node "
+    )
+    with pytest.raises(ModelError, match=f"^{re.escape(message)}"):
         run(changing(function, change))
     if function != "output":
         drive(changing(function, change), until=seconds(5))  # what is driven alone is one node, which may
@@ -237,10 +239,10 @@ def test_the_root_stays_while_it_runs(function: str, change: str, monkeypatch: p
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_the_root_may_change_between_runs(change: str) -> None:
-    yard = changing("", change)
-    simulator = Simulator(yard)
+    builder = changing("", change)
+    simulator = Simulator(builder)
     simulator.start()
     simulator.run(seconds(1.5))
-    CHANGES[change](yard)
+    CHANGES[change](builder)
     simulator.run(seconds(5))
-    assert ("late" in yard.children, "sink" in yard.children) == (change == "add", change != "remove")
+    assert ("late" in builder.children, "sink" in builder.children) == (change == "add", change != "remove")

@@ -3,8 +3,7 @@
 from devs_stories import kinds
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Message, Simulator, Tag, seconds
-from heavylift.nodes.zoo import Colour, Light, LightMode, Show, Take, ring
-from heavylift.nodes.zoo.token_ring import RingStation
+from heavylift.nodes.zoo import Colour, Light, LightMode, RingStation, Show, Take, ring
 
 
 def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tuple[float, str]]:
@@ -25,8 +24,8 @@ def test_a_traffic_light_turns() -> None:
 
 
 def test_an_operator_makes_it_blink_and_gives_it_back() -> None:
-    said = shown([(seconds(70), "take", Take(LightMode.MANUAL)), (seconds(71.2), "take", Take(LightMode.AUTO))], 132)
-    assert said == [
+    text = shown([(seconds(70), "take", Take(LightMode.MANUAL)), (seconds(71.2), "take", Take(LightMode.AUTO))], 132)
+    assert text == [
         (0.0, Colour.RED),
         (60.0, Colour.GREEN),
         (70.0, Colour.YELLOW),

@@ -1,4 +1,4 @@
-"""Time ends at 2**63 ns: who waits for longer is told, who waits for ever is passive."""
+"""Time ends at 2**63 ns: who waits for longer is reported, who waits for ever is passive."""
 
 from random import Random
 
@@ -30,7 +30,7 @@ class Sleeper(Atomic):
 
 
 def slept(first: int, second: int) -> Tag | str:
-    """When it wakes for the second time, or what it is told."""
+    """When it wakes for the second time, or what it is reported."""
     simulator = Simulator(Sleeper(first, second))
     simulator.start()
     try:
@@ -79,7 +79,7 @@ def test_other_times_beyond_the_end() -> None:
     assert simulator.next_time == FOREVER
 
 
-def test_a_helper_says_its_unit_and_the_old_name_warns() -> None:
+def test_a_helper_reports_its_unit_and_the_old_name_warns() -> None:
     assert (seconds(1), ms(1), us(1)) == (1_000_000_000, 1_000_000, 1_000)
     with pytest.warns(DeprecationWarning, match=r"ns\(1\) reads as nanoseconds; write seconds\(1\)"):
         assert ns(1) == seconds(1)

@@ -10,7 +10,7 @@ moves             3 to 24 sideways, the median 8, there and back, in time with t
 short moves       by less than their ramps need, at up to 1 m/s2, along or across
 set down          and lifted again; in half of them the load was moved sideways before
 jogs              3 to 10 of the hooks, by up to 20 mm, at up to 0.5 m/s2, up, or up and down
-drop              lowered onto its stools at up to full speed, and lifted again in half of them
+drop              lowered onto its supports at up to full speed, and lifted again in half of them
 tilt              one hook is hoisted alone by up to 0.4 m
 skew              one trolley, or one of two cranes, goes up to 0.3 m farther than the others
 soft servos, no damping, light hooks, long ropes   of all machines: 0.15 to 0.5 Hz, none of ropes, slings and girders,
@@ -84,7 +84,7 @@ def _changed(scene: Scene, kind: str, r: Random, awaits: bool) -> Drawn:
 
 
 def _accepted(text: str) -> bool:
-    """Whether the list can be carried out: a block may tilt onto a stool that it should hang above."""
+    """Whether the list can be carried out: a block may tilt onto a support that it should hang above."""
     try:
         parse(text)
     except SceneError:
@@ -121,26 +121,28 @@ def _perhaps_nothing_sideways(scene: Scene, r: Random) -> None:
 def _unhook(scene: Scene, r: Random) -> None:
     _perhaps_nothing_sideways(scene, r)
     actions, i = _after_hoisting(scene)
-    actions[i - 1]["all hooks"] = f"hoist {r.uniform(1.5, 3.0):.3f} m/min by 2.5 m"  # it tilts, but not onto its stools
+    actions[i - 1]["all hooks"] = (
+        f"hoist {r.uniform(1.5, 3.0):.3f} m/min by 2.5 m"  # it tilts, but not onto its supports
+    )
     actions.insert(r.choice([i, len(actions) - 1]), {"stage": "unhook", r.choice(hooks(scene)): "unhook"})
 
 
 def _off_lead(axis: int) -> Callable[[Scene, Random], None]:
     def off_lead(scene: Scene, r: Random) -> None:
         _perhaps_nothing_sideways(scene, r)
-        way = r.choice([-1.0, 1.0]) * r.uniform(0.1, 0.6)
+        distance = r.choice([-1.0, 1.0]) * r.uniform(0.1, 0.6)
         at = [float(x.split()[0]) for x in scene["block"]["at"]]
         cranes = scene["cranes"].values()
         if axis == 0:
             for crane in cranes:
-                crane["at"] = f"{float(str(crane['at']).split()[0]) + way:.4f} m"
+                crane["at"] = f"{float(str(crane['at']).split()[0]) + distance:.4f} m"
             return
         lugs = scene["block"]["lugs"]
         for name, crane in scene["cranes"].items():
             for loader in (x for x in scene["rig"]["loaders"].values() if x["hook"].startswith(name)):
                 trolley = "lower trolley" if loader["hook"].endswith("H3") else "upper trolley"
                 y = sum(float(lugs[lug][1].split()[0]) for lug in loader["lugs"]) / 2.0
-                crane[trolley] = f"{at[1] + y + way:.4f} m"
+                crane[trolley] = f"{at[1] + y + distance:.4f} m"
 
     return off_lead
 
@@ -164,11 +166,11 @@ def _moves(scene: Scene, r: Random) -> None:
     low = min(float(crane["lower exit"].split()[0]) for crane in scene["cranes"].values())
     long = (exit_ if any(not h.endswith("H3") for h in hooks(scene)) else low) - 6.0
     half = pi * sqrt(long / 9.81) * r.uniform(0.9, 1.1)
-    speed, ramp, way = r.uniform(5.0, 20.0) / 60.0, r.uniform(0.1, 0.3), r.uniform(0.1, 0.4)
-    lasts = way / speed + speed / ramp if way > speed * speed / ramp else 2.0 * sqrt(way / ramp)
+    speed, ramp, distance = r.uniform(5.0, 20.0) / 60.0, r.uniform(0.1, 0.3), r.uniform(0.1, 0.4)
+    lasts = distance / speed + speed / ramp if distance > speed * speed / ramp else 2.0 * sqrt(distance / ramp)
     new: Actions = []
     for k in range(round(3.0 * 8.0 ** r.random())):
-        go = f"traverse {60.0 * speed:.3f} m/min ramp {ramp:.3f} m/s2 by {way if k % 2 == 0 else -way:.3f} m"
+        go = f"traverse {60.0 * speed:.3f} m/min ramp {ramp:.3f} m/s2 by {distance if k % 2 == 0 else -distance:.3f} m"
         new += [
             {"stage": f"move {k}", "trolleys": go},
             {"stage": f"rest {k}", "wait": f"{max(0.1, half - lasts):.3f} s"},
@@ -216,11 +218,11 @@ def _drop(scene: Scene, r: Random) -> None:
 def _jogs(scene: Scene, r: Random) -> None:
     actions, i = _after_hoisting(scene)
     back, pause = r.random() < 0.5, r.uniform(0.2, 2.0)
-    ramp, way = r.uniform(0.05, 0.5), r.uniform(0.005, 0.02)
+    ramp, distance = r.uniform(0.05, 0.5), r.uniform(0.005, 0.02)
     new: Actions = []
     for k in range(r.randint(3, 10)):
         verb = "lower" if back and k % 2 else "hoist"
-        new += [{"stage": f"jog {k}", "all hooks": f"{verb} 3 m/min ramp {ramp:.3f} m/s2 by {way:.4f} m"}]
+        new += [{"stage": f"jog {k}", "all hooks": f"{verb} 3 m/min ramp {ramp:.3f} m/s2 by {distance:.4f} m"}]
         new += [{"stage": f"pause {k}", "wait": f"{pause:.3f} s"}]
     actions[i:i] = new
 

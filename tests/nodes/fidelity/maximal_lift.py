@@ -71,8 +71,8 @@ class Lift(Parts):
         sag, dsag = s[:, c] - self.sag0[c], ds[:, c]  # upwards, in all
         lost = sag**2 * self._bowed(d[:, tr], c) - self.sag0[c] ** 2 * self._bowed(self.refs0[tr], c)
         nods = 1.0 + self.lever * sag * (pi / self.span[c]) ** 2 * sine
-        aside = d[:, tr] - lost - self.lever * (sag * slope + self.steep0)
-        top = np.stack([d[:, c] + self.exits[:, 0], aside, self.exits[:, 2] + self.low0 + sag * sine], -1)
+        lateral = d[:, tr] - lost - self.lever * (sag * slope + self.steep0)
+        top = np.stack([d[:, c] + self.exits[:, 0], lateral, self.exits[:, 2] + self.low0 + sag * sine], -1)
         daside = dd[:, tr] * nods - self.lever * dsag * slope
         dtop = np.stack([dd[:, c], daside, dsag * sine + sag * slope * dd[:, tr]], -1)
         cy, sy, offset = np.cos(u[..., 3]), np.sin(u[..., 3]), SIDES[:, None, None] * self.half[:, None]
@@ -83,9 +83,9 @@ class Lift(Parts):
         dtops = np.broadcast_to(dtop[:, None], tops.shape)
         places = np.concatenate([tops.reshape(shape), inner, x[:, self.eyes].reshape(shape)], 3)
         speeds = np.concatenate([dtops.reshape(shape), dinner, dx[:, self.eyes].reshape(shape)], 3)
-        way, speed = places[:, :, :, 1:] - places[:, :, :, :-1], speeds[:, :, :, 1:] - speeds[:, :, :, :-1]
-        l = np.sqrt((way * way).sum(-1))
-        unit = way / l[..., None]
+        distance, speed = places[:, :, :, 1:] - places[:, :, :, :-1], speeds[:, :, :, 1:] - speeds[:, :, :, :-1]
+        l = np.sqrt((distance * distance).sum(-1))
+        unit = distance / l[..., None]
         stretch, rate = l.mean(1) - length, (speed * unit).sum(-1).mean(1) - self.parts * dL0[..., None]
         pulled = np.maximum(0.0, self.EA[:, None] / length * stretch + self.damping * rate)
         T = np.where(stretch > 0.0, pulled, 0.0)
@@ -121,16 +121,16 @@ class Lift(Parts):
 
     def _hang(self, x, dx):
         """Forces of the slings on the beams."""
-        way = x[:, self.lugs] - x[:, self.beams]
-        l = np.sqrt((way * way).sum(-1))
-        unit = way / l[..., None]
+        distance = x[:, self.lugs] - x[:, self.beams]
+        l = np.sqrt((distance * distance).sum(-1))
+        unit = distance / l[..., None]
         rate = ((dx[:, self.lugs] - dx[:, self.beams]) * unit).sum(-1)
         self.sling_stretch = l - self.sling_L
         pulled = np.maximum(0.0, self.sling_k * self.sling_stretch + self.sling_d * rate)
         return np.where(self.sling_stretch > 0.0, pulled, 0.0)[..., None] * unit
 
     def _stand(self, x, dx, bent):
-        """Forces of the stools on pads, and how fast their tops bend: as the block moves, or as sliding lets them."""
+        """Forces of the supports on pads, and how fast their tops bend: as the block moves, or as sliding lets them."""
         x, dx = x[:, self.pads], dx[:, self.pads]
         depth = self.pad_z - x[..., 2]
         carried = self.pad_k * depth - self.pad_d * dx[..., 2]

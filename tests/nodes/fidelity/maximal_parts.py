@@ -33,13 +33,13 @@ class Reference:
 
 def trapezoid(distance: float, speed: float, accel: float) -> list[tuple[float, float]]:
     """Legs of a move that starts and ends at rest."""
-    way, v = abs(distance), min(speed, sqrt(accel * abs(distance)))
+    path, v = abs(distance), min(speed, sqrt(accel * abs(distance)))
     sign, ramp = np.sign(distance), v / accel
-    return [(ramp, sign * accel), (max(0.0, way / v - ramp), 0.0), (ramp, -sign * accel)] if v else []
+    return [(ramp, sign * accel), (max(0.0, path / v - ramp), 0.0), (ramp, -sign * accel)] if v else []
 
 
 class Parts:
-    """Bodies (numbered upper, lower of each loader, then the block), drives, slings, stools, lumps, girders."""
+    """Bodies (numbered upper, lower of each loader, then the block), drives, slings, supports, lumps, girders."""
 
     def __init__(self, plan, lumps: int = 2) -> None:
         self.plan, self.g, self.n_lumps = plan, plan.gravity, lumps

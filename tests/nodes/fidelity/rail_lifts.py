@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from heavylift.kernel.description import Body, Drive, Flexible, Point, Reeving, RopeSpan, Sheave, Support, Vector
+from heavylift.kernel.description import Body, Drive, Flexible, Line, Point, Reeving, Sheave, Support, Vector
 from heavylift.nodes.plan import Girder, Mechanism, Plan
 
 
@@ -56,7 +56,7 @@ class HookRope:
     name: str
     crane: str
     carries: str
-    lines: tuple[RopeSpan, ...]
+    lines: tuple[Line, ...]
     L0: float
     EA: float
     damping: float

@@ -73,11 +73,11 @@ def random_lift(seed: int) -> str:
     lines += ["rig:", f"  slack: {slack * 1e3:.3f} mm", sling_type, "  loaders:", *loaders, "actions:"]
     pick = exp(r.uniform(log(0.5), log(3.0)))
     up, side = r.uniform(1.5, 3.0), r.uniform(4.0, 20.0)
-    way, far_ = r.uniform(0.5, 0.8), side / 60.0 * r.uniform(4.0, 12.0)
+    distance, far_ = r.uniform(0.5, 0.8), side / 60.0 * r.uniform(4.0, 12.0)
     lines += [
         "  - stage: take up slack", f"    all hooks: hoist {pick:.3f} m/min until all slings taut",
         "  - stage: lift off", f"    all hooks: hoist {_lifts(seed, pick)}",
-        "  - stage: up", f"    all hooks: hoist {up:.3f} m/min by {way:.3f} m",
+        "  - stage: up", f"    all hooks: hoist {up:.3f} m/min by {distance:.3f} m",
         "  - stage: sideways", f"    trolleys: traverse {side:.3f} m/min by {far_:.3f} m",
     ]  # fmt: skip
     if skewed:

@@ -1,7 +1,7 @@
-"""A lift on the richest rung in code of its own: maximal coordinates, NumPy, SciPy's Radau; nothing of the kernel.
+"""A lift on the richest candidate in code of its own: maximal coordinates, NumPy, SciPy's Radau; nothing of the kernel.
 
 Every loader is two rigid bodies with Lagrange multipliers at their hinge, every hook rope a chain of lumps (x, y, z and
-yaw), the girder its first mode with what it carries, trolleys and gantries masses on servos, stools springs that only
+yaw), the girder its first mode with what it carries, trolleys and gantries masses on servos, supports springs that only
 push.  It plays the action list itself.  Numbers (masses, lengths, speeds) come from the plan; equations do not.
 
     richest(plan, rtol=1e-6) -> History: times, hook tensions, block positions, when each action ended
@@ -108,8 +108,8 @@ class _Player:
                        jac=self.jacobian, first_step=min(1e-3, stop - self.t), max_step=0.25)  # fmt: skip
         while solver.status == "running":
             before = solver.t
-            told = solver.step()
-            assert solver.status != "failed", told
+            message = solver.step()
+            assert solver.status != "failed", message
             if holds is not None and self.value(holds, solver.t, solver.y + self.lift.y0) > 0.0:
                 dense, a, b = self.within(solver), before, solver.t
                 while b - a > 1e-7:

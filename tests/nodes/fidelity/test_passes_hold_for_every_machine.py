@@ -168,7 +168,7 @@ def test_a_crane_with_a_boom_that_bends_is_one_file(tmp_path: Path) -> None:
     assert np.abs(pulls - pulls[0]).max() < STILL * pulls[0]
 
 
-def test_a_rope_over_sheaves_has_no_mass_and_says_why() -> None:
+def test_a_rope_over_sheaves_has_no_mass_and_reports_why() -> None:
     scene = """\
 heavylift: 1
 name: ropes

@@ -1,4 +1,4 @@
-"""What a rung leaves out leaves no trace in the code: operations of one evaluation, counted."""
+"""What a candidate leaves out leaves no trace in the code: operations of one evaluation, counted."""
 
 from dataclasses import fields, replace
 
@@ -62,7 +62,7 @@ def test_a_contact_pair_that_is_left_out_is_as_if_never_written():
     assert code(one) == code(never)
 
 
-def test_stools_that_are_left_out_are_as_if_never_built():
+def test_supports_that_are_left_out_are_as_if_never_built():
     standing = declared("{}")
     flying = replace(standing, supports=())
     written = System(**{f.name: getattr(flying, f.name) for f in fields(System) if f.name != "supports"})
@@ -108,9 +108,9 @@ def code(given):
     return Simulation(given, native=False).native.structure
 
 
-def test_each_rung_down_costs_less():
-    rungs = ("{ropes: massive, lumps: 2, girder: elastic}", "{girder: elastic}", "{}", "{motion: across}")
-    costs = [operations(declared(rung)) for rung in rungs]
+def test_each_level_down_costs_less():
+    candidates = ("{ropes: massive, lumps: 2, girder: elastic}", "{girder: elastic}", "{}", "{motion: across}")
+    costs = [operations(declared(candidate)) for candidate in candidates]
     assert costs == sorted(costs, reverse=True)
     assert len(set(costs)) == len(costs)
 

@@ -33,7 +33,7 @@ def test_a_row_for_rest_refuses_a_scene(name: str, tmp_path: Path, monkeypatch: 
         ("jib", ("hoist rope", "rope peak")),
     ],
 )
-def test_a_row_for_peaks_is_judged_in_a_run(
+def test_a_row_for_peaks_is_checked_in_a_run(
     name: str, row: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add(monkeypatch, tmp_path, *row)

@@ -7,7 +7,7 @@ from math import asin, cos, degrees, radians, sin
 
 import pytest
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.limits import SHARING, daf, hoisting_factor, partial_factor
 
@@ -25,7 +25,7 @@ def shares(near: tuple[float, float], far: tuple[float, float], tilt: float) -> 
     points = [(x * cos(tilt) + z * sin(tilt), z * cos(tilt) - x * sin(tilt)) for x, z in (near, far)]
     k, high = 1e12, 1000.0
     ropes = tuple(
-        Rope(f"hook-{i}", (RopeSpan(Point("world", (x, 0.0, z + high)), Point("load", (p[0], 0.0, p[1]))),), k, high)
+        Rope(f"hook-{i}", (Line(Point("world", (x, 0.0, z + high)), Point("load", (p[0], 0.0, p[1]))),), k, high)
         for i, ((x, z), p) in enumerate(zip(points, (near, far), strict=True), 1)
     )
     load = Body("load", WEIGHT / G, (0.0, 0.0, 0.0), ((1e8, 0, 0), (0, 1e8, 0), (0, 0, 1e8)))
@@ -62,7 +62,7 @@ def test_its_factors() -> None:
     assert partial_factor(termination=1.0, consequence=1.0, material=1.35, wear=1.0) == pytest.approx(2.3), (
         "the least of 7.3.1"
     )
-    assert {name: (s.told, s.factor) for name, s in SHARING.items()} == {
+    assert {name: (s.message, s.factor) for name, s in SHARING.items()} == {
         "four slings": ("1.25 on each diagonal in turn", 1.25),
         "over a hook": ("45:55", pytest.approx(55 / 50)),
         "sliding": ("32.5:67.5", pytest.approx(67.5 / 50)),

@@ -84,7 +84,7 @@ def test_what_is_assumed_is_amber_until_the_scene_accepts_it() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_every_row_of_every_type_has_a_state_and_says_what_would_turn_it_green(
+def test_every_row_of_every_type_has_a_state_and_reports_what_would_turn_it_green(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -103,8 +103,8 @@ def test_every_row_of_every_type_has_a_state_and_says_what_would_turn_it_green(
 
 def test_an_unknown_limit_names_what_must_be_written() -> None:
     (check,) = [c for c in bare("lift").checks if c.subject == "block" and c.quantity == "support load"]
-    told = "support load of block: give 'capacity' of its supports"
-    assert (check.state, check.why, check.sentence) == ("amber", NOT_CHECKED, told)
+    message = "support load of block: give 'capacity' of its supports"
+    assert (check.state, check.why, check.sentence) == ("amber", NOT_CHECKED, message)
 
 
 @pytest.mark.parametrize(

@@ -108,8 +108,8 @@ def test_dynamics_go_by_place_and_mass() -> None:
     assert found == pytest.approx(expected)
     assert daf(None, 50e3) is None
     assert load("floating").plan.place is None
-    told = [c for c in load("floating", ["practice=0027/ND"]).checks if c.quantity == "factor"]
-    assert "dynamic" in [c.subject for c in told]
+    message = [c for c in load("floating", ["practice=0027/ND"]).checks if c.quantity == "factor"]
+    assert "dynamic" in [c.subject for c in message]
 
 
 def test_a_tilt_of_two_hooks_is_that_of_the_standard() -> None:
@@ -134,8 +134,8 @@ def test_a_tilt_of_two_hooks_is_that_of_the_standard() -> None:
         assert found * level == pytest.approx(expected, abs=5e-5)
 
 
-def test_in_a_run_the_larger_of_what_is_foreseen_and_what_is_simulated_counts() -> None:
-    for dynamic, foreseen in ((1.0, False), (1.5, True)):
+def test_in_a_run_the_larger_of_what_is_predicted_and_what_is_simulated_counts() -> None:
+    for dynamic, required in ((1.0, False), (1.5, True)):
         sets = [f"factors={{weight: 1.1, cog: [0 m, 0 m, 0 m], dynamic: {dynamic}, wind: 0 m/s}}", "end=60 s"]
         run = play(bare("lift", sets).plan)
         met = {(x.limit.subject, x.limit.quantity): x.value for x in run.uses}
@@ -147,16 +147,16 @@ def test_in_a_run_the_larger_of_what_is_foreseen_and_what_is_simulated_counts() 
             simulated = 1.1 * (met[use.limit.subject, "sling tension"] or 0.0)
             expected = 1.1 * dynamic * use.limit.rest.value
             assert use.value == pytest.approx(max(simulated, expected))
-            assert (expected > simulated) == foreseen
+            assert (expected > simulated) == required
         printed = [row[1] for x in run.verdict.tables if x.title.startswith("Design loads") for row in x.rows]
         assert sorted(map(str, printed)) == sorted(x.limit.subject for x in designs([*run.uses]))
 
 
 def test_a_design_load_beyond_its_limit_is_red_and_shows_the_product() -> None:
     scene = load("crawler", ["practice=0027/ND", "block.lug capacity=25 t", "factors={weight: 1.1}"])
-    told = [f.sentence for f in scene.findings if f.kind == "design load" and "lug" in f.sentence]
-    assert len(told) == 4
-    assert "16.8 t x weight 1.1 x dynamic 1.1 x skew 1.25 x consequence 1.3" in told[0]
+    message = [f.sentence for f in scene.findings if f.kind == "design load" and "lug" in f.sentence]
+    assert len(message) == 4
+    assert "16.8 t x weight 1.1 x dynamic 1.1 x skew 1.25 x consequence 1.3" in message[0]
 
 
 def test_a_number_of_a_practice_names_its_clause() -> None:

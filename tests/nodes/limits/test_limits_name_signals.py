@@ -4,8 +4,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Point, Quantity, assembled
-from heavylift.kernel.description.signals import ScalarSignal
+from heavylift.kernel.description import Point, Quantity, ScalarSignal, assembled
 from heavylift.kernel.model import LINED, ROWS, SIDES, check_signal, scalar
 from heavylift.nodes.limits import BASES, KINDS, READERS, evaluated, signal_of, signals_of
 from heavylift.nodes.plan import STANDING, TOUCHING

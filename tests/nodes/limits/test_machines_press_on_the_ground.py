@@ -14,12 +14,12 @@ from heavylift.nodes.limits import (
     SIDES,
     SignalColumns,
     corner_load,
+    distance_to_tipping,
     resultant,
     signals_of,
     standing,
     stood,
     track_pressure,
-    way_to_tip,
 )
 from heavylift.nodes.plan import Mechanism, Plan
 from heavylift.nodes.scene import load, new_scene_with, parse
@@ -42,8 +42,8 @@ def test_four_outriggers_bear_a_quarter_and_the_two_moments() -> None:
     V, Mx, My = 800e3, 560e3, 480e3
     found = corners(V, My / V, Mx / V)
     for name, (along, across) in CORNERS.items():
-        told = V / 4 + along * My / (2 * BASE[0]) + across * Mx / (2 * BASE[1])
-        assert found[name] == pytest.approx(told, rel=EXACT)
+        message = V / 4 + along * My / (2 * BASE[0]) + across * Mx / (2 * BASE[1])
+        assert found[name] == pytest.approx(message, rel=EXACT)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -57,17 +57,19 @@ def test_the_other_three_bear_it_where_one_outrigger_would_be_pulled(seed: int) 
     lifted = next(k for k, (a, b) in CORNERS.items() if a * u < 0 and b * v < 0)
     three = [k for k in CORNERS if k != lifted]
     rows = [[1.0] * 3, [CORNERS[k][0] * BASE[0] / 2 for k in three], [CORNERS[k][1] * BASE[1] / 2 for k in three]]
-    told = dict(zip(three, np.linalg.solve(rows, [V, V * x, V * y]), strict=True))
+    message = dict(zip(three, np.linalg.solve(rows, [V, V * x, V * y]), strict=True))
     found = corners(V, x, y)
     assert found[lifted] == 0.0
     for name in three:
-        assert found[name] == pytest.approx(told[name], rel=EXACT, abs=EXACT * V)
+        assert found[name] == pytest.approx(message[name], rel=EXACT, abs=EXACT * V)
 
 
 def test_what_goes_over_the_edge_of_its_base_tips() -> None:
-    assert way_to_tip(at(3.6), at(0.0), BASE, lifts=False)[0] == pytest.approx(1.0, rel=EXACT)
-    assert way_to_tip(at(1.8), at(-1.6), BASE, lifts=False)[0] == pytest.approx(0.5, rel=EXACT)
-    assert way_to_tip(at(1.8), at(-1.6), BASE, lifts=True)[0] == pytest.approx(1.0, rel=EXACT)  # a corner is free
+    assert distance_to_tipping(at(3.6), at(0.0), BASE, lifts=False)[0] == pytest.approx(1.0, rel=EXACT)
+    assert distance_to_tipping(at(1.8), at(-1.6), BASE, lifts=False)[0] == pytest.approx(0.5, rel=EXACT)
+    assert distance_to_tipping(at(1.8), at(-1.6), BASE, lifts=True)[0] == pytest.approx(
+        1.0, rel=EXACT
+    )  # a corner is free
     assert min(corners(1e6, 1.8, -1.6).values()) == pytest.approx(0.0, abs=EXACT * 1e6)
 
 
@@ -77,11 +79,11 @@ def test_tracks_press_as_a_trapezoid_and_beyond_the_middle_third_as_a_triangle(e
     V, y, (length, apart), breadth = 2.4e6, 0.9, (7.8, 7.2), 1.2
     for side, sign in SIDES.items():
         own = V * (0.5 + sign * y / apart)
-        told = own / (breadth * length) * (1 + 6 * e / length)
+        message = own / (breadth * length) * (1 + 6 * e / length)
         if e > length / 6:
-            told = 2 * own / (3 * breadth * (length / 2 - e))
+            message = 2 * own / (3 * breadth * (length / 2 - e))
         found = track_pressure(at(V), at(-e), at(y), (length, apart), breadth, side)
-        assert found[0] == pytest.approx(told, rel=EXACT)
+        assert found[0] == pytest.approx(message, rel=EXACT)
     assert track_pressure(at(V), at(3.9), at(0.0), (7.8, 7.2), breadth, "left")[0] == np.inf
 
 
@@ -154,8 +156,8 @@ def test_mats_spread_the_load_and_add_their_weight() -> None:
     plain = {u.limit.over: u for u in load("crawler").uses if u.limit.quantity == "ground pressure"}
     laid = load("crawler", ["ground={bearing: 300 kPa, mats: {crawler: {area: 20 m2, mass: 6 t}}}"])
     for use in (u for u in laid.uses if u.limit.quantity == "ground pressure"):
-        told = ((plain[use.limit.over].value or 0.0) * 1.2 * 7.8 + 6e3 * 9.80665) / 20.0
-        assert use.value == pytest.approx(told, rel=EXACT)
+        message = ((plain[use.limit.over].value or 0.0) * 1.2 * 7.8 + 6e3 * 9.80665) / 20.0
+        assert use.value == pytest.approx(message, rel=EXACT)
         assert use.limit.value == 300e3
     with pytest.raises(SceneError, match=r"mats are not smaller than what stands on each of them, 9\.36 m2"):
         load("crawler", ["ground={mats: {crawler: {area: 9 m2}}}"])
@@ -171,8 +173,8 @@ def states(scene: str, quantity: str, *settings: str) -> set[str]:
 
 def test_what_the_ground_may_bear_decides() -> None:
     assert states("crawler", "ground pressure") == {"amber"}
-    told = next(c.sentence for c in load("crawler").checks if c.quantity == "ground pressure")
-    assert "write 'ground: {bearing: 200 kPa}'" in told
+    message = next(c.sentence for c in load("crawler").checks if c.quantity == "ground pressure")
+    assert "write 'ground: {bearing: 200 kPa}'" in message
     assert states("crawler", "ground pressure", "ground={bearing: 500 kPa}") == {"green"}
     assert states("crawler", "ground pressure", "ground={bearing: 100 kPa}") == {"red"}
     assert states("hall", "wheel load") == {"green"}

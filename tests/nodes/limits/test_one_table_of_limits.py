@@ -1,4 +1,4 @@
-"""One table says what must not be exceeded, who says so, and what is not known; path and run are judged by it."""
+"""One table says what must not be exceeded, who says so, and what is not known; path and run are checked by it."""
 
 import json
 import random
@@ -15,7 +15,7 @@ from heavylift.nodes.limits import (
     RatedLimit,
     SignalColumns,
     checks_of,
-    judge,
+    findings_of,
     likewise,
     percent,
     rows,
@@ -27,7 +27,7 @@ from heavylift.nodes.scene import check, json_schema, load
 from heavylift.nodes.scene.keys import Block, Supports, comments
 from heavylift.nodes.scene.keys.parts import SlingType
 from heavylift.nodes.scenes import frames_folder, types_folder
-from heavylift.recordings.read import Judged
+from heavylift.recordings.read import RecordedVerdict
 from lifting import bare, hook_ropes
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
@@ -39,11 +39,11 @@ def peaks_alone(peaks: dict[str, tuple[float, float]]) -> SignalColumns:
 
 
 def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Finding]:
-    return judge(built, uses_of(built, [peaks_alone(peaks)]), dynamic=True)
+    return findings_of(built, uses_of(built, [peaks_alone(peaks)]), dynamic=True)
 
 
 @pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
-def test_every_row_has_a_source_or_says_that_it_is_not_known(name: str) -> None:
+def test_every_row_has_a_source_or_reports_that_it_is_not_known(name: str) -> None:
     built = load(name).plan
     for limit in built.limits:
         assert bool(limit.source) == limit.known, limit
@@ -57,10 +57,10 @@ def test_every_row_has_a_source_or_says_that_it_is_not_known(name: str) -> None:
     assert plan.decode(plan.encode(built)) == built
 
 
-def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
+def test_what_the_scene_reports_is_the_scenes_and_the_rest_is_assumed() -> None:
     given = ["limits={clearance: 1.5 m, off-lead along: 2 deg}", "cranes.crane.hook capacity=500 t"]
     rows = {(limit.subject, limit.quantity): limit for limit in bare("lift", given).plan.limits}
-    told = {
+    message = {
         ("all", "clearance"): (1.5, "the scene"),
         ("crane.H1", "off-lead along"): (radians(2.0), "the scene"),
         ("crane.H1", "off-lead across"): (radians(3.0), "assumed"),
@@ -68,7 +68,7 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
         ("crane lower", "trolley load"): (450e3, "type goliath-900"),
         ("all", "wind"): (None, ""),
     }
-    for key, (value, source) in told.items():
+    for key, (value, source) in message.items():
         assert rows[key].value == (pytest.approx(value) if value is not None else None), key
         assert rows[key].source == source, key
 
@@ -76,7 +76,7 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
     for model in (SlingType, Supports, Block):
-        found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
+        found |= {(model.__name__, key): message for key, message in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}
     assert len(found) == 2
@@ -84,7 +84,7 @@ def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() ->
     parameters = [line for file in files for line in file.read_text().partition("bodies:")[0].splitlines()]
     found |= {line.strip(): line for line in parameters if "damping:" in line}
     assert len(found) == 8
-    assert all("assumed" in told for told in found.values()), found
+    assert all("assumed" in message for message in found.values()), found
 
 
 def test_the_keys_are_written_as_planners_write_them() -> None:
@@ -112,7 +112,7 @@ def test_a_chart_is_read_between_its_points() -> None:
             assert limit.at(x) == pytest.approx(np.interp(x, *zip(*chart, strict=True)), rel=1e-12)
 
 
-def test_a_hook_is_judged_by_its_chart_where_its_trolley_stands() -> None:
+def test_a_hook_is_checked_by_its_chart_where_its_trolley_stands() -> None:
     scene = bare("lift", [CHART])
     use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
     assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"
@@ -131,8 +131,8 @@ def test_two_judgements_of_a_sling() -> None:
     for peak, beyond in cases.items():
         uses = uses_of(built, [peaks_alone({"loader-1.sling-2": (peak, 12.5)})])
         assert [use.limit.quantity for use in uses if use.beyond and "sling" in use.limit.quantity] == beyond
-    told = [f.sentence for f in judged({"loader-1.sling-2": (2.1e6, 12.5)}, built)]
-    assert told == [
+    message = [f.sentence for f in judged({"loader-1.sling-2": (2.1e6, 12.5)}, built)]
+    assert message == [
         (
             "the tension of the sling loader-1.sling-2 was 2100 kN, 175 % of its limit: 2.86 times below its breaking "
             "force, 5 are needed (the scene)"
@@ -144,35 +144,35 @@ def test_two_judgements_of_a_sling() -> None:
     ]
 
 
-def test_the_first_that_is_beyond_is_told_and_the_others_named() -> None:
+def test_the_first_that_is_beyond_is_reported_and_the_others_named() -> None:
     built = bare("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
-    (told,) = likewise(judged(peaks, built))
-    assert told.sentence.endswith("; likewise loader-2.sling-1, loader-3.sling-1")
-    assert told.severity == "red"
+    (message,) = likewise(judged(peaks, built))
+    assert message.sentence.endswith("; likewise loader-2.sling-1, loader-3.sling-1")
+    assert message.severity == "red"
 
 
-def test_what_a_load_cell_tells_between_samples_is_red() -> None:
+def test_what_a_load_cell_reports_between_samples_is_red() -> None:
     """The sum of three ropes is only sampled; the cell saw it pass its rated value."""
     built = bare("lift").plan
     rated = (900e3 + 75e3) * built.gravity
     ropes = {name: np.array([0.3 * rated]) for name in hook_ropes(built)}
     quiet = SignalColumns(t=np.array([3.0]), tensions=ropes, dynamic=True)
-    assert not [f for f in judge(built, uses_of(built, [quiet]), dynamic=True) if f.subject == "crane"]
+    assert not [f for f in findings_of(built, uses_of(built, [quiet]), dynamic=True) if f.subject == "crane"]
     heard = SignalColumns(
         t=np.array([3.0]), tensions=ropes, dynamic=True, crossings={"crane.main.load": (1.001 * rated, 3.2)}
     )
-    (red,) = [f for f in judge(built, uses_of(built, [heard]), dynamic=True) if f.subject == "crane"]
+    (red,) = [f for f in findings_of(built, uses_of(built, [heard]), dynamic=True) if f.subject == "crane"]
     assert (red.severity, red.t, red.sentence) == ("red", 3.2, "crane carried 901.0 t of 900 t")
 
 
-def test_a_path_is_judged_as_the_scene_is() -> None:
+def test_a_path_is_checked_as_the_scene_is() -> None:
     scene = bare("lift", ["rig.loaders.loader-3.capacity=140 t"])
-    (red,) = judge(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
+    (red,) = findings_of(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.severity, red.subject, red.stage, red.t) == ("red", "loader-3", "up", None)
     assert red.where == "lift.yaml:38:5", "where it carries most"
     assert "red: the slings of loader-3 would carry 1469 kN of 1373 kN (up)" in str(check(scene))
-    assert judge(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
+    assert findings_of(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
 
 
 def test_a_place_may_yield_a_little_at_its_end() -> None:
@@ -180,8 +180,8 @@ def test_a_place_may_yield_a_little_at_its_end() -> None:
     for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
         at = np.array([[400.0 + beyond, 0.0, 0.0]])
         signals = SignalColumns(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
-        told = [f.sentence for f in judge(built, uses_of(built, [signals]), dynamic=True)]
-        assert told == (["crane at x = 400.06 m is past the end of its rails, 0 to 400 m"] if red else [])
+        message = [f.sentence for f in findings_of(built, uses_of(built, [signals]), dynamic=True)]
+        assert message == (["crane at x = 400.06 m is past the end of its rails, 0 to 400 m"] if red else [])
 
 
 def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
@@ -194,8 +194,8 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
     found = judged({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)}, built)
     assert [f.sentence for f in found] == ["the rope fall-1 carried 480 kN, 120 % of its limit of 400 kN (the scene)"]
     checks = load("trolley", ["limits={ropes: {fall-1: {tension: 400 kN}}}"]).checks
-    told = [check.sentence for check in checks if check.quantity == "rope tension" and check.why == NOT_CHECKED]
-    assert told == ["rope tension of fall-2: give it under 'limits: {ropes: ...}'"]
+    message = [check.sentence for check in checks if check.quantity == "rope tension" and check.why == NOT_CHECKED]
+    assert message == ["rope tension of fall-2: give it under 'limits: {ropes: ...}'"]
     with pytest.raises(SceneError, match=r"limits.ropes.fall-3: there is no rope 'fall-3'"):
         load("trolley", ["limits={ropes: {fall-3: {tension: 1 kN}}}"])
     with pytest.raises(SceneError, match="give a rope either a 'tension' or a 'breaking' force"):
@@ -204,32 +204,32 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
 
 def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     app(["check", "lift", "--json", "--set", "rig.loaders.loader-3.capacity=140 t"], standalone_mode=False)
-    told = json.loads(capsys.readouterr().out)
-    rows = {(row["limit"]["subject"], row["limit"]["quantity"]): row for row in told["uses"]}
+    message = json.loads(capsys.readouterr().out)
+    rows = {(row["limit"]["subject"], row["limit"]["quantity"]): row for row in message["uses"]}
     row = rows["crane.H3", "rope factor"]
     assert (row["limit"]["value"], row["limit"]["breaking"], row["stage"]) == (5.6, 1351e3, "lift off")
     assert row["value"] == pytest.approx(12.35, abs=0.005)
-    found = told["verdict"]["findings"]
+    found = message["verdict"]["findings"]
     assert [(f["severity"], f["kind"], f["subject"]) for f in found] == [("red", "overload", "loader-3")]
-    assert (told["verdict"]["state"], told["verdict"]["red"]) == ("red", True)
-    assert told["verdict"].keys() <= {*Judged.__struct_fields__}, "in the words of a run"
+    assert (message["verdict"]["state"], message["verdict"]["red"]) == ("red", True)
+    assert message["verdict"].keys() <= {*RecordedVerdict.__struct_fields__}, "in the words of a run"
 
 
 def test_a_use_is_not_rounded_to_its_limit() -> None:
     uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
-    told = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
-    assert [percent(use) for use in uses] == told
+    message = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
+    assert [percent(use) for use in uses] == message
 
 
-def test_rounding_decides_nothing_that_is_told() -> None:
-    """Of subjects that are loaded alike the first is told, and a force below a newton is none."""
+def test_rounding_decides_nothing_that_is_reported() -> None:
+    """Of subjects that are loaded alike the first is reported, and a force below a newton is none."""
     limits = [RatedLimit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
 
-    def told(*uses: Use) -> tuple[str, ...]:
+    def message(*uses: Use) -> tuple[str, ...]:
         row = next(x for x in rows(checks_of(bare("lift").plan, uses, [], None, [])) if x[1] == "side force")
         return row[2:4]
 
     for tiny in (0.0, 2e-4, -2e-4):
-        assert told(Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + tiny, 2.0)) == ("east (of 2)", "50 kN")
-        assert told(Use(limits[0], abs(tiny), 1.0), Use(limits[1], 3e-4, 2.0)) == ("east (of 2)", "0 kN")
-    assert told(Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + 1.0, 2.0))[0] == "west (of 2)"
+        assert message(Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + tiny, 2.0)) == ("east (of 2)", "50 kN")
+        assert message(Use(limits[0], abs(tiny), 1.0), Use(limits[1], 3e-4, 2.0)) == ("east (of 2)", "0 kN")
+    assert message(Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + 1.0, 2.0))[0] == "west (of 2)"

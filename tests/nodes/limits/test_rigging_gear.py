@@ -46,7 +46,7 @@ def test_an_assembly_is_as_good_as_the_cosine_of_those_that_carry() -> None:
             assert factor == pytest.approx(carry * {45.0: 0.7071, 60.0: 0.5}[angle], rel=0.015)
 
 
-def test_beyond_its_table_the_standard_says_nothing() -> None:
+def test_beyond_its_table_the_standard_reports_nothing() -> None:
     heavy = at_rest(Terms(6.43e6), G)
     assert heavy.factor == 5.0
     assert heavy.source == "assumed: the table of EN 13414-1 ends at 60 mm and 42 t a leg"
@@ -175,7 +175,7 @@ def test_gear_may_stand_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None:
         ("gear: [slings.csv, shackles.yaml]\n", "sling: {gear: WR-48-8}", "sling: {gear: SH-35}", "has no 'breaking'"),
     ],
 )
-def test_gear_that_cannot_be_had_is_told_at_its_place(
+def test_gear_that_cannot_be_had_is_reported_at_its_place(
     named: str, old: str, new: str, told: str, tmp_path: Path
 ) -> None:
     path = Path(scene(tmp_path, named))
@@ -207,6 +207,6 @@ def test_of_each_type_the_legs_of_a_bridle_are_rated_together_or_asked_about(
         names = [name for name, x in plain.scene.rigging.items() if len(getattr(x, "to", ())) > 3]
         settings = [f"rigging.{name}.sling={{breaking: {breaking}}}" for name in names]
         found = parse(text, str(tmp_path / "made.yaml"), settings).plan.limits
-        told = {(x.subject, x.quantity) for x in found if x.quantity in ("assembly load", "sharing")}
-        assert told == {(name, rated) for name in names}
+        message = {(x.subject, x.quantity) for x in found if x.quantity in ("assembly load", "sharing")}
+        assert message == {(name, rated) for name in names}
         assert any(x.quantity == "lug load" for x in found)

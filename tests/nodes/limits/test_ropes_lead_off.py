@@ -15,7 +15,7 @@ from heavylift.nodes.limits import (
     SignalColumns,
     Use,
     checks_of,
-    judge,
+    findings_of,
     rows,
     uses_of,
     uses_on_path,
@@ -53,7 +53,7 @@ def hung(built: Plan, along: float, across: float, tension: float = LOADED, slin
 
 
 def judged(built: Plan, signals: SignalColumns) -> list[Finding]:
-    return judge(built, uses_of(built, [signals]), dynamic=True)
+    return findings_of(built, uses_of(built, [signals]), dynamic=True)
 
 
 def use(built: Plan, signals: SignalColumns, quantity: str, subject: str = HOOK) -> Use:
@@ -96,13 +96,13 @@ def test_a_machine_has_its_own_limit_in_each_direction() -> None:
     assert use(built, signals, "off-lead across").use == pytest.approx(4 / 5, rel=1e-9)
 
 
-def test_an_unknown_limit_is_told_and_not_judged() -> None:
+def test_an_unknown_limit_is_reported_and_not_checked() -> None:
     scene = bare("lift", ["limits={off-lead: unknown}"])
     built = unstated_pushes(scene.plan)
     assert judged(built, hung(built, 10.0, 10.0)) == []
-    told = [check.sentence for check in scene.checks if check.why == NOT_CHECKED]
-    for way in ("along", "across"):
-        assert f"off-lead {way} of crane.H1: the machine's limit is unknown" in told
+    message = [check.sentence for check in scene.checks if check.why == NOT_CHECKED]
+    for distance in ("along", "across"):
+        assert f"off-lead {distance} of crane.H1: the machine's limit is unknown" in message
 
 
 def test_the_side_pull_is_held_against_drive_and_brake() -> None:
@@ -116,8 +116,8 @@ def test_the_side_pull_is_held_against_drive_and_brake() -> None:
     ]
     uses = uses_of(unstated_pushes(built), [signals])
     unknown = [c for c in checks_of(built, uses, [], {}, []) if c.quantity == "side force" and c.why == NOT_CHECKED]
-    told = {f"side force of crane: its {x}: unknown" for x in ("drive moves", "brake holds")}
-    assert {c.sentence for c in unknown} >= told
+    message = {f"side force of crane: its {x}: unknown" for x in ("drive moves", "brake holds")}
+    assert {c.sentence for c in unknown} >= message
 
 
 def unstated_pushes(built: Plan) -> Plan:
@@ -139,7 +139,7 @@ def spread(built: Plan, angle: float, tension: float = 5e5) -> SignalColumns:
     return SignalColumns(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
 
 
-def test_bridles_are_told_beyond_45_and_red_beyond_60_degrees() -> None:
+def test_bridles_are_reported_beyond_45_and_red_beyond_60_degrees() -> None:
     built = plan()
     for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
         found = judged(built, replace(spread(built, radians(angle)), dynamic=True))
@@ -163,8 +163,8 @@ def test_the_row_names_the_worst_of_all_with_time_and_stage() -> None:
     assert row == ("assumed", "off-lead along", HOOK, "1.43 deg", "0:07.0, swing", "3.00 deg", "48 %", "assumed")
 
 
-def test_a_path_at_rest_is_judged_state_by_state() -> None:
-    """A bridle that opens as its hook comes down, under a rope that leads off: the worst is told."""
+def test_a_path_at_rest_is_checked_state_by_state() -> None:
+    """A bridle that opens as its hook comes down, under a rope that leads off: the worst is reported."""
     built = plan()
     tie, _ = slings(built)["loader-3.sling-1"]
     states = []
@@ -180,7 +180,7 @@ def test_a_path_at_rest_is_judged_state_by_state() -> None:
                 grounded=False, stiffness=1.0,
             )
         )  # fmt: skip
-    found = judge(built, uses_on_path(built, states), dynamic=False)
+    found = findings_of(built, uses_on_path(built, states), dynamic=False)
     assert [(f.severity, f.kind, f.stage) for f in found] == [
         ("red", "off-lead", "stage 3"),
         ("red", "bridle", "stage 3"),

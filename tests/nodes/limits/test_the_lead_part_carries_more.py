@@ -64,14 +64,14 @@ def test_the_table_of_the_wire_rope_users_manual() -> None:
     assert factor * sheave * sheave * 6000 == pytest.approx(2202, abs=6), "[lb], of a load of 6000 lb"
 
 
-def test_the_verdict_flips_on_the_drum_ends_and_the_page_says_what_it_assumes() -> None:
+def test_the_verdict_flips_on_the_drum_ends_and_the_page_reports_what_it_assumes() -> None:
     two = str(check(bare("lift", [*HEAVY, *crane(sheave_efficiency="98.5 %")])))
     assert "20 falls, 2 drum ends, sheave efficiency 0.985: lead part 1.069 of the mean" in two
     with pytest.raises(SceneError) as refusal:
         bare("lift", [*HEAVY, *crane(sheave_efficiency="98.5 %", drum_ends="1")])
-    told = str(refusal.value)
-    assert "the rope crane.H3 has too little safety: its most loaded part carries 255.0 kN, 5.30 times below" in told
-    assert "5.6 are needed (20 falls, 1 drum end, sheave efficiency 0.985: lead part 1.150 of the mean)" in told
+    message = str(refusal.value)
+    assert "the rope crane.H3 has too little safety: its most loaded part carries 255.0 kN, 5.30 times below" in message
+    assert "5.6 are needed (20 falls, 1 drum end, sheave efficiency 0.985: lead part 1.150 of the mean)" in message
 
 
 def test_the_mechanism_group_asks_for_its_factor_by_name() -> None:

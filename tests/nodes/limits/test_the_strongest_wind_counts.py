@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import InputSignal
 from heavylift.nodes.limits.reading import _strongest
 
 

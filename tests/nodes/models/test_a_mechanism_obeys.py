@@ -1,6 +1,6 @@
 """A researcher's mechanism under the commander: drives, winches, brakes, supports and ropes of its own."""
 
-from heavylift.kernel.description import Body, Brake, Drive, Joint, Point, Rope, RopeSpan, Support, System, Threshold
+from heavylift.kernel.description import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System, Threshold
 from heavylift.nodes.models.parts import Finished, Limit, Reached, SetBrake, SetProfile, StateEvent, Touched, Watch
 from heavylift.nodes.plan import Actuator, Mechanism, Plan
 from heavylift.nodes.plan import actions as a
@@ -14,7 +14,7 @@ SYSTEM = System(
     ),
     brakes=(Brake("arm brake", "hinge", 10.0, 1e4, 1e2, engaged=True),),
     drives=(Drive("motor", "hinge", "servo", 1e4, 1e3),),
-    ropes=(Rope("rope", (RopeSpan(Point("world", (0.0, 0.0, 10.0)), Point("load")),), 1e7, 10.0, winch=True),),
+    ropes=(Rope("rope", (Line(Point("world", (0.0, 0.0, 10.0)), Point("load")),), 1e7, 10.0, winch=True),),
     supports=(Support("left", Point("load"), 0.0, 1e6, 1e3), Support("right", Point("load"), 0.0, 1e6, 1e3)),
 )
 ACTUATORS = (Actuator(name="motor", start=0.5, accel=0.1, lower=0.0, upper=1.5),)
@@ -31,20 +31,20 @@ def move(actuator: str, speed: float, by: float | None = None, until: a.Conditio
 
 def test_the_brake_is_released_before_the_motor_turns() -> None:
     release = a.Action(orders=(a.BrakeOrder(model="rig", brake="arm brake", engaged=False),))
-    yard = Yard(plan(release, a.Action(orders=(move("motor", 0.1, by=0.5),)))).run()
-    assert [(t, m) for t, _, m in yard.kernel.got] == [
+    builder = Yard(plan(release, a.Action(orders=(move("motor", 0.1, by=0.5),)))).run()
+    assert [(t, m) for t, _, m in builder.kernel.got] == [
         (0.0, SetBrake("arm brake", False)),
         (0.0, SetProfile("motor", 0, 0.1, 0.1, 0.5)),
     ]
-    assert yard.said("commander.actions", Finished) == [(6.0, Finished())]
+    assert builder.said("commander.actions", Finished) == [(6.0, Finished())]
 
 
 def test_a_load_is_lifted_off_its_two_supports() -> None:
     up = a.Action(orders=(move("rope", -0.1, until=a.LiftedCondition(model="rig")),))
     script = [(7.0, StateEvent("left", "open", 0.0)), (8.0, StateEvent("right", "open", 0.0))]
-    yard = Yard(plan(up), *script).run()
-    assert [t for t, _ in yard.inputs(SetProfile)] == [0.0, 8.0]
-    assert yard.said("commander.actions", Finished) == [(9.0, Finished())]
+    builder = Yard(plan(up), *script).run()
+    assert [t for t, _ in builder.inputs(SetProfile)] == [0.0, 8.0]
+    assert builder.said("commander.actions", Finished) == [(9.0, Finished())]
 
 
 def test_touching_one_support_is_not_landing() -> None:
@@ -52,21 +52,21 @@ def test_touching_one_support_is_not_landing() -> None:
     wait = a.Action(when=a.LiftedCondition(model="rig"), orders=())
     script = [(7.0 + i, StateEvent(name, "open", 0.0)) for i, name in enumerate(("left", "right"))]
     script += [(17.0 + i, StateEvent(name, "closed", 0.0)) for i, name in enumerate(("left", "right"))]
-    yard = Yard(plan(wait, down), *script).run()
-    assert [t for t, _ in yard.said("rig.load-body.supports", Touched)] == [17.0]
-    assert [t for t, _ in yard.inputs(SetProfile)] == [18.0]
+    builder = Yard(plan(wait, down), *script).run()
+    assert [t for t, _ in builder.said("rig.load-body.supports", Touched)] == [17.0]
+    assert [t for t, _ in builder.inputs(SetProfile)] == [18.0]
 
 
 def test_a_motor_stops_at_the_end_of_its_range() -> None:
-    yard = Yard(plan(a.Action(orders=(move("motor", 0.1),)))).run()
-    assert yard.said("rig.hinge-joint.motor", Limit) == [(11.0, Limit("motor", "travel limit", 1.5))]
+    builder = Yard(plan(a.Action(orders=(move("motor", 0.1),)))).run()
+    assert builder.said("rig.hinge-joint.motor", Limit) == [(11.0, Limit("motor", "travel limit", 1.5))]
 
 
 def test_a_tension_is_watched_by_the_mechanism() -> None:
     guard = Threshold("tension-1", "tension", ropes=("rope",))
     tight = a.CrossingCondition(model="rig", threshold=guard, value=5e3, rising=True)
     pull = a.Action(orders=(move("rope", -0.1, until=tight),))
-    yard = Yard(plan(pull), (4.0, StateEvent("tension-1", "reached", 5e3))).run()
-    assert yard.inputs(Watch) == [(0.0, Watch("tension-1", 5e3, True))]
-    assert yard.said("rig.gauge", Reached) == [(4.0, Reached("tension-1", 5e3))]
-    assert [(t, m.speed) for t, m in yard.inputs(SetProfile)] == [(0.0, -0.1), (4.0, 0.0)]
+    builder = Yard(plan(pull), (4.0, StateEvent("tension-1", "reached", 5e3))).run()
+    assert builder.inputs(Watch) == [(0.0, Watch("tension-1", 5e3, True))]
+    assert builder.said("rig.gauge", Reached) == [(4.0, Reached("tension-1", 5e3))]
+    assert [(t, m.speed) for t, m in builder.inputs(SetProfile)] == [(0.0, -0.1), (4.0, 0.0)]

@@ -115,24 +115,26 @@ def test_a_timeout_ends_the_wait_with_a_sentence() -> None:
     )
 
 
-def test_a_list_that_stands_still_says_what_it_waits_for() -> None:
+def test_a_list_that_stands_still_reports_what_it_waits_for() -> None:
     first = Action(orders=(hoist("west.H1", -9.5),))
     when = And(all=(MovesDone(), SlingsCondition(names=SLINGS, state="taut", text="all slings taut")), where=LINE)
     second = Action(when=MovesDone(), orders=(hoist("west.H2", -9.5),))
     script = [e for s in SLINGS if s != "loader-3.sling-2" for e in events("taut", 30.0, s)]
-    yard = Yard(turnover(first, second, Action(when=when, orders=())), *script).run()
-    assert yard.waiting_for() == (f"still waiting for all slings taut (loader-3.sling-2 is slack) since 20 s, {LINE}")
+    builder = Yard(turnover(first, second, Action(when=when, orders=())), *script).run()
+    assert builder.waiting_for() == (
+        f"still waiting for all slings taut (loader-3.sling-2 is slack) since 20 s, {LINE}"
+    )
 
 
 def test_a_wait_that_is_waited_for_is_named() -> None:
     first = Action(orders=(Wait(seconds=1200.0),), where=LINE)
-    yard = Yard(turnover(first, Action(when=MovesDone(), orders=(), where=LINE))).run(60.0)
-    assert yard.waiting_for() == f"still waiting for moves done (wait until 1200 s) since 0 s, {LINE}"
+    builder = Yard(turnover(first, Action(when=MovesDone(), orders=(), where=LINE))).run(60.0)
+    assert builder.waiting_for() == f"still waiting for moves done (wait until 1200 s) since 0 s, {LINE}"
 
 
 def test_a_move_that_ends_at_a_limit_is_not_done() -> None:
     down = Action(orders=(line(hoist("west.H1", 40.0)),), where=LINE)
-    yard = Yard(turnover(down, Action(orders=(), where=LINE))).run()
-    assert yard.waiting_for() == (
+    builder = Yard(turnover(down, Action(orders=(), where=LINE))).run()
+    assert builder.waiting_for() == (
         f"still waiting for moves done (lower of west.H1) since 0 s; west.H1 stopped (drum empty), {LINE}"
     )

@@ -68,8 +68,8 @@ def test_a_move_ends_to_the_nanosecond(name: str) -> None:
 
 
 def test_a_goal_is_reached_from_where_the_last_move_ended() -> None:
-    bench = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(10.0, "order", run(1.0, 1.0, to=11.0, id=2))
-    assert bench.said()[2:] == [
+    context = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(10.0, "order", run(1.0, 1.0, to=11.0, id=2))
+    assert context.said()[2:] == [
         (10.0, "input", SetProfile("x", seconds(10.0), -1.0, 1.0, -3.0)),
         (14.0, "report", Done("x", 2, 11.0)),
     ]
@@ -80,8 +80,8 @@ def test_no_way_to_go_is_done_at_once() -> None:
 
 
 def test_a_halted_move_ramps_down_and_is_done_where_it_stands() -> None:
-    bench = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", end(1))
-    assert bench.said() == [
+    context = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", end(1))
+    assert context.said() == [
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05)),
         (30.0, "input", SetProfile("x", seconds(30.0), 0.0, 0.05)),
         (40.0, "report", Done("x", 1, about(10.0 - 2.5 - 10.0 - 2.5))),
@@ -89,13 +89,13 @@ def test_a_halted_move_ramps_down_and_is_done_where_it_stands() -> None:
 
 
 def test_a_halt_that_comes_late_changes_nothing() -> None:
-    bench = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(9.0, "order", end(1))
-    assert [type(m) for _, _, m in bench.said()] == [SetProfile, Done]
+    context = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(9.0, "order", end(1))
+    assert [type(m) for _, _, m in context.said()] == [SetProfile, Done]
 
 
 def test_a_new_move_takes_over_from_one_that_ramps_down() -> None:
-    bench = drive().put(0.0, "order", run(0.5)).put(20.0, "order", end(1))
-    out = bench.put(25.0, "order", run(0.5, by=10.0, id=2)).said()[2:]
+    context = drive().put(0.0, "order", run(0.5)).put(20.0, "order", end(1))
+    out = context.put(25.0, "order", run(0.5, by=10.0, id=2)).said()[2:]
     x = 10.0 + 2.5 + 5.0 + (0.5 * 5 - 0.025 * 25)
     assert out[0] == (25.0, "input", SetProfile("x", seconds(25.0), 0.5, 0.05, 10.0))
     assert out[1] == (25.0, "report", Done("x", 1, about(x)))
@@ -104,12 +104,12 @@ def test_a_new_move_takes_over_from_one_that_ramps_down() -> None:
 
 
 def test_two_moves_at_once_are_refused_with_the_number_of_the_second() -> None:
-    bench = drive()
+    context = drive()
     with pytest.raises(ModelError, match=r"drive at \(1 s, 0\): order 1 of action 3: x is moving already, wait for"):
-        bench.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
+        context.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
 
 
-def test_orders_to_others_are_not_heard() -> None:
+def test_orders_to_others_are_not_received() -> None:
     assert drive().put(0.0, "order", Order("y", 1, (0, 0), Motion(speed=1.0, accel=1.0, by=4.0))).said() == []
 
 
@@ -122,9 +122,9 @@ def test_an_endless_move_stops_at_the_end_of_the_travel() -> None:
 
 
 def test_a_distance_beyond_the_end_is_cut_short_and_reported_and_the_way_back_is_free() -> None:
-    bench = drive(lower=0.0, upper=14.0).put(0.0, "order", run(1.0, 1.0, by=7.0))
-    bench.put(10.0, "order", run(1.0, 1.0, by=-4.0, id=2))
-    assert bench.said()[1:] == [
+    context = drive(lower=0.0, upper=14.0).put(0.0, "order", run(1.0, 1.0, by=7.0))
+    context.put(10.0, "order", run(1.0, 1.0, by=-4.0, id=2))
+    assert context.said()[1:] == [
         (5.0, "report", Limit("x", "travel limit", 14.0)),
         (10.0, "input", SetProfile("x", seconds(10.0), -1.0, 1.0, -4.0)),
         (15.0, "report", Done("x", 2, 10.0)),
@@ -132,23 +132,23 @@ def test_a_distance_beyond_the_end_is_cut_short_and_reported_and_the_way_back_is
 
 
 def test_a_follower_holds_its_place_when_released_and_knows_it() -> None:
-    bench = drive().put(0.0, "order", follow(-14.6)).put(620.0, "order", end(3, 3.141592653589793))
-    out = bench.put(630.0, "order", run(1.0, 1.0, to=40.2)).said()
+    context = drive().put(0.0, "order", follow(-14.6)).put(620.0, "order", end(3, 3.141592653589793))
+    out = context.put(630.0, "order", run(1.0, 1.0, to=40.2)).said()
     assert out[0] == (0.0, "input", SetFollow("x", "turn", (0.0, -14.6, 0.0)))
     assert out[1] == (620.0, "input", SetFollow("x"))
     assert out[2] == (630.0, "input", SetProfile("x", seconds(630.0), 1.0, 1.0, about(1.0)))
 
 
 def test_release_and_a_new_move_fit_into_one_bag() -> None:
-    bench = drive().put(0.0, "order", follow(1.0))
-    out = bench.put(9.0, "order", end(3), run(1.0, 1.0, by=4.0)).said()
+    context = drive().put(0.0, "order", follow(1.0))
+    out = context.put(9.0, "order", end(3), run(1.0, 1.0, by=4.0)).said()
     assert [type(m) for _, _, m in out] == [SetFollow, SetFollow, SetProfile, Done]
 
 
 def test_a_follower_takes_no_moves() -> None:
-    bench = drive().put(0.0, "order", follow(1.0))
+    context = drive().put(0.0, "order", follow(1.0))
     with pytest.raises(ModelError, match=r"order 1 of action 3: x follows turn, wait until that is done"):
-        bench.put(9.0, "order", run(1.0, by=4.0)).said()
+        context.put(9.0, "order", run(1.0, by=4.0)).said()
 
 
 def winch() -> Bench:
@@ -165,11 +165,11 @@ def test_the_drum_runs_empty() -> None:
 
 
 def test_the_upper_limit_switch_stops_hoisting_and_lets_it_down_again() -> None:
-    bench = winch().put(0.0, "order", run(0.5, by=-40.0))
-    bench.put(20.0, "state", StateEvent("x.highest", "reached", 80.0))
-    bench.put(40.0, "order", run(0.5, by=-1.0, id=2)).put(50.0, "order", run(0.5, 0.5, by=2.0, id=3))
-    bench.put(52.0, "state", StateEvent("x.highest", "reached", 79.9))
-    assert bench.said() == [
+    context = winch().put(0.0, "order", run(0.5, by=-40.0))
+    context.put(20.0, "state", StateEvent("x.highest", "reached", 80.0))
+    context.put(40.0, "order", run(0.5, by=-1.0, id=2)).put(50.0, "order", run(0.5, 0.5, by=2.0, id=3))
+    context.put(52.0, "state", StateEvent("x.highest", "reached", 79.9))
+    assert context.said() == [
         (0.0, "input", Watch("x.highest", 80.0, True)),
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05, -40.0)),
         (20.0, "input", Watch("x.highest", 79.9, False)),
@@ -182,6 +182,6 @@ def test_the_upper_limit_switch_stops_hoisting_and_lets_it_down_again() -> None:
     ]
 
 
-def test_a_winch_tells_that_its_rope_is_slack() -> None:
+def test_a_winch_reports_that_its_rope_is_slack() -> None:
     out = winch().put(4.0, "state", StateEvent("x", "slack", 0.0)).said()
     assert out[1:] == [(4.0, "report", RopeState("x", "slack", 0.0))]

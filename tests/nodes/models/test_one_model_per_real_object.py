@@ -10,9 +10,9 @@ from heavylift.kernel.description import (
     Drive,
     Joint,
     JointSpring,
+    Line,
     Point,
     Rope,
-    RopeSpan,
     Stop,
     Support,
     System,
@@ -62,7 +62,7 @@ def test_each_joint_and_body_coupled_model_has_its_atomic_and_actors() -> None:
     assert [m.path for m in models if isinstance(m, Commander)] == ["commander.actions"]
 
 
-def test_the_commander_is_connected_to_every_machine_and_the_kernel_hears_all() -> None:
+def test_the_commander_is_connected_to_every_machine_and_the_kernel_receives_all() -> None:
     plan = turnover(TURN)
     models = build(plan)
     table = couplings(plan)
@@ -188,7 +188,7 @@ def test_a_mechanism_declares_exactly_what_was_written() -> None:
         stops=(Stop("stop", "q2", -1.0, 1.0, 1e5, 1e3),),
         brakes=(Brake("brake", "q1", 5.0, 1e4, 1e2),),
         drives=(Drive("motor", "q1", "prescribed"),),
-        ropes=(Rope("rope", (RopeSpan(Point("world"), Point("mass")),), 1e6, 2.0, winch=True),),
+        ropes=(Rope("rope", (Line(Point("world"), Point("mass")),), 1e6, 2.0, winch=True),),
         supports=(Support("foot", Point("mass"), 0.0, 1e6, 1e3),),
     )
     plan = Plan(name="arm", machines=(Mechanism(name="arm", system=written),), end=1.0)

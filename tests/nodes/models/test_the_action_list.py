@@ -62,27 +62,27 @@ def events(what: str, at: float, *names: str) -> list[tuple[float, StateEvent]]:
     return [(at, StateEvent(name, what, 0.0)) for name in names]
 
 
-def runs(yard: Yard) -> list[tuple[float, str]]:
-    return [(t, m.actuator) for t, m in yard.inputs(SetProfile)]
+def runs(builder: Yard) -> list[tuple[float, str]]:
+    return [(t, m.actuator) for t, m in builder.inputs(SetProfile)]
 
 
 def test_actions_follow_each_other_when_moves_are_done() -> None:
     hooks = [f"{crane}.{hook}" for crane in CRANES for hook in HOOKS]
     lift = Action(stage="hoist", orders=tuple(hoist(hook, -9.5) for hook in hooks))
     shift = Action(stage="travel", orders=tuple(travel(crane, 120.0) for crane in CRANES))
-    yard = Yard(turnover(lift, shift), *events("open", 3.0, *(f"block.lower-{i}" for i in (1, 2, 3, 4)))).run()
+    builder = Yard(turnover(lift, shift), *events("open", 3.0, *(f"block.lower-{i}" for i in (1, 2, 3, 4)))).run()
     in_order = [f"{crane}.{hook}" for crane in ("east", "west") for hook in ("H3", "H1", "H2")]  # by path
-    assert yard.inputs(SetProfile) == [
+    assert builder.inputs(SetProfile) == [
         *((0.0, SetProfile(hook, 0, -0.5, 0.5, -9.5)) for hook in in_order),
         *((20.0, SetProfile(f"{c}.gantry.drive", seconds(20.0), 0.5, 0.05, 120.0)) for c in ("east", "west")),
     ]
-    assert yard.said(COMMANDER, Stage) == [(0.0, Stage("hoist", 0)), (20.0, Stage("travel", 1))]
-    assert yard.said(COMMANDER, Finished) == [(270.0, Finished())]
+    assert builder.said(COMMANDER, Stage) == [(0.0, Stage("hoist", 0)), (20.0, Stage("travel", 1))]
+    assert builder.said(COMMANDER, Finished) == [(270.0, Finished())]
     for hook in hooks:
         crane, name = hook.split(".")
         winch = f"{crane}.{'lower' if name == 'H3' else 'upper'}-body.{name}"
-        assert [m.actor for m in yard.got(winch, Order)].count(hook) == 1
-    assert yard.waiting_for() == ""
+        assert [m.actor for m in builder.got(winch, Order)].count(hook) == 1
+    assert builder.waiting_for() == ""
 
 
 def test_editing_the_list_alone_changes_the_run() -> None:
@@ -97,10 +97,10 @@ def test_each_hook_creeps_until_its_own_slings_are_taut() -> None:
     creep = Action(orders=tuple(hoist(h, speed=-0.005, until=taut(*s)) for h, s in pairs.items()))
     load = Action(when=taut(), orders=(hoist("west.H1", -1.0),))
     script = [line for i, s in enumerate(SLINGS) for line in events("taut", 50.0 + i, s)]
-    yard = Yard(turnover(creep, load), *script).run(100.0)
-    halts = [(t, m.actor) for t, m in yard.said(COMMANDER, Order) if isinstance(m.what, EndOrder)]
+    builder = Yard(turnover(creep, load), *script).run(100.0)
+    halts = [(t, m.actor) for t, m in builder.said(COMMANDER, Order) if isinstance(m.what, EndOrder)]
     assert halts == [(51.0 + 2 * i, hook) for i, hook in enumerate(pairs)]
-    assert [(t, m.actor) for t, m in yard.said(COMMANDER, Order) if isinstance(m.what, Motion)][6:] == [
+    assert [(t, m.actor) for t, m in builder.said(COMMANDER, Order) if isinstance(m.what, Motion)][6:] == [
         (61.0, "west.H1")
     ]
 
@@ -108,22 +108,22 @@ def test_each_hook_creeps_until_its_own_slings_are_taut() -> None:
 def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
     creep = Action(orders=(hoist("west.H1", speed=-0.005, until=taut(SLINGS[0])),))
     load = Action(when=taut(SLINGS[0]), orders=(hoist("west.H1", -9.5),))
-    yard = Yard(turnover(creep, load), *events("taut", 50.0, SLINGS[0])).run()
+    builder = Yard(turnover(creep, load), *events("taut", 50.0, SLINGS[0])).run()
     winch = next(x for machine in turnover().machines for x in machine.actuators if x.name == "west.H1")
-    assert yard.inputs(SetProfile) == [
+    assert builder.inputs(SetProfile) == [
         (0.0, SetProfile("west.H1", 0, -0.005, 0.5, winch.lower - winch.start)),
         (50.0, SetProfile("west.H1", seconds(50.0), 0.0, 0.5)),
         (50.0, SetProfile("west.H1", seconds(50.0), -0.5, 0.5, -9.5)),
     ]
-    assert [t for t, _ in yard.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
+    assert [t for t, _ in builder.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
 
 
 def test_a_condition_that_holds_already_acts_at_once() -> None:
     slack = taut(state="slack")
     skipped = Action(orders=(hoist("west.H1", speed=0.5, until=slack),))
     at_once = Action(when=And(all=(slack, LandedCondition())), orders=(hoist("west.H2", -9.5),))
-    yard = Yard(turnover(skipped, at_once)).run()
-    assert runs(yard) == [(0.0, "west.H2")]
+    builder = Yard(turnover(skipped, at_once)).run()
+    assert runs(builder) == [(0.0, "west.H2")]
 
 
 def test_waits_take_their_time_and_times_count_from_the_action_before() -> None:
@@ -140,8 +140,8 @@ def test_lift_off_starts_the_next_action() -> None:
     load = Action(orders=(hoist("west.H1", speed=-0.5, until=LiftedCondition()),))
     up = Action(when=LiftedCondition(), orders=(hoist("east.H1", -9.5),))
     script = [line for i in (1, 2, 3, 4) for line in events("open", 10.0 + i, f"block.lower-{i}")]
-    yard = Yard(turnover(load, up), *script).run()
-    assert runs(yard) == [(0.0, "west.H1"), (14.0, "east.H1"), (14.0, "west.H1")]
+    builder = Yard(turnover(load, up), *script).run()
+    assert runs(builder) == [(0.0, "west.H1"), (14.0, "east.H1"), (14.0, "west.H1")]
 
 
 def test_thresholds_are_watched_only_while_they_are_waited_for() -> None:
@@ -151,31 +151,34 @@ def test_thresholds_are_watched_only_while_they_are_waited_for() -> None:
     turned = CrossingCondition(model="block", threshold=tilt, value=1.5, rising=True)
     up = Action(orders=(hoist("west.H1", by=-9.5, until=high),))
     next_ = Action(when=turned, orders=(hoist("west.H2", -9.5),))
-    yard = Yard(turnover(up, next_), *events("reached", 33.0, "block.angle-1")).run()
+    builder = Yard(turnover(up, next_), *events("reached", 33.0, "block.angle-1")).run()
     ours = ("block.height-1", "block.angle-1")
-    mine = [(t, m) for t, _, m in yard.kernel.got if isinstance(m, Watch | Unwatch) and m.threshold in ours]
+    mine = [(t, m) for t, _, m in builder.kernel.got if isinstance(m, Watch | Unwatch) and m.threshold in ours]
     assert mine == [
         (0.0, Watch("block.height-1", 30.0, True)),
         (0.0, Watch("block.angle-1", 1.5, True)),
         (20.0, Unwatch("block.height-1")),
     ]
-    assert runs(yard)[1] == (33.0, "west.H2")
+    assert runs(builder)[1] == (33.0, "west.H2")
 
 
 def test_a_turn_sends_its_laws_once_and_lets_go_at_the_end() -> None:
     turn = Action(orders=(Turn(rate=0.01, accel=0.001, to=pi / 2),))
     slack = Action(orders=(hoist("west.H3", 0.5), hoist("east.H3", 0.5)))
-    yard = Yard(turnover(turn, slack)).run()
+    builder = Yard(turnover(turn, slack)).run()
     done = (seconds(pi / 2 / 0.01 + 10.0)) / 1e9
-    assert yard.inputs(SetProfile) == [
+    assert builder.inputs(SetProfile) == [
         (0.0, SetProfile("turn", 0, 0.01, 0.001, pi / 2)),
         *((done, SetProfile(f"{c}.H3", seconds(done), 0.5, 0.5, 0.5)) for c in ("east", "west")),
     ]
-    follows = yard.inputs(SetFollow)
+    follows = builder.inputs(SetFollow)
     assert [t for t, _ in follows] == [0.0] * 10 + [done] * 10
     assert dict((m.actuator, m.law[1:]) for _, m in follows[:10])["west.H3"] == (-5.6, 12.0)
     assert [m.master for _, m in follows] == ["turn"] * 10 + [""] * 10
-    assert {m.what.s for _, m in yard.said(COMMANDER, Order) if isinstance(m.what, Follow | EndOrder)} == {0.0, pi / 2}
+    assert {m.what.s for _, m in builder.said(COMMANDER, Order) if isinstance(m.what, Follow | EndOrder)} == {
+        0.0,
+        pi / 2,
+    }
 
 
 def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:
@@ -185,13 +188,13 @@ def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:
     us = {"1": "16", "2": "20"}
     hook = Action(orders=tuple(Hookup(sling=s, lug=f"B'{side[s[:8]]}{us[i]}") for s, i in b))
     turn = Action(orders=(Turn(rate=0.01, accel=0.001, to=pi),))
-    yard = Yard(turnover(unhook, hook, turn)).run()
-    assert [m.rope for _, m in yard.inputs(Unhook)] == sorted(s for s, _ in b)
-    assert yard.inputs(Hook)[0] == (0.0, Hook("loader-3.sling-1", b=(-16.0, 12.0, -5.6)))
-    law = {m.actuator: m.law[1:] for _, m in yard.inputs(SetFollow)[:10]}
+    builder = Yard(turnover(unhook, hook, turn)).run()
+    assert [m.rope for _, m in builder.inputs(Unhook)] == sorted(s for s, _ in b)
+    assert builder.inputs(Hook)[0] == (0.0, Hook("loader-3.sling-1", b=(-16.0, 12.0, -5.6)))
+    law = {m.actuator: m.law[1:] for _, m in builder.inputs(SetFollow)[:10]}
     assert law["east.lower-slide.drive"] == (12.0, -5.6)
 
 
 def test_with_an_end_the_run_is_not_finished_by_the_list() -> None:
-    yard = Yard(turnover(Action(orders=(hoist("west.H1", -9.5),)), end=100.0)).run()
-    assert yard.said(COMMANDER, Finished) == []
+    builder = Yard(turnover(Action(orders=(hoist("west.H1", -9.5),)), end=100.0)).run()
+    assert builder.said(COMMANDER, Finished) == []

@@ -57,8 +57,8 @@ def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
     plan = turnover()
     *others, block = plan.machines
     (cargo,) = block.cargo
-    aside = msgspec.structs.replace(block, cargo=(msgspec.structs.replace(cargo, com=(0.0, 0.5, 0.25)),))
-    moved = msgspec.structs.replace(plan, machines=(*others, aside))
+    lateral = msgspec.structs.replace(block, cargo=(msgspec.structs.replace(cargo, com=(0.0, 0.5, 0.25)),))
+    moved = msgspec.structs.replace(plan, machines=(*others, lateral))
     assert laws(moved, half("B"))["west.H1"] == Follow(
         model="west", actuator="west.H1", master="turn", law=(0.0, 0.25, -15.1)
     )

@@ -67,7 +67,7 @@ ORDERS = {
             ("cranes: travel 30 m/min ramp 0.03234 m/s2 by 120 m", "wait: 1 s"),
         ],
         "block: turn",
-        "actions[5].block: the block stands on its stools and cannot turn: hoist it first",
+        "actions[5].block: the block stands on its supports and cannot turn: hoist it first",
     ),
     "position without a rope": (
         "lift",

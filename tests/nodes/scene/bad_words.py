@@ -5,7 +5,7 @@ name: (scene, [(old, new), ...], where the caret points, sentence after "error: 
 
 from heavylift.nodes.scene.keys import RESERVED
 
-TOLD = {"1e9": "1000000000", ".inf": "inf", ".nan": "nan"}  # as a number that stands without its unit is told
+TOLD = {"1e9": "1000000000", ".inf": "inf", ".nan": "nan"}  # as a number that stands without its unit is reported
 
 WORDS = {
     "unknown key": (

@@ -32,7 +32,7 @@ YARDS = {
         "lift",
         [("at: [40 m, 75 m, 6 m]", "at: [40 m, 75 m, 7 m]")],
         "block:",
-        "block: the block is 1 m above its stools: put its middle at z = 6 m",
+        "block: the block is 1 m above its supports: put its middle at z = 6 m",
     ),
     "trolley past the girder": (
         "lift",
@@ -70,7 +70,8 @@ YARDS = {
         "sling: 10",
         (
             "rig.loaders.loader-3.sling: the hook stands 7.0 m beside the lug R1, too far for the 10 "
-            "m of loader-3.sling-1 (2166 mm are missing): move crane or trolley first"
+            "m of loader-3.sling-1 (2166 mm are missing): move crane or trolley first; its lugs are "
+            "R1 (-2, 6, 4.3) m, R2 (2, 6, 4.3) m"
         ),
     ),
     "hooked from too far": (
@@ -166,7 +167,7 @@ YARDS = {
         "lift",
         [("  supports:", "  com: [9 m, 0 m, 0 m]\n  supports:")],
         "[-8 m",
-        ("block.supports.at[0]: the centre of mass at u = 9 m, v = 0 m is not above the stools: the block would tip"),
+        ("block.supports.at[0]: the centre of mass at u = 9 m, v = 0 m is not above the supports: the block would tip"),
     ),
     "block would fall": (
         "turnover",
@@ -179,7 +180,7 @@ YARDS = {
         [("    all hooks: hoist 0.3 m/min until lifted", "    crane: travel 3 m/min by 1 m")],
         "crane: travel",
         (
-            "actions[1].crane: crane would travel while the block is on its stools and loader-1.sling-1 taut:"
+            "actions[1].crane: crane would travel while the block is on its supports and loader-1.sling-1 taut:"
             " slacken or unhook the slings first"
         ),
     ),

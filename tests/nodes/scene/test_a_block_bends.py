@@ -194,15 +194,15 @@ def test_mass_properties_are_those_of_the_block() -> None:
         assert (made.mass + J[5, 5], made.mass * d) == (pytest.approx(mass), pytest.approx(mass * c))
 
 
-def test_a_run_samples_what_bends_and_tells_it() -> None:
+def test_a_run_samples_what_bends_and_reports_it() -> None:
     result = simulate(hung())
-    told = [f.sentence for f in result.verdict.findings if f.kind == "bending"]
+    message = [f.sentence for f in result.verdict.findings if f.kind == "bending"]
     bent = result["deflection"]
     assert bent.unit == "m"
     assert bent.names[:3] == ["block.L0.x", "block.L0.y", "block.L0.z"]
     begins = {name: bent[name][0] for name in ("block.middle.z", "block.end-1.z")}
-    assert begins["block.middle.z"] < -0.02 < 0.03 < begins["block.end-1.z"]  # on its stools near the ends
-    assert told == [f"block bends most at end-1, by {1e3 * bent['block.end-1.z'].max():.3g} mm"]
+    assert begins["block.middle.z"] < -0.02 < 0.03 < begins["block.end-1.z"]  # on its supports near the ends
+    assert message == [f"block bends most at end-1, by {1e3 * bent['block.end-1.z'].max():.3g} mm"]
 
 
 @pytest.mark.parametrize(
@@ -214,12 +214,12 @@ def test_a_run_samples_what_bends_and_tells_it() -> None:
             "beam: {EI y: 6 GN m2}\n  modes: {a: {frequency: 1 Hz, mass: 1 t, shape: {L0: [0, 0, 1]}}}",
             "either a 'beam' or",
         ),
-        ("modes: {a: {frequency: 1 Hz, mass: 1 t, shape: {L9: [0, 0, 1]}}}", "the block has no lug or stool 'L9'"),
+        ("modes: {a: {frequency: 1 Hz, mass: 1 t, shape: {L9: [0, 0, 1]}}}", "the block has no lug or support 'L9'"),
         ("modes: {a: {frequency: 1 Hz, mass: 1 t, shape: {L0: [0, 0, 0]}}}", "mode 1 needs a displacement"),
         ("beam: {EI y: 6 GN m2}\nfloor: {height: 0 m}", "only rigid blocks meet floor"),
         ("inertia: [1 t m2, 1 t m2, 1 t m2]\n  beam: {EI y: 6 GN m2}", "give the beam a 'mass', that of what bends"),
     ],
 )
-def test_what_cannot_bend_so_is_told(bends: str, told: str) -> None:
+def test_what_cannot_bend_so_is_reported(bends: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         hung(bends)

@@ -7,7 +7,7 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scenes import bundled
-from lifting import unstated
+from lifting import bare, unstated
 
 BLOCKS = """\
 block;drawing;mass [t];size x [m];size y [m];size z [m];com x [m];com y [m];com z [m]
@@ -45,7 +45,7 @@ def scene(tmp_path: Path) -> Path:
 
 def meant(scene: LoadedScene) -> str:
     """The plan without the places of its text, and without what its uncertain inputs do to its limits."""
-    return re.sub(r"where='[^']*'|marks={[^}]*}|spread=[^,]*, inputs='[^']*'", "", repr(scene.plan))
+    return re.sub(r"where='[^']*'|marks={[^}]*}|spread=[^,]*, adds=[^,]*, inputs='[^']*'", "", repr(scene.plan))
 
 
 def refused(scene: Path, *settings: str) -> str:
@@ -55,36 +55,36 @@ def refused(scene: Path, *settings: str) -> str:
 
 
 def test_the_plan_is_that_of_the_whole_text(scene: Path) -> None:
-    assert meant(load(scene)) == meant(load("lift", WRITTEN))
+    assert meant(load(scene)) == meant(bare("lift", WRITTEN))
 
 
 def test_what_the_scene_writes_wins_over_the_row(scene: Path) -> None:
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
-    assert meant(load(scene)) == meant(load("lift", [*WRITTEN, "block.mass=250 t"]))
+    assert meant(load(scene)) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
 def test_a_row_that_a_setting_names_wins_over_the_scene(scene: Path) -> None:
     heavier: LoadedScene = load(scene, ["block.from=blocks.csv#B18"])
     assert heavier.scene.block is not None
     assert heavier.scene.block.mass == 480e3
-    assert meant(heavier) == meant(load("lift", ["block.mass=480 t +- 3 %"]))
+    assert meant(heavier) == meant(bare("lift", ["block.mass=480 t +- 3 %"]))
 
 
 def test_a_scene_that_extends_another_may_take_another_block(scene: Path) -> None:
     (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: lift\nblock: {from: blocks.csv#B18}\n")
-    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+    assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
-    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+    assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
 
 
 def test_a_block_that_a_setting_gives_whole_wins_over_the_row_that_it_names(scene: Path) -> None:
     given = "{from: blocks.csv#B17, mass: 250 t, at: [40 m, 75 m, 6 m], lugs from: lugs.csv#B17, supports: "
     supports = "{height: 2 m, at: [[-8 m, -6 m], [8 m, -6 m], [-8 m, 6 m], [8 m, 6 m]]}}"
     whole = load(scene, [f"block={given}{supports}"])
-    assert meant(whole) == meant(load("lift", [*WRITTEN, "block.mass=250 t"]))
+    assert meant(whole) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_workbook_says_the_same(scene: Path) -> None:
+def test_a_workbook_reports_the_same(scene: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for line in BLOCKS.splitlines():
@@ -110,7 +110,7 @@ def test_a_workbook_says_the_same(scene: Path) -> None:
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
     ],
 )
-def test_what_is_wrong_is_told_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
+def test_what_is_wrong_is_reported_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
     table = scene.parent / "blocks.csv"
     table.write_text(BLOCKS.replace(old, new, 1))
     assert sentence in refused(scene)
@@ -133,11 +133,11 @@ def test_what_is_wrong_is_told_with_file_row_and_column(scene: Path, old: str, n
         ("17", "write the table and the row, such as 'from: blocks.csv#B17'"),
     ],
 )
-def test_what_is_no_table_is_told(scene: Path, named: str, sentence: str) -> None:
+def test_what_is_no_table_is_reported(scene: Path, named: str, sentence: str) -> None:
     assert sentence in refused(scene, f"block.from={named}")
 
 
-def test_a_lug_without_a_place_is_told_in_its_table(scene: Path) -> None:
+def test_a_lug_without_a_place_is_reported_in_its_table(scene: Path) -> None:
     (scene.parent / "lugs.csv").write_text(LUGS.replace("B17,Q1,4,", "B17,Q1,four,"))
     assert "lugs.csv:4:8: error: block.lugs.Q1[0]: 'four' is no length" in refused(scene)
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "v"))
@@ -161,11 +161,11 @@ def test_an_empty_cell_is_an_error_there_though_the_scene_beneath_has_the_key(sc
     (scene.parent / "next.yaml").write_text(
         f"extends: lift.yaml\nname: lift\nblock: {{from: blocks.csv#B19, {given}}}\n"
     )
-    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+    assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
 
 
 def test_a_lug_that_a_table_lacks_is_not_that_of_the_scene_beneath(scene: Path) -> None:
     (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: next\nblock: {lugs from: lugs.csv#B18}\n")
-    told = refused(scene.parent / "next.yaml")
-    assert "'P2'" in told
-    assert "lift.yaml" in told
+    message = refused(scene.parent / "next.yaml")
+    assert "'P2'" in message
+    assert "lift.yaml" in message

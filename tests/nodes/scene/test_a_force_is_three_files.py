@@ -130,6 +130,6 @@ def test_a_scene_reads_and_runs_it(copy: Path) -> None:
         ("eddy brake", "eddy break", "'eddy break' is not known here"),
     ],
 )
-def test_mistakes_are_told_where_they_stand(copy: Path, old: str, new: str, sentence: str) -> None:
-    told = _answer(copy, SCENE.replace(old, new))[0:-1]
-    assert any(sentence in line and line.partition(":")[0] for line in told), told
+def test_mistakes_are_reported_where_they_stand(copy: Path, old: str, new: str, sentence: str) -> None:
+    message = _answer(copy, SCENE.replace(old, new))[0:-1]
+    assert any(sentence in line and line.partition(":")[0] for line in message), message

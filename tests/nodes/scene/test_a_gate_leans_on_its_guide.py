@@ -37,8 +37,8 @@ def test_the_gate_leans_on_the_far_guide_alone(recording: Recording) -> None:
     leans = L / (GATE + BLOCK), HOOK * HOOK / (HOOK * GATE + 0.5 * HOOK * BLOCK), c * c / (GATE * d)
     statics = (TIP + HALF - FACE) * G / sum(leans)
     pressed = dict(zip(recording.columns("contact/force"), force.values[inside].T, strict=True))
-    aside = np.interp(force.t[inside], hook.t, hook.values[:, 1])
-    drawn = (GATE + BLOCK) * G * (TIP - aside) / L
+    lateral = np.interp(force.t[inside], hook.t, hook.values[:, 1])
+    drawn = (GATE + BLOCK) * G * (TIP - lateral) / L
     assert np.mean(drawn) == pytest.approx(np.mean(statics), rel=0.03)
     far = [force for name, force in pressed.items() if name.startswith("block-far-") and "head" not in name]
     assert np.mean(sum(far)) == pytest.approx(np.mean(drawn), rel=0.1)

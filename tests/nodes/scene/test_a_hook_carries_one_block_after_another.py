@@ -8,14 +8,14 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.simulate import Result, simulate
+from heavylift.coordinator.run import Result, run
+from heavylift.coordinator.run.simulate import simulate
 from heavylift.nodes.scene import LoadedScene, parse
 
 G, HOOK_kg = 9.80665, 2500.0  # of the hook block of `overhead-100`
 LENGTH_m, EA_N = 6.0, 120e6
 BLOCKS, APART_m = "ABC", 9.0
-AT_REST = 1e-4  # of a tension: the equilibrium is sought to the stiffness of stools, 1e-6, and of the rope's mass
+AT_REST = 1e-4  # of a tension: the equilibrium is sought to the stiffness of supports, 1e-6, and of the rope's mass
 IN_MOTION = 1e-3  # the mean over whole swings to and fro, which is above mg by half the square of their angle
 BALANCE = (
     1e-4  # of the work: a tenth of what the scene asks for; a block that hung on one rope too many would leave 1e-2
@@ -48,9 +48,9 @@ def drawn(seed: int) -> tuple[dict[str, Lug], list[str], str]:
     rows, actions = "", ""
     for i, (name, (x, y, mass)) in enumerate(blocks.items()):
         lugs = f"{{a: [-{x} m, {y} m, 2 m], b: [{x} m, {y} m, 2 m], c: [-{x} m, -{y} m, 2 m], d: [{x} m, -{y} m, 2 m]}}"
-        stools = "{height: 0.5 m, at: [[-2 m, -2 m], [2 m, -2 m], [-2 m, 2 m], [2 m, 2 m]]}"
+        supports = "{height: 0.5 m, at: [[-2 m, -2 m], [2 m, -2 m], [-2 m, 2 m], [2 m, 2 m]]}"
         where = f"size: [6 m, 5 m, 4 m], at: [{APART_m * i} m, 8 m, 2.5 m]"
-        rows += f"  {name}: {{mass: {mass} kg, {where}, lugs: {lugs}, supports: {stools}}}\n"
+        rows += f"  {name}: {{mass: {mass} kg, {where}, lugs: {lugs}, supports: {supports}}}\n"
     at = BLOCKS.index(order[0])
     start = APART_m * at
     for k, name in enumerate(order):
@@ -124,7 +124,7 @@ def test_each_is_carried_alone(seed: int) -> None:
 
 def test_it_is_the_same_in_processes(tmp_path: Path) -> None:
     scene = parse(drawn(0)[2])
-    told = [run(scene, tmp_path / f"{where}.mcap", in_process=where) for where in (True, False)]
-    assert told[0].digest == told[1].digest
-    assert told[0].verdict is not None
-    assert " 0 red, 0 undecided" in told[0].verdict.line
+    message = [run(scene, tmp_path / f"{where}.mcap", in_process=where) for where in (True, False)]
+    assert message[0].digest == message[1].digest
+    assert message[0].verdict is not None
+    assert " 0 red, 0 undecided" in message[0].verdict.line

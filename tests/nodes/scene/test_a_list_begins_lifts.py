@@ -85,19 +85,19 @@ def test_each_moves_as_it_does_alone_but_later(folder: Path, tmp_path: Path) -> 
     assert b.values[-1, 0] == pytest.approx(a.values[-1, 0], abs=1e-9) == pytest.approx(4.0, abs=1e-6)
 
 
-def test_with_an_end_a_lift_that_is_done_is_told_once(folder: Path) -> None:
+def test_with_an_end_a_lift_that_is_done_is_reported_once(folder: Path) -> None:
     played = play(load(of(folder), ["end=20 s"]).plan)
     stages = {e.value.name: e.t * 1e-9 for e in played.events if e.type == Stage.__name__}
     assert stages["third"] == stages["b: out"] + 6.0
     assert not played.unfinished
 
 
-def test_a_run_says_what_its_lists_wait_for(folder: Path) -> None:
+def test_a_run_reports_what_its_lists_wait_for(folder: Path) -> None:
     scene = load(of(folder, old=">= 1.25 m", new=">= 5 m"))
-    with pytest.raises(ModelError) as told:
+    with pytest.raises(ModelError) as message:
         play(scene.plan)
-    assert "still waiting for position of a-rail >= 5 m since 0 s, three.yaml:10:5" in str(told.value)
-    assert "still waiting for the list of the whole scene to begin b since 0 s" in str(told.value)
+    assert "still waiting for position of a-rail >= 5 m since 0 s, three.yaml:10:5" in str(message.value)
+    assert "still waiting for the list of the whole scene to begin b since 0 s" in str(message.value)
 
 
 @pytest.mark.parametrize(
@@ -116,11 +116,11 @@ def test_a_run_says_what_its_lists_wait_for(folder: Path) -> None:
         ("  a: {", "  all: {", "a lift cannot be called 'all'"),
     ],
 )
-def test_what_cannot_begin_is_told_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
-    with pytest.raises(SceneError) as told:
+def test_what_cannot_begin_is_reported_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
+    with pytest.raises(SceneError) as message:
         load(of(folder, old=old, new=new))
-    assert sentence in str(told.value)
-    assert "three.yaml:" in str(told.value).splitlines()[0]
+    assert sentence in str(message.value)
+    assert "three.yaml:" in str(message.value).splitlines()[0]
 
 
 def test_a_scene_of_one_lift_has_none_to_begin() -> None:

@@ -31,10 +31,10 @@ def pulls(scene: LoadedScene) -> tuple[float, float, float]:
     for rope in hook_ropes(scene.plan).values():
         for line in rope.lines:
             a, b = world(end, line.a.body, line.a.p), world(end, line.b.body, line.b.p)
-            way = [p - q for p, q in zip(a, b, strict=True)]
-            length = hypot(*way)
+            distance = [p - q for p, q in zip(a, b, strict=True)]
+            length = hypot(*distance)
             for i in range(3):
-                total[i] += line.share * end.tensions[rope.name] * way[i] / length
+                total[i] += line.share * end.tensions[rope.name] * distance[i] / length
     return total[0], total[1], total[2]
 
 
@@ -53,7 +53,7 @@ def test_a_frame_bolted_to_the_block_hangs_with_it() -> None:
 
 
 def test_a_tag_line_pulls_until_the_block_meets_a_guide() -> None:
-    """With what rigid contacts press no rest is followed: the lift is judged up to there, and a warning tells why."""
+    """With what rigid contacts press no rest is followed: the lift is checked up to there, and a warning tells why."""
     line = "{start: {body: world, at: [40 m, 40 m, 0]}, end: {body: block, at: [0, -8 m, 0]}, EA: 1 MN, length: 27 m}"
     wall = "{body: block, at: [0, -8 m, 0], against: {at: [40 m, 66.9 m, 0], normal: [0, 1, 0]}}"
     pulled, guided = lift(f"  ropes: {{tag: {line}}}\n"), lift(f"  ropes: {{tag: {line}}}\n  contacts: {{w: {wall}}}\n")
@@ -62,9 +62,9 @@ def test_a_tag_line_pulls_until_the_block_meets_a_guide() -> None:
     assert end.tensions["tag"] > 10e3
     assert world(end, "block", side)[1] < 66.89
     assert world(guided.states[-1], "block", side)[1] > 66.898
-    told = [finding for finding in guided.findings if finding.kind == "unfollowed"]
-    assert [finding.severity for finding in told] == ["warning"]
-    assert "'w' touches at" in told[0].sentence
+    message = [finding for finding in guided.findings if finding.kind == "unfollowed"]
+    assert [finding.severity for finding in message] == ["warning"]
+    assert "'w' touches at" in message[0].sentence
     assert not [finding for finding in pulled.findings if finding.kind == "unfollowed"]
 
 
@@ -76,7 +76,7 @@ def test_a_storm_brake_holds_the_crane_by_its_own_joint() -> None:
 
 
 def test_what_touches_the_block_is_not_a_stool() -> None:
-    """The block is lifted when its stools are free, though it rubs along a wall."""
+    """The block is lifted when its supports are free, though it rubs along a wall."""
     wall = "{body: block, at: [0, 8 m, 0], against: {at: [40 m, 83 m, 0], normal: [0, -1, 0]}, friction: 0.2}"
     scene = lift(f"  contacts: {{wall: {wall}}}\n")
     assert scene.plan.mechanisms[0].closed == ("wall",)
@@ -127,7 +127,7 @@ def test_what_touches_the_block_is_not_a_stool() -> None:
         ),
     ],
 )
-def test_what_cannot_act_is_said_with_its_line(parts: str, sentence: str) -> None:
+def test_what_cannot_act_is_stated_with_its_line(parts: str, sentence: str) -> None:
     with pytest.raises(SceneError) as refusal:
         lift(parts)
     first = str(refusal.value).splitlines()[0]

@@ -61,7 +61,7 @@ actions:
 """
 
 
-def test_a_joint_that_cannot_be_turned_round_is_told_with_its_place() -> None:
+def test_a_joint_that_cannot_be_turned_round_is_reported_with_its_place() -> None:
     with pytest.raises(SceneError) as e:
         parse(UPSIDE_DOWN)
     assert "scene.yaml:6:3:" in str(e.value)

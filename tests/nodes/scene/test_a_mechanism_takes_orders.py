@@ -82,8 +82,8 @@ def test_conditions_have_thresholds_of_their_own() -> None:
 
 def test_actuators_know_their_start_and_ends() -> None:
     mechanism = parse(SCENE).plan.mechanisms[0]
-    told = {a.name: (a.start, a.accel, a.lower, a.upper) for a in mechanism.actuators}
-    assert told == {
+    message = {a.name: (a.start, a.accel, a.lower, a.upper) for a in mechanism.actuators}
+    assert message == {
         "trolley": (2.0, 0.05, -10.0, 60.0),
         "turntable": (math.pi / 2, math.radians(1), None, None),
         "rope": (60.1, 1.0, 5.0, 80.0),

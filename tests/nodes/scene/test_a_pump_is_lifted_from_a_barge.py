@@ -66,17 +66,17 @@ def test_the_pump_swings_as_a_pendulum_of_three_links_below_that_tip(recording: 
     C = G * np.diag([(HOOK + PUMP) * L, HOOK + 2.0 * PUMP, PUMP * d])
 
     frequencies = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, C)).real)
-    way = np.array([tip(x)[:2] @ ahead for x in np.arange(0.0, 8.0, 0.25)])
-    led = way @ np.exp(-1j * W * np.arange(0.0, 8.0, 0.25)) / 16.0
+    distance = np.array([tip(x)[:2] @ ahead for x in np.arange(0.0, 8.0, 0.25)])
+    led = distance @ np.exp(-1j * W * np.arange(0.0, 8.0, 0.25)) / 16.0
     forced = led * (1.0 + arms[1] @ np.linalg.solve(C - W * W * M, arms.T @ masses * W * W))
-    steady = way.mean() + (forced * np.exp(1j * W * t)).real
+    steady = distance.mean() + (forced * np.exp(1j * W * t)).real
     free = np.array([f(w * t) for w in frequencies for f in (np.cos, np.sin)]).T
     off = swing - steady - free @ np.linalg.lstsq(free, swing - steady, rcond=None)[0]
     assert np.abs(off).max() < 0.05 * np.ptp(swing)
 
 
 def test_the_pump_lands_on_the_deck_again(recording: Recording) -> None:
-    """Half its height above the stools on a deck that lies 4 m above the waterline, 26 m out at 25 degrees."""
+    """Half its height above the supports on a deck that lies 4 m above the waterline, 26 m out at 25 degrees."""
     barge, pump = recording["pose/barge"].values[-1], recording["pose/block"].values[-1]
     assert pump[2] - barge[2] == pytest.approx(7.0, abs=0.35)
     assert np.hypot(*(pump[:2] - barge[:2])) == pytest.approx(26.0, abs=1.5)

@@ -44,9 +44,9 @@ def test_each_type_lifts_a_block_of_the_table(folder: Path, crane: str) -> None:
 
 
 def test_the_command_writes_one_for_each_row(folder: Path) -> None:
-    told = CliRunner().invoke(app, ["new", "yard", "--crane", "jib-60", "--blocks", "blocks.csv"])
-    assert told.exit_code == 0
-    assert told.stdout.startswith("wrote yard-small.yaml\nwrote yard-large.yaml\n")
+    message = CliRunner().invoke(app, ["new", "yard", "--crane", "jib-60", "--blocks", "blocks.csv"])
+    assert message.exit_code == 0
+    assert message.stdout.startswith("wrote yard-small.yaml\nwrote yard-large.yaml\n")
     assert (folder / "yard-large.yaml").read_text().startswith("# A lift to start from: jib-60 picks up large.")
 
 
@@ -64,13 +64,13 @@ def test_the_command_writes_one_for_each_row(folder: Path) -> None:
         (("--crane", "jib-60", "--blocks", "bare.csv#a"), "the row gives no size"),
     ],
 )
-def test_what_cannot_be_begun_is_told(folder: Path, words: tuple[str, ...], told: str) -> None:
+def test_what_cannot_be_begun_is_reported(folder: Path, words: tuple[str, ...], told: str) -> None:
     (folder / "bare.csv").write_text("block,mass [t]\na,3\n")
     with pytest.raises(SceneError, match=told):
         CliRunner().invoke(app, ["new", "mine", *words], catch_exceptions=False)
 
 
-def test_a_crane_that_is_too_low_for_its_slings_is_told(folder: Path) -> None:
+def test_a_crane_that_is_too_low_for_its_slings_is_reported(folder: Path) -> None:
     (text,) = new_scene_with("mine", "overhead-100", "blocks.csv#large").values()
     (folder / "mine.yaml").write_text(text)
     with pytest.raises(SceneError, match="shorten them, or take a higher crane"):

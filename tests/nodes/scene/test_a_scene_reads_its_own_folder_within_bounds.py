@@ -55,9 +55,9 @@ BASES = {
 @pytest.mark.parametrize(("base", "told"), BASES.items())
 def test_what_a_scene_may_not_extend(folder: Path, base: str, told: str) -> None:
     (folder / "case.yaml").write_text(f'heavylift: 1\nextends: "{base}"\nname: case\n')
-    said = refused(folder / "case.yaml")
-    assert f"{folder / 'case.yaml'}:2:11: error: extends: " in said
-    assert told in said
+    text = refused(folder / "case.yaml")
+    assert f"{folder / 'case.yaml'}:2:11: error: extends: " in text
+    assert told in text
 
 
 def test_what_lies_below_may_be_extended_and_may_look_back(folder: Path) -> None:
@@ -84,7 +84,7 @@ def test_matrices_come_from_the_scenes_folder_and_are_not_quoted(folder: Path) -
     (folder / "own.npz").write_bytes(b"horse")
     np.savez(folder / "text.npz", nodes=np.array(["horse"]))
     np.savez(folder / "code.npz", nodes=np.array([{}], object))
-    told = {
+    message = {
         "../secret.csv": OUTSIDE,
         "link.csv": OUTSIDE,
         "own.csv": "'own.csv' cannot be read as numbers at row 1, column 2",
@@ -92,11 +92,11 @@ def test_matrices_come_from_the_scenes_folder_and_are_not_quoted(folder: Path) -
         "text.npz": "'text.npz' cannot be read as numbers",
         "code.npz": "'code.npz' cannot be read as numbers",
     }
-    for file, sentence in told.items():
+    for file, sentence in message.items():
         (folder / "m.yaml").write_text(MATRICES.replace("FILE", file))
-        said = refused(folder / "m.yaml")
-        assert f"{folder / 'm.yaml'}:6:11: error: mechanism.bodies.jib.matrices: " in said
-        assert sentence in said
+        text = refused(folder / "m.yaml")
+        assert f"{folder / 'm.yaml'}:6:11: error: mechanism.bodies.jib.matrices: " in text
+        assert sentence in text
 
 
 def bomb(levels: int, each: int) -> str:
@@ -126,11 +126,11 @@ BOMBS = {
 
 
 @pytest.mark.parametrize("case", BOMBS)
-def test_what_would_grow_without_end_is_told_in_short(case: str) -> None:
-    text, told = BOMBS[case]
-    said = refused(text)
-    assert told in said
-    assert len(said) < 250_000
+def test_what_would_grow_without_end_is_reported_in_short(case: str) -> None:
+    text, message = BOMBS[case]
+    answer = refused(text)
+    assert message in answer
+    assert len(answer) < 250_000
 
 
 def test_settings_are_bounded_too() -> None:

@@ -62,7 +62,7 @@ def test_it_is_read_resolved_and_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("nudge")
-def test_mistakes_are_told_as_of_other_verbs() -> None:
+def test_mistakes_are_reported_as_of_other_verbs() -> None:
     with pytest.raises(SceneError, match="'5 m' is no angle"):
         parse(SCENE.replace("5 deg", "5 m"))
     with pytest.raises(SceneError, match="'pivot' to give an order to"):

@@ -140,7 +140,7 @@ def test_what_cannot_be_a_shape_is_a_sentence(tmp_path: Path, shape: str, more: 
     assert told in str(error.value)
 
 
-def test_without_the_library_it_is_told_how_to_have_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_library_it_is_reported_how_to_have_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One sentence."""
     mesh = hull()
     mesh.export(tmp_path / "hull.stl")
@@ -192,10 +192,10 @@ BROKEN = {
 
 @pytest.mark.parametrize("file", BROKEN)
 def test_a_broken_file_ends_in_a_sentence_of_ours(tmp_path: Path, file: str) -> None:
-    data, told = BROKEN[file]
+    data, message = BROKEN[file]
     (tmp_path / file).write_bytes(data)
     (tmp_path / "shaped.yaml").write_text(SCENE % (file, "mass: 60 t"))
-    with pytest.raises(SceneError, match=rf"shaped\.yaml:6:\d+: error: .*'{file}'.*({told})"):
+    with pytest.raises(SceneError, match=rf"shaped\.yaml:6:\d+: error: .*'{file}'.*({message})"):
         load(tmp_path / "shaped.yaml")
 
 
@@ -210,11 +210,11 @@ def test_a_file_with_spoiled_bytes_is_read_or_refused_in_our_words(tmp_path: Pat
             data[random.randrange(len(data))] = random.randrange(256)
         (tmp_path / f"hull.{kind}").write_bytes(data)
         (tmp_path / "shaped.yaml").write_text(SCENE % (f"hull.{kind}", "mass: 60 t"))
-        told = ""
+        message = ""
         try:
             load(tmp_path / "shaped.yaml")
         except SceneError as error:
-            told = str(error)
+            message = str(error)
         assert re.search(
-            "^$|empty|needs another file|broken|finite|not closed|no inside|inside of|long; give|supports", told
-        ), told
+            "^$|empty|needs another file|broken|finite|not closed|no inside|inside of|long; give|supports", message
+        ), message

@@ -41,15 +41,15 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
 }
 
 
-def test_all_scenes_are_told() -> None:
+def test_all_scenes_are_reported() -> None:
     assert sorted(bundled()) == sorted(SIZES)
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x == "ramp" else []) for x in SIZES])
 def test_a_scene_has_its_size(name: str) -> None:
     scene = load(name)
-    told = check(scene)
-    assert (told.bodies, told.dof, told.ropes, told.slings, told.models, told.actions) == SIZES[name]
+    message = check(scene)
+    assert (message.bodies, message.dof, message.ropes, message.slings, message.models, message.actions) == SIZES[name]
     assert scene.text == bundled()[name].read_text(encoding="utf-8")
     assert plan.decode(plan.encode(scene.plan)) == scene.plan
 
@@ -72,8 +72,8 @@ def test_turnover_hangs_as_it_should() -> None:
 
 
 def test_turnover_is_followed_through_its_stages() -> None:
-    told = load("turnover").statics
-    at = {state.stage: state for state in told.states}  # the last of each
+    message = load("turnover").statics
+    at = {state.stage: state for state in message.states}  # the last of each
     expected = {  # rope A, rope B, trolley A, trolley B
         "hoist": (61.0, 19.4, 60.4, 87.0),
         "re-rig, hooks up": (46.4, 34.2, 75.0, 80.6),
@@ -85,19 +85,19 @@ def test_turnover_is_followed_through_its_stages() -> None:
         found = [state.references[name] for name in ("west.H1", "east.H3")]
         found += [state.coordinates[name] for name in ("west.upper-slide", "east.lower-slide")]
         assert found == pytest.approx(expected_values, abs=2e-3), stage
-    last = told.states[-1]
+    last = message.states[-1]
     assert last.grounded
     place, _ = last.poses["block"]
     assert place == pytest.approx((178.0, 75.0, 6.995), abs=0.03), "dragged a little as ropes of two lengths give way"
-    assert told.known
+    assert message.known
 
 
-def test_the_page_of_turnover_tells_its_uses() -> None:
+def test_the_page_of_turnover_reports_its_uses() -> None:
     page = str(check(load("turnover")))
     assert page.startswith("turnover: 19 bodies, 54 degrees of freedom, 6 ropes, 12 slings, 10 models, 23 actions")
     for line in (
         "load                            101.6    101.6    246.8    101.6    101.6    246.8",
-        "load of the rope [t]              270.0    270.0    291.9",
+        "load of the rope [t]           270.0    270.0    291.9",
         "(of 2)               510.0 t   ",
         "st.H3 (of 6)            8.46      ",
         "(of 12)  1211 kN   ",
@@ -106,7 +106,7 @@ def test_the_page_of_turnover_tells_its_uses() -> None:
         assert line in page
 
 
-def test_the_page_of_turnover_tells_the_stages_that_change_its_loads() -> None:
+def test_the_page_of_turnover_reports_the_stages_that_change_its_loads() -> None:
     lines = str(check(load("turnover"))).splitlines()
     assert lines[4:17] == [
         "  static sling load [t]         east.H1  east.H2  east.H3  west.H1  west.H2  west.H3",

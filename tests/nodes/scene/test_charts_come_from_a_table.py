@@ -46,10 +46,10 @@ def test_the_chart_of_boom_counterweight_and_base_counts(tmp_path: Path) -> None
         chart("20 m", "25 t", "4 m")
 
 
-def test_how_it_is_set_up_is_told(tmp_path: Path) -> None:
+def test_how_it_is_set_up_is_reported(tmp_path: Path) -> None:
     (machine,) = plan_of(tmp_path, "20 m", "20 t", "7 m").machines
-    told = {"boom": "20 m", "counterweight": "20 t", "outriggers": "7 m", "falls": "10"}
-    assert machine.configuration == {**told, "base": "outriggers 7.32 m long, 7.32 m apart"}
+    message = {"boom": "20 m", "counterweight": "20 t", "outriggers": "7 m", "falls": "10"}
+    assert machine.configuration == {**message, "base": "outriggers 7.32 m long, 7.32 m apart"}
 
 
 def test_a_workbook_does_as_well(tmp_path: Path) -> None:

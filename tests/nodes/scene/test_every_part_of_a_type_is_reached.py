@@ -61,13 +61,13 @@ BAD = {
 
 
 @pytest.mark.parametrize("setting", BAD)
-def test_what_it_does_not_make_is_told(setting: str) -> None:
+def test_what_it_does_not_make_is_reported(setting: str) -> None:
     with pytest.raises(SceneError) as error:
         parse(TEXTS["jib"], "jib.yaml", [setting], passing=True)
     assert BAD[setting] in str(error.value)
 
 
 @pytest.mark.parametrize("path", ["nosuch", "block.maß", "machines.jib.hooks.jib.main.sped"])
-def test_an_unknown_path_is_told_before_steps_are_asked_for(path: str) -> None:
+def test_an_unknown_path_is_reported_before_steps_are_asked_for(path: str) -> None:
     with pytest.raises(SceneError, match="unknown key"):
         axes_of(load("jib"), [f"{path}=3 t..4 t"], sampling=False)

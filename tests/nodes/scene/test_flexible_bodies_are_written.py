@@ -79,7 +79,7 @@ def test_matrices_come_from_files_beside_the_scene(tmp_path: Path, form: str) ->
         ),
     ],
 )
-def test_what_cannot_be_is_told_where_it_stands(old: str, new: str, told: str) -> None:
+def test_what_cannot_be_is_reported_where_it_stands(old: str, new: str, told: str) -> None:
     assert old in SCENE
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

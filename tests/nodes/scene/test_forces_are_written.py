@@ -5,8 +5,17 @@ from pathlib import Path
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Bushing, Characteristic, Load, Point, Spring, Torsion, UserLaw, Wind
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import (
+    Bushing,
+    Characteristic,
+    InputSignal,
+    Load,
+    Point,
+    Spring,
+    Torsion,
+    UserLaw,
+    Wind,
+)
 from heavylift.nodes.plan import decode, encode
 from heavylift.nodes.scene import load, parse
 
@@ -107,7 +116,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("old", "new", "told"), BAD)
-def test_mistakes_are_told_where_they_stand(written, old, new, told):
+def test_mistakes_are_reported_where_they_stand(written, old, new, told):
     with pytest.raises(SceneError) as e:
         load(str(written((old, new))))
     sentence = str(e.value)

@@ -28,7 +28,7 @@ INERTIA = "mechanism.bodies.bar.inertia"
 
 
 def faults(inertia, mass="1 kg", joint=PIN):
-    """What is told, without the lines that show the text."""
+    """What is reported, without the lines that show the text."""
     try:
         parse(SCENE.format(mass=mass, inertia=inertia, joint=joint))
     except SceneError as error:
@@ -85,18 +85,20 @@ def test_one_sentence_with_cause_and_remedy(inertia, told):
     assert faults(inertia) == [f"scene.yaml:{told}"]
 
 
-def test_a_free_body_is_told_once():
+def test_a_free_body_is_reported_once():
     free = "type: free"
-    (told,) = faults("[0, 0, 1 kg m2]", joint=free)
-    assert FLAT in told
-    (told,) = faults("[0, 1 kg m2, 1 kg m2]", joint=free)
-    assert told.endswith("the body 'bar' moves freely and nothing resists its turning: give it moments with 'inertia'")
+    (message,) = faults("[0, 0, 1 kg m2]", joint=free)
+    assert FLAT in message
+    (message,) = faults("[0, 1 kg m2, 1 kg m2]", joint=free)
+    assert message.endswith(
+        "the body 'bar' moves freely and nothing resists its turning: give it moments with 'inertia'"
+    )
 
 
 @pytest.mark.parametrize("mass", ["-1 kg", ".nan", "1 m"])
-def test_a_mass_that_is_none_is_told_at_the_mass(mass):
-    (told,) = faults("[1 kg m2, 1 kg m2, 1 kg m2]", mass=mass)
-    assert told.startswith("scene.yaml:7:13: error: mechanism.bodies.bar.mass: ")
+def test_a_mass_that_is_none_is_reported_at_the_mass(mass):
+    (message,) = faults("[1 kg m2, 1 kg m2, 1 kg m2]", mass=mass)
+    assert message.startswith("scene.yaml:7:13: error: mechanism.bodies.bar.mass: ")
 
 
 @pytest.mark.parametrize(
@@ -130,7 +132,7 @@ def _diagonal(x):
     return ((float(x[0]), 0.0, 0.0), (0.0, float(x[1]), 0.0), (0.0, 0.0, float(x[2])))
 
 
-def test_the_block_of_a_lift_is_told_at_its_line_too():
+def test_the_block_of_a_lift_is_reported_at_its_line_too():
     with pytest.raises(SceneError) as e:
         parse("heavylift: 1\nname: l\nextends: lift\nblock: {inertia: [0, 0, 1 t m2]}\n")
     assert str(e.value).startswith("scene.yaml:4:18: error: block.inertia: body 'block': its principal moments")

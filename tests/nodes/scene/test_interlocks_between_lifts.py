@@ -76,5 +76,5 @@ def test_what_moves_apart_stays_free_between_any_two_machines() -> None:
     locks = "apart: {when: gap hall.bridge next.bridge <= 3 m, stops: [travel], towards: true}"
     near = "near: {when: gap hall.trolley pole <= 2 m, stops: [traverse], towards: true, on: hall}"
     more = f"mechanism:\n  name: post\n  {post}\ninterlocks:\n  {locks}\n  {near}\nactions:\n  - wait: 1 s\n"
-    ways = {s.actuator: s.way for lock in parse(text + more, passing=True).plan.interlocks for s in lock.stops}
-    assert ways == {"hall.travelling": 1, "next.travelling": -1, "hall.traversing": -1}
+    distances = {s.actuator: s.way for lock in parse(text + more, passing=True).plan.interlocks for s in lock.stops}
+    assert distances == {"hall.travelling": 1, "next.travelling": -1, "hall.traversing": -1}

@@ -168,12 +168,12 @@ def lines(old: str, new: str) -> list[str]:
         ("position of ram.travel", "position of ram", "there is no 'ram' with position"),
     ],
 )
-def test_what_is_wrong_with_a_joint_is_told_where_it_stands(old, new, told):
+def test_what_is_wrong_with_a_joint_is_reported_where_it_stands(old, new, told):
     found = lines(old, new)
     assert any(told in line for line in found), found
 
 
-def test_an_impossible_inertia_is_told_at_its_body():
+def test_an_impossible_inertia_is_reported_at_its_body():
     wrong = HEAD + "    top: {mass: 1 t, inertia: [1 kg m2, 1 kg m2, 3 kg m2]}\n"
     wrong += "  joints:\n    pin: {type: spherical, child: top}\n"
     with pytest.raises(SceneError) as e:

@@ -45,8 +45,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
 
 def test_each_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
     """The first to the bit, the second 7 s later, where rounding by its place decides the rest."""
-    alone, beside = runs["one"], runs["two"]
-    own, first = last_at(alone["rope/tension/a-hall.main"]), last_at(beside["rope/tension/a-hall.main"])
+    alone, other = runs["one"], runs["two"]
+    own, first = last_at(alone["rope/tension/a-hall.main"]), last_at(other["rope/tension/a-hall.main"])
     assert len(own) > 1400
     own.popitem()  # where it ends alone
     assert [first[t] for t in own] == [*own.values()]
@@ -56,22 +56,22 @@ def test_each_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
         later = peaks[f"b{name.removeprefix('a')}"]
         assert later["tension"] == pytest.approx(peak["tension"], rel=1e-4)
         assert later["time"] == pytest.approx(peak["time"] + 7.0, abs=2.0)
-    end, there = beside["pose/a-block"].values[-1, :3], beside["pose/b-block"].values[-1, :3]
+    end, there = other["pose/a-block"].values[-1, :3], other["pose/b-block"].values[-1, :3]
     assert there - end == pytest.approx((3.0, 40.0, 0.0), abs=2e-3)
 
 
 def test_what_happens_to_one_leaves_a_row_of_that_one_alone(runs: dict[str, Recording]) -> None:
     """The samples of all have the common times; between them stand the rows of the lift to which something happened,
     those that it has alone."""
-    alone, beside = runs["one"]["rope/tension/a-hall.main"], runs["two"]
-    common = beside.signal("rope/tension").t
+    alone, other = runs["one"]["rope/tension/a-hall.main"], runs["two"]
+    common = other.signal("rope/tension").t
     assert [round(5.0 * t, 6) for t in common[:-1]] == [*range(len(common) - 1)]
-    own = {name: {*beside[f"pose/{name}-block/z"].t} - {*common} for name in "ab"}
+    own = {name: {*other[f"pose/{name}-block/z"].t} - {*common} for name in "ab"}
     assert {t for t in own["a"] if t < alone.t[-1]} == {*alone.t} - {*common, alone.t[-1]}
     assert min(len(times) for times in own.values()) > 20
     assert not own["a"] & own["b"]
-    assert {"/samples/a", "/samples/b", "/poses/a", "/poses/b"} <= {*beside.topics}
-    assert play(parse(TEXT).plan).digest == beside.result["digest"]
+    assert {"/samples/a", "/samples/b", "/poses/a", "/poses/b"} <= {*other.topics}
+    assert play(parse(TEXT).plan).digest == other.result["digest"]
 
 
 def test_a_lift_among_others_is_the_scene_that_it_extends(runs: dict[str, Recording]) -> None:
@@ -95,9 +95,9 @@ def test_the_plan_names_every_part_once_and_is_kept_whole() -> None:
         ("b", 7, ("b-block", "b-hall")),
     ]
     assert plan.decode(plan.encode(scene.plan)) == scene.plan
-    told = str(check(scene))
-    assert "b: lift off" in told
-    assert "hook load       a-hall.main (of 2)" in told
+    message = str(check(scene))
+    assert "b: lift off" in message
+    assert "hook load       a-hall.main (of 2)" in message
 
 
 def test_a_model_of_its_own_leads_each_lift_as_if_it_were_alone(tmp_path: Path) -> None:
@@ -121,9 +121,9 @@ def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
     given = [
         TimedCommand(
             Tag(seconds(1.0 + i)),
-            encode(OperatorCommand(said or STOP, msgspec.msgpack.encode(spoken(scene, said)) if said else b"")),
+            encode(OperatorCommand(text or STOP, msgspec.msgpack.encode(spoken(scene, text)) if text else b"")),
         )
-        for i, said in enumerate(words)
+        for i, text in enumerate(words)
     ]
     run(scene, tmp_path / "run.mcap", in_process=True, commands=given)
     recorded = RecordedRun(tmp_path / "run.mcap")
@@ -149,9 +149,9 @@ def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
         ("samples: 5 Hz", "models: {}", "models: a scene of several lifts has nothing else"),
     ],
 )
-def test_what_cannot_stand_beside_is_told_with_its_line(old: str, new: str, sentence: str) -> None:
+def test_what_cannot_stand_beside_is_reported_with_its_line(old: str, new: str, sentence: str) -> None:
     assert old in TEXT
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as message:
         parse(TEXT.replace(old, new), passing=True)
-    assert sentence in str(told.value)
-    assert ".yaml:" in str(told.value).splitlines()[0]
+    assert sentence in str(message.value)
+    assert ".yaml:" in str(message.value).splitlines()[0]

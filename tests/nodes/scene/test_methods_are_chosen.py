@@ -1,4 +1,4 @@
-"""`method:` and `step:` of a scene: what is written is what runs, and what cannot be is told where it stands."""
+"""`method:` and `step:` of a scene: what is written is what runs, and what cannot be is reported where it stands."""
 
 from pathlib import Path
 
@@ -55,7 +55,7 @@ def test_settings_lie_over_the_scene():
         ),
     ],
 )
-def test_mistakes_are_told_where_they_stand(keys: str, sentence: str):
+def test_mistakes_are_reported_where_they_stand(keys: str, sentence: str):
     with pytest.raises(SceneError, match=rf"(?s){sentence}"):
         parse(SCENE.format(keys))
 
@@ -83,15 +83,15 @@ def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, t
     ],
 )
 def test_a_check_ends_with_the_sentence_with_which_the_run_would(scene, keys, sentence, tmp_path, monkeypatch, capsys):
-    said = []
+    text = []
     for command in (["check", scene], ["run", scene, "--in-process", "-o", str(tmp_path / "out.mcap")]):
         monkeypatch.setattr("sys.argv", ["heavylift", *command, *(x for key in keys for x in ("--set", key))])
         with pytest.raises(SystemExit) as left:
             main()
         assert left.value.code == 1
-        said.append(capsys.readouterr().err.splitlines()[-1])
-    assert said[0] == said[1]
-    assert sentence in said[0]
+        text.append(capsys.readouterr().err.splitlines()[-1])
+    assert text[0] == text[1]
+    assert sentence in text[0]
 
 
 def test_a_step_that_is_short_enough_passes_a_check(monkeypatch, capsys):
@@ -101,7 +101,7 @@ def test_a_step_that_is_short_enough_passes_a_check(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("keys", ["method: ros34pw2", "method: sdirk2\ntolerance of: rope tension\ntolerance: 1e-3"])
-def test_radau5_runs_in_place_of_a_removed_method_and_a_note_says_so(tmp_path, keys):
+def test_radau5_runs_in_place_of_a_removed_method_and_a_note_reports_so(tmp_path, keys):
     removed = keys.split("\n")[0].removeprefix("method: ")
     todays = keys.replace(removed, "radau5").replace("tolerance of: rope tension\n", "")
     for name, text in (("removed", keys), ("today", todays)):

@@ -32,7 +32,7 @@ class Renamed:
             return value
         return self.names.setdefault(value, value)
 
-    def told(self, text: str) -> str:
+    def message(self, text: str) -> str:
         """A text with the new names in place of the old ones."""
         known = sorted(self.names, key=len, reverse=True)
         found = re.compile(r"(?<![\w.~-])(" + "|".join(map(re.escape, known)) + r")(?![\w~-])")
@@ -52,14 +52,14 @@ def test_a_lift_under_other_names_is_the_same(name: str, monkeypatch: pytest.Mon
     assert [(new.names.get(x.body, x.body), x.centre, x.size, x.colour) for x in boxes(scene.plan)] == [
         (x.body, x.centre, x.size, x.colour) for x in boxes(new.plan)
     ]
-    told = [(new.told(x.limit.subject), x.limit.quantity) for x in scene.uses]
-    assert [(x.limit.subject, x.limit.quantity) for x in other.uses] == told
+    message = [(new.message(x.limit.subject), x.limit.quantity) for x in scene.uses]
+    assert [(x.limit.subject, x.limit.quantity) for x in other.uses] == message
     assert [x.value for x in other.uses if x.value is not None] == pytest.approx(
         [x.value for x in scene.uses if x.value is not None], rel=1e-9, abs=1e-9
     )
     a, b = simulate(scene), simulate(other)
     for signal in a.signals:
-        one, two = a[signal], b[new.told(signal)]
-        assert [new.told(column) for column in one.names] == list(two.names), signal
+        one, two = a[signal], b[new.message(signal)]
+        assert [new.message(column) for column in one.names] == list(two.names), signal
         assert one.values.tobytes() == two.values.tobytes(), signal
-    assert [new.told(x.sentence) for x in a.verdict.findings] == [x.sentence for x in b.verdict.findings]
+    assert [new.message(x.sentence) for x in a.verdict.findings] == [x.sentence for x in b.verdict.findings]

@@ -21,21 +21,21 @@ def joint(random, parent, child, place):
     kind, axis = random.choice(KINDS), random.choice([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
     across, P = [axis[1], axis[2], axis[0]], [random.uniform(-2, 2) for _ in range(3)]
     at, at_child = ([f"{x - y:.6f} m" for x, y in zip(P, place[b], strict=True)] for b in (parent, child))
-    told = {"type": kind, "child": child, "at": at, "at child": at_child}
-    told |= {} if parent == "world" else {"parent": parent}
+    message = {"type": kind, "child": child, "at": at, "at child": at_child}
+    message |= {} if parent == "world" else {"parent": parent}
     directions = {"spherical": (), "constant-velocity": ("shaft", "bend axis"), "planar": ("normal",)}
-    told |= dict(zip(directions.get(kind, ("axis", "second axis")), (axis, across), strict=False))
+    message |= dict(zip(directions.get(kind, ("axis", "second axis")), (axis, across), strict=False))
     if kind not in ("universal", "constant-velocity"):
-        told.pop("second axis", None)
+        message.pop("second axis", None)
     if kind == "screw":
-        told["lead"] = "0.2 m"
+        message["lead"] = "0.2 m"
     if random.random() < 0.4:
         turn, slide = (f"{random.uniform(-5, 5):.1f} deg" for _ in range(2)), f"{random.uniform(-0.1, 0.1):.2f} m"
         if kind in TURNS or kind in SLIDES:
-            told["start"] = slide if kind in SLIDES else next(turn)
+            message["start"] = slide if kind in SLIDES else next(turn)
         elif kind in ("universal", "constant-velocity"):
-            told["start"] = list(turn)
-    return told
+            message["start"] = list(turn)
+    return message
 
 
 def mechanism(random):

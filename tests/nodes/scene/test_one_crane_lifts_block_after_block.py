@@ -102,9 +102,9 @@ def test_what_is_ambiguous_or_unknown_is_asked_back() -> None:
         ("  second: {", "  all: {", "the name 'all' is reserved: choose another"),
     ):
         assert old in TEXT
-        with pytest.raises(SceneError) as told:
+        with pytest.raises(SceneError) as message:
             parse(TEXT.replace(old, new, 1), passing=True)
-        assert sentence in str(told.value)
+        assert sentence in str(message.value)
 
 
 def test_the_report_counts_slings_once(scene: LoadedScene) -> None:

@@ -21,24 +21,24 @@ def refused(scene, *settings):
 
 def test_a_traverse_leaves_the_plane_along_the_rails():
     assert refused("lift", "fidelity.motion=along") == [
-        ("lift.yaml:41", f"actions[3].trolleys: crane.upper-slide cannot move, 'motion: along' {SPATIAL}{LIKEWISE}")
+        ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, 'motion: along' {SPATIAL}{LIKEWISE}")
     ]
 
 
 def test_a_travel_leaves_the_plane_across_them():
-    told = refused("lift", "fidelity.motion=across", "actions.3={crane: travel 10 m/min by 2 m}")
-    assert told == [("--set:1", f"actions[3].crane: crane.gantry cannot move, 'motion: across' {SPATIAL}")]
+    message = refused("lift", "fidelity.motion=across", "actions.3={crane: travel 10 m/min by 2 m}")
+    assert message == [("--set:1", f"actions[3].crane: crane.gantry cannot move, 'motion: across' {SPATIAL}")]
 
 
 def test_a_list_of_locked_joints_is_named_as_such():
     assert refused("lift", "fidelity.locked=[trolleys]") == [
-        ("lift.yaml:41", f"actions[3].trolleys: crane.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}")
+        ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}")
     ]
 
 
 def test_a_turn_needs_the_trolleys_that_carry():
-    (_, told), *_ = refused("turnover", "fidelity.locked=[west.upper-slide]")
-    assert told == f"actions[5].block: west.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}"
+    (_, message), *_ = refused("turnover", "fidelity.locked=[west.upper-slide]")
+    assert message == f"actions[5].block: west.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}"
 
 
 def test_joints_that_nothing_orders_may_be_held():

@@ -69,7 +69,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("entry", BAD)
-def test_what_is_like_nothing_is_told(entry: str) -> None:
+def test_what_is_like_nothing_is_reported(entry: str) -> None:
     third = "loader-3: {like: loader-2, hook: crane H3, lugs: [R1, R2]}"
     with pytest.raises(SceneError) as error:
         parse(rigged("loader-1: {hook: crane H1, sling: 10 m, lugs: [P1, P2]}", entry, third), passing=True)

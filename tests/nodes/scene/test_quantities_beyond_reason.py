@@ -54,9 +54,9 @@ def test_a_number_of_a_system() -> None:
     rail = Joint("j", "prismatic", "world", "b")
     from heavylift import simulate
 
-    for system, told in (
+    for system, message in (
         (System((Body("b", 1e308),), (rail,)), r"body 'b': mass is 1e\+308; it must lie within 1e\+100"),
         (System((Body("b", 1.0),), (rail,), gravity=1e308), r"gravity is 1e\+308; it must be a finite number"),
     ):
-        with pytest.raises(KernelError, match=told):
+        with pytest.raises(KernelError, match=message):
             simulate(system, until=1.0)

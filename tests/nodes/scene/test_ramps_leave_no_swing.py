@@ -51,7 +51,7 @@ def swing(scene: LoadedScene) -> tuple[float, float]:
     """Amplitude of the pendulum once the trolley stands [rad], and where it stands [m]."""
     run = play(scene.plan)
     done = next(e for e in run.events if isinstance(e.value, Done))
-    poses = run.past.part(0, len(run.t)).poses
+    poses = run.past().part(0, len(run.t)).poses
     x = (poses["load"][:, 3:] ** 2)[run.t > done.t / 1e9 + 0.1]  # quaternion x y z w: y is the sine of half the angle
     return 2.0 * sqrt(x[:, 1].max()), done.value.position
 
@@ -84,21 +84,21 @@ def test_in_a_lift_a_few_hundredths_are_left(ramp: str) -> None:
     Three hooks with loaders hang below trolleys on servos."""
     scene = load("lift", [LIFT.format(ramp), "end=115 s"])
     run = play(scene.plan)
-    y = run.past.part(0, len(run.t)).poses["block"][:, 1]
+    y = run.past().part(0, len(run.t)).poses["block"][:, 1]
     assert np.ptp(y[run.t > 95.0]) < 0.02 * 4.0 * 20 / 60 * move_of(scene).periods[0] / (2 * pi)
 
 
-def test_check_tells_what_was_chosen() -> None:
-    told = str(check(load("lift", [LIFT.format("one swing")])))
+def test_check_reports_what_was_chosen() -> None:
+    message = str(check(load("lift", [LIFT.format("one swing")])))
     trolleys = "the upper trolley of crane, the lower trolley of crane"
-    assert f"  sideways: {trolleys}: 0.01847 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in told
-    told = str(check(load("trolley", ["mechanism.drives.drive.ramp=0.2 m/s2 in two pulses"])))
-    assert "  back, quickly: drive: 0.2 m/s2 in two pulses, 7.41 s (a swing of 9.83 s), to start and to stop" in told
+    assert f"  sideways: {trolleys}: 0.01847 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message
+    message = str(check(load("trolley", ["mechanism.drives.drive.ramp=0.2 m/s2 in two pulses"])))
+    assert "  back, quickly: drive: 0.2 m/s2 in two pulses, 7.41 s (a swing of 9.83 s), to start and to stop" in message
 
 
 def test_a_way_that_is_short_for_its_swing_is_gone_slower() -> None:
-    told = str(check(load("lift", ["cranes.crane.ramp=one swing"])))
-    assert "0.006142 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in told  # 2 m / (18.05 s)^2
+    message = str(check(load("lift", ["cranes.crane.ramp=one swing"])))
+    assert "0.006142 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message  # 2 m / (18.05 s)^2
 
 
 def test_a_crane_may_have_it_for_its_drives_and_an_order_has_its_own() -> None:

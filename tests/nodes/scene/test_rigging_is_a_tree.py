@@ -93,10 +93,10 @@ def test_a_bridle_of_four_legs_hangs_by_its_master_link() -> None:
     ],
 )
 def test_what_is_loaded_beyond_its_rating_is_refused(old: str, new: str, sentence: str) -> None:
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as message:
         parse(changed(old, new), passing=True)
-    assert sentence in str(told.value)
-    assert "scene.yaml:" in str(told.value)
+    assert sentence in str(message.value)
+    assert "scene.yaml:" in str(message.value)
 
 
 BAD = {
@@ -142,12 +142,12 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_cannot_hang_is_told_where_and_why(name: str) -> None:
+def test_what_cannot_hang_is_reported_where_and_why(name: str) -> None:
     old, new, sentence = BAD[name]
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as message:
         parse(changed(old, new), passing=True)
-    assert sentence in str(told.value)
-    assert str(told.value).startswith("scene.yaml:")
+    assert sentence in str(message.value)
+    assert str(message.value).startswith("scene.yaml:")
 
 
 def changed(old: str, new: str) -> str:

@@ -4,7 +4,7 @@ import re
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Point, RigidRope, RopeSpan
+from heavylift.kernel.description import Line, Point, RigidRope
 from heavylift.nodes.plan import CrossingCondition
 from heavylift.nodes.scene import parse
 
@@ -34,8 +34,8 @@ def test_a_rigid_rope_has_a_length_and_nothing_else():
     parsed = parse(SCENE)
     (mechanism,) = parsed.plan.mechanisms
     load = Point("load", (0.0, 0.0, 1.0))
-    lines = (RopeSpan(Point("world"), load), RopeSpan(load, Point("world")))
-    spare = RigidRope("spare", (RopeSpan(Point("world"), Point("load")),), 9.0, hooked=False)
+    lines = (Line(Point("world"), load), Line(load, Point("world")))
+    spare = RigidRope("spare", (Line(Point("world"), Point("load")),), 9.0, hooked=False)
     assert mechanism.system.rigid_ropes == (RigidRope("fall", lines, 18.0, winch=True), spare)
     assert mechanism.system.ropes == ()
     assert mechanism.taut == ("fall",)
@@ -58,7 +58,7 @@ def test_a_rigid_rope_has_a_length_and_nothing_else():
         ("length: 18 m", "length: 4 m", "14:15: .*4 m of rope is not between 5 and 80 m"),
     ],
 )
-def test_mistakes_are_told_where_they_stand(old, new, told):
+def test_mistakes_are_reported_where_they_stand(old, new, told):
     assert SCENE.count(old) == 1
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

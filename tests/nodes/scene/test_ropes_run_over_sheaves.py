@@ -2,8 +2,7 @@
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Point, Reeving, Rope, RopeSpan, Sheave
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import InputSignal, Line, Point, Reeving, Rope, Sheave
 from heavylift.nodes.plan import CrossingCondition, Move, SlingsCondition
 from heavylift.nodes.scene import parse
 
@@ -39,7 +38,7 @@ def mechanism(sheave):
 def test_points_make_lines_of_one_tension():
     w, o, load = Point("world", (-1.0, 0.0, 0.0)), Point("world"), Point("load")
     system = mechanism("").system
-    lines = (RopeSpan(w, load), RopeSpan(load, o), RopeSpan(o, load))
+    lines = (Line(w, load), Line(load, o), Line(o, load))
     assert system.ropes == (Rope("fall", lines, 2e7, 30.4, 3e3, winch=True),)
     assert system.forces == ()
 
@@ -81,7 +80,7 @@ def test_a_reeving_takes_orders_and_can_be_waited_for():
         ("length: 30.4 m", "length: 3.4 m", "3.4 m of rope is not between 5 and 80 m"),
     ],
 )
-def test_mistakes_are_told(old, new, told):
+def test_mistakes_are_reported(old, new, told):
     text = SCENE.replace("SHEAVE", SHEAVES)
     assert text.count(old) == 1
     with pytest.raises(SceneError) as e:

@@ -60,8 +60,8 @@ def read():
         source = Source("scene.yaml")
         path = ("command",)
         source.keys[path] = source.values[path] = Mark("scene.yaml", 1, 1, words)
-        yard = build_machines(source, scenes[name].scene)
-        term = Conditions(yard, scenes[name].plan.mechanisms).read(path, read_condition(words))
+        builder = build_machines(source, scenes[name].scene)
+        term = Conditions(builder, scenes[name].plan.mechanisms).read(path, read_condition(words))
         return [f"{f.sentence}: {f.hint}" for f in source.faults] or term
 
     return found
@@ -77,22 +77,22 @@ def test_a_condition_is_a_guard_over_a_signal(read, scene, words, told):
 
 
 def test_every_row_of_the_table_is_among_these():
-    said = [words for words in (*JIB, *GOLIATHS)]
-    assert not [quantity for quantity in QUANTITIES if not any(words.startswith(quantity) for words in said)]
+    text = [words for words in (*JIB, *GOLIATHS)]
+    assert not [quantity for quantity in QUANTITIES if not any(words.startswith(quantity) for words in text)]
 
 
 @pytest.mark.parametrize(("words", "sentence"), NONE.items())
-def test_what_nothing_has_is_told(read, words, sentence):
-    (told,) = read("wind-tandem", words)
-    assert told.startswith(sentence)
+def test_what_nothing_has_is_reported(read, words, sentence):
+    (message,) = read("wind-tandem", words)
+    assert message.startswith(sentence)
 
 
-def test_no_wind_is_told(read):
+def test_no_wind_is_reported(read):
     assert read("jib", "wind >= 12 m/s") == ["no wind blows in this scene: add 'wind': "]
 
 
 @pytest.mark.parametrize(("words", "sentence"), MISSPELT.items())
-def test_what_is_misspelt_is_told(words, sentence):
+def test_what_is_misspelt_is_reported(words, sentence):
     with pytest.raises(PhraseError, match=sentence):
         read_condition(words)
 
@@ -115,23 +115,23 @@ def test_limits_are_over_the_same_signals():
     others = {(use.limit.quantity, use.limit.subject): use for use in scene.uses}
     assert signals["load of east H2"].value == pytest.approx(others["hook load", "east.H2"].value, rel=1e-12)
     assert signals["wind"].value == pytest.approx(max(f.value for f in (others["wind", "all"],)), rel=0.05)
-    along, across = (others[f"off-lead {way}", "west.H1"].value for way in ("along", "across"))
+    along, across = (others[f"off-lead {distance}", "west.H1"].value for distance in ("along", "across"))
     assert max(along, across) <= signals["off-lead of west H1"].value <= along + across
     machines = {machine.name: machine for machine in cranes(scene.plan)}
     (west, east), width = (machines[name].actuators[0].start for name in ("west", "east")), 34.0
     assert signals["gap west east"].value == pytest.approx(east - west - width, abs=1e-3)
-    told = [f.sentence for f in scene.findings if f.kind == "signal"]
-    assert "gap west east would be 2.00 m, at least 3.00 m is allowed" in told
-    assert "load of east H2 would be 171.5 t, at most 100.0 t is allowed" in told
-    assert len(told) == 4, "the hooks are level"
+    message = [f.sentence for f in scene.findings if f.kind == "signal"]
+    assert "gap west east would be 2.00 m, at least 3.00 m is allowed" in message
+    assert "load of east H2 would be 171.5 t, at most 100.0 t is allowed" in message
+    assert len(message) == 4, "the hooks are level"
 
 
 def test_a_share_is_the_use_of_a_row():
     """What `check` tells of a load in per cent is what a condition compares."""
     subjects = ("east H2", "east upper", "east", "loader-1", "loader-1.sling-1")
     sets = {"all slings": "", "loader-1 slings": "loader-1."}
-    told = [f"{'tension' if 'sling' in x else 'load'} of {x} <= 30 %" for x in (*subjects, *sets)]
-    scene = limited(*told)
+    message = [f"{'tension' if 'sling' in x else 'load'} of {x} <= 30 %" for x in (*subjects, *sets)]
+    scene = limited(*message)
     uses = {use.limit.subject: use for use in scene.uses if use.limit.quantity == "signal"}
     kinds = ("hook load", "trolley load", "tandem load", "loader load", "sling tension")
     for x, kind in zip(subjects, kinds, strict=True):
@@ -142,8 +142,8 @@ def test_a_share_is_the_use_of_a_row():
     for words, front in sets.items():
         most = max(use for sling, use in slings.items() if sling.startswith(front))
         assert uses[f"tension of {words}"].value == pytest.approx(most, rel=1e-12), "of a set, the most used one"
-    told = [f.sentence for f in scene.findings if f.kind == "signal"]
-    assert "load of east H2 would be 38 %, at most 30 % is allowed" in told
+    message = [f.sentence for f in scene.findings if f.kind == "signal"]
+    assert "load of east H2 would be 38 %, at most 30 % is allowed" in message
 
 
 CHART = "[[60 m, 400 t], [82 m, 300 t], [140 m, 120 t]]"
@@ -177,7 +177,7 @@ def test_a_share_by_a_chart_is_of_what_it_allows_where_the_trolley_stands():
         ("tension of all slings in %", "use"),
     ],
 )
-def test_a_model_of_your_own_hears_shares(words, quantity):
+def test_a_model_of_your_own_receives_shares(words, quantity):
     """What a condition with the same words and a value in % compares."""
     chart = f"cranes: {{crane: {{capacity chart: {CHART}}}}}\n" if "H3" in words else ""
     text = (
@@ -222,7 +222,7 @@ def test_an_interlock_watches_each_sling(value, number):
         ("load of west H1 <= 3 m", "'3 m' is no mass"),
     ],
 )
-def test_what_cannot_be_limited_is_told(words, sentence):
+def test_what_cannot_be_limited_is_reported(words, sentence):
     with pytest.raises(SceneError) as error:
         limited(words)
     assert sentence in str(error.value)

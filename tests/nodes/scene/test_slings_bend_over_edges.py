@@ -1,4 +1,4 @@
-"""Edges of a scene: slings and ropes bend over them, and what is wrong with an edge is told where it stands."""
+"""Edges of a scene: slings and ropes bend over them, and what is wrong with an edge is reported where it stands."""
 
 from math import acos, atan2, cos, hypot, sin, sqrt
 from pathlib import Path
@@ -185,10 +185,10 @@ def test_edges_on_bodies_that_stay_parallel_bend_one_rope(joint: str) -> None:
         shorter = ROPE.replace("friction: 0.1, ", "").replace("10.04", "10.03")
         assert tensions(text) > tensions(shorter), "it takes the longer way"
         return
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as message:
         parse(text, passing=True)
-    assert "the joint 'stands' can turn the one on 'pier' out of parallel; name edges of one body" in str(told.value)
-    assert "scene.yaml:" in str(told.value)
+    assert "the joint 'stands' can turn the one on 'pier' out of parallel; name edges of one body" in str(message.value)
+    assert "scene.yaml:" in str(message.value)
 
 
 def test_a_rope_over_a_pier_that_gives_way_keeps_the_energy(tmp_path: Path) -> None:
@@ -264,10 +264,10 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_with_an_edge_is_told(name: str) -> None:
+def test_what_is_wrong_with_an_edge_is_reported(name: str) -> None:
     old, new, sentence = BAD[name]
     assert TEXT.count(old) == 1
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as message:
         parse(TEXT.replace(old, new), passing=True)
-    assert sentence in str(told.value)
-    assert "scene.yaml:" in str(told.value)
+    assert sentence in str(message.value)
+    assert "scene.yaml:" in str(message.value)

@@ -32,7 +32,7 @@ def said(capsys, monkeypatch, *words: str) -> str:
     return capsys.readouterr().out
 
 
-def test_the_pendulum_tells_its_period(capsys, monkeypatch):
+def test_the_pendulum_reports_its_period(capsys, monkeypatch):
     text = said(capsys, monkeypatch, "modes", "pendulum")
     assert "0.0643 Hz  15.542 s  0.000 %  load 100 %; by pivot.rate" in text
     (mode,) = json.loads(said(capsys, monkeypatch, "modes", "pendulum", "--json"))["modes"]

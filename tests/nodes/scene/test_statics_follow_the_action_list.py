@@ -41,9 +41,9 @@ def test_one_hook_that_moves_alone_takes_over_what_the_kernel_says():
 
 def test_a_block_that_is_set_down_lands_where_the_path_says():
     scene = lift("  - stage: down\n    all hooks: lower 3 m/min until landed and all slings slack\n", "900 s")
-    told = [x.event for x in scene.statics.states if x.action == 4 and x.event]
-    assert "closed" in told[0]
-    assert "slack" in told[-1]
+    message = [x.event for x in scene.statics.states if x.action == 4 and x.event]
+    assert "closed" in message[0]
+    assert "slack" in message[-1]
     last = scene.statics.states[-1]
     assert last.grounded
     assert sum(last.supports.values()) == pytest.approx(300e3 * 9.80665, rel=1e-6)
@@ -61,24 +61,24 @@ def test_an_end_that_cuts_the_list_is_red():
 
 def test_a_stage_whose_condition_holds_already_is_red():
     scene = lift("  - stage: again\n    all hooks: hoist 0.3 m/min until lifted\n")
-    (told,) = [f for f in scene.findings if f.kind == "stage"]
-    assert (told.severity, told.subject) == ("red", "again")
-    assert told.sentence == "the stage 'again' ends at once: 'lifted' holds already as it begins"
+    (message,) = [f for f in scene.findings if f.kind == "stage"]
+    assert (message.severity, message.subject) == ("red", "again")
+    assert message.sentence == "the stage 'again' ends at once: 'lifted' holds already as it begins"
     assert "red: the stage 'again' ends at once" in str(check(scene))
 
 
-def test_a_lift_that_finds_no_rest_is_said_not_to_be_judged_further():
+def test_a_lift_that_finds_no_rest_is_stated_not_to_be_checked_further():
     scene = lift("  - stage: higher\n    all hooks: hoist 3 m/min by 1 m\n  - stage: let go\n    crane H1: unhook\n")
-    (told,) = [f for f in scene.findings if f.kind == "unfollowed"]
-    assert told.severity == "warning"
-    assert told.sentence.startswith("the lift is not judged at rest from here on: at ")
-    assert "finds no rest" in told.sentence
-    assert "warning: the lift is not judged at rest from here on" in str(check(scene))
+    (message,) = [f for f in scene.findings if f.kind == "unfollowed"]
+    assert message.severity == "warning"
+    assert message.sentence.startswith("the lift is not checked at rest from here on: at ")
+    assert "finds no rest" in message.sentence
+    assert "warning: the lift is not checked at rest from here on" in str(check(scene))
 
 
-def test_a_mechanism_that_does_not_rest_says_why():
-    told = str(check(load("ramp")))
-    assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in told
+def test_a_mechanism_that_does_not_rest_reports_why():
+    message = str(check(load("ramp")))
+    assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in message
 
 
 def test_what_was_followed_is_kept_by_the_numbers_of_the_plan():

@@ -1,4 +1,4 @@
-"""Mistakes of YAML are told in a person's words, at the line where they are made, in every bundled scene."""
+"""Mistakes of YAML are reported in a person's words, at the line where they are made, in every bundled scene."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ MISTAKES: list[Callable[[list[str], random.Random], tuple[int, str] | None]] = [
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.__name__)
-def test_a_mistake_in_any_bundled_scene_is_told_at_its_line(mistake: Callable[..., tuple[int, str] | None]) -> None:
+def test_a_mistake_in_any_bundled_scene_is_reported_at_its_line(mistake: Callable[..., tuple[int, str] | None]) -> None:
     draw, tried = random.Random(mistake.__name__), 0
     for name, text in SCENES.items():
         for _ in range(8):
@@ -104,7 +104,7 @@ def test_a_mistake_in_any_bundled_scene_is_told_at_its_line(mistake: Callable[..
         ("a: 1\n---\nb: 2\n", (2, 1), "'---' begins a second document; a scene is one"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_told_in_a_persons_words(text: str, place: tuple[int, int], sentence: str) -> None:
+def test_a_mistake_is_reported_in_a_persons_words(text: str, place: tuple[int, int], sentence: str) -> None:
     (fault, *_) = read(text, "x.yaml").faults
     assert fault.mark is not None
     assert (fault.sentence, (fault.mark.line, fault.mark.column)) == (sentence, place)

@@ -31,7 +31,7 @@ def test_what_blows_along_the_rails_is_held_by_the_drive_of_the_gantry() -> None
     assert held == pytest.approx(FORCE, rel=LEANS)
 
 
-def test_it_is_recorded_and_the_run_is_judged_by_it() -> None:
+def test_it_is_recorded_and_the_run_is_checked_by_it() -> None:
     result = simulate(load("lift", [ALONG, "end=2 s"]))
     assert result["wind/force"]["wind.block"][0] == pytest.approx(FORCE, rel=SLOW)
 
@@ -71,7 +71,7 @@ def test_the_seed_of_the_scene_draws_the_gusts() -> None:
         ("wind={speed: 9 m/s, direction: [1, 0, 0], gusts: [[0 s, 9 m/s]], turbulence: 0.1}", "either 'gusts' or"),
     ],
 )
-def test_what_cannot_blow_is_told(setting: str, sentence: str) -> None:
+def test_what_cannot_blow_is_reported(setting: str, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence.replace("[", r"\[")):
         load("lift", [ALONG, setting])
 

@@ -82,10 +82,10 @@ def test_larger_goliaths_lift_nearly_all_that_they_may(
     """1000 t and 1400 t on their hooks; of goliath-1200 span, girder and legs are published: 2500 + 540 + 700 t."""
     scene = parse(
         "extends: lift\nname: lift\nblock:\n"
-        f"  mass: {load} t\n  size: [24 m, 16 m, 8 m]\n"
+        f"  mass: {load} t\n  size: [24 m, 16 m, 8 m]\n  supports: {{capacity: 400 t}}\n  lug capacity: 600 t\n"
         "  lugs: {P1: [-9 m, -6 m, 4.3 m], P2: [-5 m, -6 m, 4.3 m], Q1: [5 m, -6 m, 4.3 m], Q2: [9 m, -6 m, 4.3 m]}\n"
         f"cranes: {{crane: {{type: {name}}}}}\n"
-        "rig:\n  sling: {breaking: 20 MN}\n"
+        "rig:\n  sling: {breaking: 20 MN}\n  shackle: 600 t\n"
         "  loaders: {loader-1: {capacity: 900 t}, loader-2: {capacity: 900 t}, loader-3: {capacity: 900 t}}\n",
         "scene.yaml",
         passing=True,
@@ -124,8 +124,8 @@ def test_a_goliath_of_belfast_lifts() -> None:
     scene = load("lift", ["cranes.crane.type=goliath-840", "cranes.crane.upper trolley=69 m"])
     (crane,) = cranes(scene.plan)
     whole = next(cell for cell in crane.cells if cell.body == "crane.main")
-    told = crane.girders[0].span, whole.capacity, crane.actuators[-1].highest
-    assert told == (140.0, 840e3, 70.0)
+    message = crane.girders[0].span, whole.capacity, crane.actuators[-1].highest
+    assert message == (140.0, 840e3, 70.0)
     assert crane.girders[0].stiffness == pytest.approx(1000e3 * scene.plan.gravity / 0.3, rel=1e-3)
     lifted = next(s for s in scene.statics.states if s.stage == "up")
     assert sum(lifted.tensions[hook.rope] for hook in crane.hooks) > 300e3 * scene.plan.gravity

@@ -13,6 +13,7 @@ from heavylift.coordinator.ladder import play
 from heavylift.nodes.plan import RatedLimit, Use
 from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
+from lifting import bare, unstated
 
 HEAD = "name,mass [t],size x [m],size y [m],size z [m]\n"
 
@@ -22,7 +23,7 @@ def begun(crane: str, folder: Path) -> str:
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (folder / "blocks.csv").write_text(f"{HEAD}B,10,{long},{wide},4\n", encoding="utf-8")
     (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
-    return text
+    return unstated(text)
 
 
 def uses(scene: LoadedScene) -> dict[tuple[str, str], float]:
@@ -31,21 +32,21 @@ def uses(scene: LoadedScene) -> dict[tuple[str, str], float]:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_each_limit_of_each_type_is_judged_at_its_worst_corner(
+def test_each_limit_of_each_type_is_checked_at_its_worst_corner(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Mass and centre of mass, each alone and all corners written out."""
     monkeypatch.chdir(tmp_path)
     random = Random(crane)
     text, name = begun(crane, tmp_path), str(tmp_path / "made.yaml")
-    mass, aside = random.uniform(1.0, 9.0), random.uniform(0.05, 0.5)
+    mass, lateral = random.uniform(1.0, 9.0), random.uniform(0.05, 0.5)
     half = mass * random.uniform(0.01, 0.2)
     com = "block.com=[{} m, 0 m, 0 m]"
-    stated = [f"block.mass=10 t +- {half!r} t", com.format(f"0 m +- {aside!r}").replace("m m", "m")]
+    stated = [f"block.mass=10 t +- {half!r} t", com.format(f"0 m +- {lateral!r}").replace("m m", "m")]
     scene = parse(text, name, stated)
     corners = [
         uses(parse(text, name, [f"block.mass={10.0 + m!r} t", com.format(repr(x))]))
-        for m, x in product((-half, half, 0.0), (-aside, aside, 0.0))
+        for m, x in product((-half, half, 0.0), (-lateral, lateral, 0.0))
     ]
     seen = 0
     for use in scene.uses:
@@ -54,14 +55,14 @@ def test_each_limit_of_each_type_is_judged_at_its_worst_corner(
             most = max(found.get(key, 0.0) for found in corners)  # of a slack sling nothing
             assert use.at_worst.use == pytest.approx(max(most, use.use), rel=1e-5, abs=1e-5), key
             seen += most > use.use * 1.001
-            told = "block.mass 10 t" in use.limit.inputs or "block.com" in use.limit.inputs
-            assert told == (use.limit.spread > 0.0)
+            message = "block.mass 10 t" in use.limit.inputs or "block.com" in use.limit.inputs
+            assert message == (use.limit.spread > 0.0)
     assert seen > 2
 
 
-def test_a_value_beyond_its_limit_at_the_worst_alone_is_red_and_says_at_which() -> None:
+def test_a_value_beyond_its_limit_at_the_worst_alone_is_red_and_reports_at_which() -> None:
     """510 t use 97.0 % of a sling, 536 t 101.8 %; that a wider spread changes no value is seen beside."""
-    narrow, wide = (load("lift", [f"block.mass=510 t +- {part} %", "end=90 s"]) for part in (2, 5))
+    narrow, wide = (bare("lift", [f"block.mass=510 t +- {part} %", "end=90 s"]) for part in (2, 5))
     assert [x.value for x in narrow.uses] == [x.value for x in wide.uses]
     red = {c.subject: c for c in wide.checks if c.state == "red"}
     assert [*red] == ["loader-3.sling-1", "loader-3.sling-2"]
@@ -74,8 +75,8 @@ def test_a_value_beyond_its_limit_at_the_worst_alone_is_red_and_says_at_which() 
     assert row.use == pytest.approx(1.05 * (nominal.use or 0.0), rel=2e-3)
 
 
-def test_a_run_is_judged_by_the_same_part() -> None:
-    scene = load("lift", ["block.mass=510 t +- 5 %", "end=90 s"])
+def test_a_run_is_checked_by_the_same_part() -> None:
+    scene = bare("lift", ["block.mass=510 t +- 5 %", "end=90 s"])
     run = play(scene.plan)
     red = [f.sentence for f in run.verdict.findings if f.severity == "red"]
     assert len(red) == 2
@@ -99,9 +100,8 @@ def test_at_worst_is_the_value_of_the_use(least: bool) -> None:
         random = Random(seed)
         bound, value, spread = (random.uniform(1.0, 9.0) for _ in range(3))
         unit = random.choice(("N", "m"))
-        limit = RatedLimit(
-            subject="a", quantity="signal", unit=unit, value=bound, least=least, spread=spread, inputs="b"
-        )
+        given = {"value": bound, "least": least, "spread": spread, "adds": unit == "m"}
+        limit = RatedLimit(subject="a", quantity="signal", unit=unit, inputs="b", **given)
         worst = Use(limit, value, use=limit.use(value)).at_worst
         assert worst.value is not None
         assert limit.use(worst.value) == pytest.approx(worst.use)

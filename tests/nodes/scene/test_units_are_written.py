@@ -115,8 +115,8 @@ def test_equal_quantities_are_equal_numbers_in_any_unit(dimension: units.Dimensi
             for _ in range(50):
                 decimal = Decimal(random.randrange(1, 10**6)).scaleb(-random.randrange(6))
                 same = Fraction(decimal) * factor / size
-                if said := exactly(same):
-                    assert dimension.read(f"{said} {other}") == dimension.read(f"{decimal:f} {unit}"), (decimal, unit)
+                if text := exactly(same):
+                    assert dimension.read(f"{text} {other}") == dimension.read(f"{decimal:f} {unit}"), (decimal, unit)
 
 
 def exactly(x: Fraction) -> str:

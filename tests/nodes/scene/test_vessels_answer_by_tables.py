@@ -99,7 +99,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("period", "table"), BAD)
-def test_what_a_table_lacks_is_told(tmp_path: Path, period: str, table: str) -> None:
+def test_what_a_table_lacks_is_reported(tmp_path: Path, period: str, table: str) -> None:
     with pytest.raises(SceneError) as error:
         answered(tmp_path, period, table=table)
     assert BAD[period, table] in str(error.value)

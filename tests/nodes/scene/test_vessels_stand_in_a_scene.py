@@ -97,8 +97,8 @@ def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_responses_say(heading: floa
         roll, pitch = np.radians(1.1 * c[-70]), np.radians(0.5 * c[95])
         Rx = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
         Ry = np.array([[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]])
-        way = Rz @ (np.array([0.25 * c[90], 0.0, 0.45 * c[10]]) + Ry @ Rx @ tip)
-        at: np.ndarray = np.array([40.0, -30.0, 0.0]) + way
+        distance = Rz @ (np.array([0.25 * c[90], 0.0, 0.45 * c[10]]) + Ry @ Rx @ tip)
+        at: np.ndarray = np.array([40.0, -30.0, 0.0]) + distance
         return at
 
     for t in (4.0, 17.3, 241.0):
@@ -116,8 +116,10 @@ def test_what_is_more_than_two_percent_of_the_displacement_is_refused() -> None:
     """300 t on 13 796 t, crane included, would move the vessel otherwise; it is said so."""
     with pytest.raises(SceneError) as error:
         parse(GIVEN + CRANE + BLOCK % "300 t" + "actions: [{wait: 1 s}]\n")
-    told = "a load of 300 t is more than 2% of its displacement of 13736 t, so its motion would not stay as it is given"
-    assert told in str(error.value)
+    message = (
+        "a load of 300 t is more than 2% of its displacement of 13736 t, so its motion would not stay as it is given"
+    )
+    assert message in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ UNKNOWN = "give 'stands' to its type: tracks, outriggers or wheels"
 def footing_of(
     source: Source, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
 ) -> Footing | None:
-    """The footing of a machine whose bodies have a prefix in front; None if it has none."""
+    """The footing of a machine with this prefix of bodies; None if it has none."""
     if given is None:
         return None
     body = f"{prefix}{given.on}"
@@ -41,29 +41,31 @@ def footing_of(
     return None
 
 
-def set_up(yard: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
-    """The machines on the mats that the scene lays below their tracks or outriggers, with how they are set up."""
+def set_up(builder: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
+    """The machines on the mats of the scene, with their configuration."""
     names = [machine.name for machine in machines if machine.hooks]
-    for name in (name for name in yard.scene.ground.mats if name not in names):
-        yard.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)
-    return tuple(_set_up(yard, machine) if machine.hooks else machine for machine in machines)
+    for name in (name for name in builder.scene.ground.mats if name not in names):
+        builder.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)
+    return tuple(_set_up(builder, machine) if machine.hooks else machine for machine in machines)
 
 
-def _set_up(yard: SceneBuilder, machine: Mechanism) -> Mechanism:
-    footing, mats, path = machine.footing, yard.scene.ground.mats.get(machine.name), ("ground", "mats", machine.name)
+def _set_up(builder: SceneBuilder, machine: Mechanism) -> Mechanism:
+    footing, mats, path = machine.footing, builder.scene.ground.mats.get(machine.name), ("ground", "mats", machine.name)
     if mats and (footing is None or footing.kind == "wheels"):
-        yard.source.fault(path, f"'{machine.name}' stands on no tracks and no outriggers", on_key=True)
+        builder.source.fault(path, f"'{machine.name}' stands on no tracks and no outriggers", on_key=True)
     elif mats and footing:
         least = footing.each * (footing.length if footing.kind == "tracks" else 1.0)
         if mats.area < least:
-            yard.source.fault((*path, "area"), f"mats are not smaller than what stands on each of them, {least:g} m2")
+            builder.source.fault(
+                (*path, "area"), f"mats are not smaller than what stands on each of them, {least:g} m2"
+            )
         footing = msgspec.structs.replace(footing, mat=(mats.area, mats.mass))
     machine = msgspec.structs.replace(machine, footing=footing)
-    return msgspec.structs.replace(machine, configuration=_configuration(machine, _parts(yard, machine)))
+    return msgspec.structs.replace(machine, configuration=_configuration(machine, _parts(builder, machine)))
 
 
 def _configuration(machine: Mechanism, given: Parts[Any] | None) -> dict[str, str]:
-    """What its type says, booms, counterweights and bases of charts, falls, base, mats."""
+    """Configuration of a machine: type, boom, counterweight and base of charts, falls, mats."""
     found = {key: str(value) for key, value in given.configuration.items()} if given else {}
     hooks: dict[str, HookKeys] = given.hooks if given else {}
     for name, hook in hooks.items():
@@ -80,9 +82,9 @@ def _configuration(machine: Mechanism, given: Parts[Any] | None) -> dict[str, st
     return found
 
 
-def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[RatedLimit]:
-    """What each track, outrigger or wheel of a machine may bear, and how near the machine may come to tipping."""
-    name, footing, given = machine.name, machine.footing, _given(yard, machine)
+def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[RatedLimit]:
+    """Limits of the load of each track, outrigger or wheel, and of the distance to tipping."""
+    name, footing, given = machine.name, machine.footing, _given(builder, machine)
     if footing is None:
         note = UNKNOWN if given is None else "it stands on a foundation"
         elements = (name,) if given is None else ()
@@ -100,9 +102,9 @@ def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[RatedLim
                 note=note, **at,  # type: ignore[arg-type]
             )  # fmt: skip
     else:
-        most, path = yard.scene.ground.bearing, ("ground", "bearing")
+        most, path = builder.scene.ground.bearing, ("ground", "bearing")
         by, note = ("the scene", LEFT_OUT) if most else ("", "write 'ground: {bearing: 200 kPa}', what it may bear")
-        at |= {"where": yard.source.where(path)} if most else {}
+        at |= {"where": builder.source.where(path)} if most else {}
         for each in SIDES if footing.kind == "tracks" else CORNERS:
             yield RatedLimit(
                 subject=f"{name} {each}", quantity="ground pressure", unit="Pa", value=most, over=each, source=by,
@@ -113,9 +115,9 @@ def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[RatedLim
     )  # fmt: skip
 
 
-def wind_limits(yard: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[RatedLimit]:
-    """In which wind machines with hooks may work: their own limits, and that of the scene."""
-    most, where = yard.scene.limits.wind, yard.source.where(("limits",))
+def wind_limits(builder: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[RatedLimit]:
+    """Wind limits of machines with hooks and of the scene."""
+    most, where = builder.scene.limits.wind, builder.source.where(("limits",))
     if not winds:
         by = "the scene" if most is not None else ""
         note = "no wind is modelled"
@@ -124,7 +126,7 @@ def wind_limits(yard: SceneBuilder, machines: Collection[Mechanism], winds: tupl
     row = {"quantity": "wind", "unit": "m/s", "elements": winds}
     unknown = not machines
     for machine in machines:
-        given = _parts(yard, machine)
+        given = _parts(builder, machine)
         own = given.wind if given else None
         unknown |= own is None
         if own is not None:
@@ -135,12 +137,12 @@ def wind_limits(yard: SceneBuilder, machines: Collection[Mechanism], winds: tupl
         yield RatedLimit(subject="all", note="give it under 'limits: {wind: ...}'", where=where, **row)  # type: ignore[arg-type]
 
 
-def _given(yard: SceneBuilder, machine: Mechanism) -> Stands | None:
-    parts = _parts(yard, machine)
+def _given(builder: SceneBuilder, machine: Mechanism) -> Stands | None:
+    parts = _parts(builder, machine)
     return parts.stands if parts else None
 
 
-def _parts(yard: SceneBuilder, machine: Mechanism) -> Parts[Any] | None:
+def _parts(builder: SceneBuilder, machine: Mechanism) -> Parts[Any] | None:
     """The keys of a machine."""
-    scene = yard.scene
+    scene = builder.scene
     return scene.machines.get(machine.name) or scene.mechanism

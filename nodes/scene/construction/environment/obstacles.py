@@ -26,28 +26,28 @@ SIGNS = (-0.5, 0.5)
 TOUCH = 1e-9  # [m]
 
 
-def obstacles_machine(yard: SceneBuilder, around: System) -> plan.Mechanism:
-    """All of them, beside blocks and vessels; what is wrong is added to the faults of the scene."""
-    scene, source = yard.scene, yard.source
+def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
+    """All obstacles as a machine; faults are added to those of the scene."""
+    scene, source = builder.scene, builder.source
     blocks = scene.all_blocks
     sizes = {name: block.size for name, block in blocks.items()}
     if not blocks:
         source.fault((OBSTACLES if scene.obstacles else "floor",), "there is no block that could meet it", on_key=True)
     if bends := next((name for name, block in blocks.items() if block.flexible), ""):
-        told = f"'{bends}' bends, and only rigid blocks meet floor and obstacles: leave either away"
-        source.fault((OBSTACLES if scene.obstacles else "floor",), told, on_key=True)
+        message = f"'{bends}' bends, and only rigid blocks meet floor and obstacles: leave either away"
+        source.fault((OBSTACLES if scene.obstacles else "floor",), message, on_key=True)
     taken = {*scene.machines, *scene.vessels, *scene.rigging, *blocks}
     for name, given in scene.obstacles.items():
         if name in taken:
             source.fault((OBSTACLES, name), f"the name '{name}' is given twice: a machine has it, too", on_key=True)
         if given.on != WORLD and given.on not in scene.vessels:
-            told = f"there is no vessel '{given.on}'"
-            source.fault((OBSTACLES, name, "on"), told, closest(given.on, [WORLD, *scene.vessels]))
+            message = f"there is no vessel '{given.on}'"
+            source.fault((OBSTACLES, name, "on"), message, closest(given.on, [WORLD, *scene.vessels]))
     joints = (
         Joint(f"{name}.foot", "fixed", x.on, name, p_PJ=x.at, R_PJ=turned(*x.rotation))
         for name, x in scene.obstacles.items()
     )
-    contacts = tuple(_contacts(yard, sizes))
+    contacts = tuple(_contacts(builder, sizes))
     for contact in contacts:
         try:
             check_contact(contact)
@@ -67,23 +67,23 @@ def obstacles_machine(yard: SceneBuilder, around: System) -> plan.Mechanism:
         deepest[block, other] = min(deepest.get((block, other), -INSIDE), gap(contact, at[block], at[other]))
     for (block, other), depth in deepest.items():
         if depth < -INSIDE:
-            _overlaps(yard, block, other, -depth)
+            _overlaps(builder, block, other, -depth)
     closed = tuple(contact.name for contact in contacts if at and touches(contact, at, TOUCH))
     return plan.Mechanism(name=OBSTACLES, system=made, closed=closed, shapes=shapes, where=where)
 
 
-def _overlaps(yard: SceneBuilder, block: str, other: str, depth: float) -> None:
-    """Blocks do not begin inside of anything."""
-    path: tuple[str, ...] = (OBSTACLES if other in yard.scene.obstacles else "blocks", other)
+def _overlaps(builder: SceneBuilder, block: str, other: str, depth: float) -> None:
+    """Check that blocks do not overlap anything at the start."""
+    path: tuple[str, ...] = (OBSTACLES if other in builder.scene.obstacles else "blocks", other)
     path, of = (("floor",), "the floor") if other == WORLD else (path, f"'{other}'")
-    yard.source.fault(path, f"'{block}' begins {depth:.3g} m inside of {of}: move them apart", on_key=True)
+    builder.source.fault(path, f"'{block}' begins {depth:.3g} m inside of {of}: move them apart", on_key=True)
 
 
-def _contacts(yard: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Contact]:
-    """Of each block with all obstacles, the floor, and the blocks behind it."""
-    floor = yard.scene.floor
+def _contacts(builder: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Contact]:
+    """Contacts of each block with obstacles, the floor, and later blocks."""
+    floor = builder.scene.floor
     for block, size in sizes.items():
-        for name, given in yard.scene.obstacles.items():
+        for name, given in builder.scene.obstacles.items():
             yield from _with_obstacle(block, size, name, given)
         if floor:
             ground = Plane(WORLD, (0.0, 0.0, floor.height))
@@ -93,7 +93,7 @@ def _contacts(yard: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Contact]
 
 
 def _with_obstacle(block: str, size: Vector, name: str, x: Obstacle) -> Iterator[Contact]:
-    """Of a block's box, or of its corners."""
+    """Contact of a block's box, or of its corners."""
     other = Box(name, x.box)
     if x.meets == "boxes":
         yield Contact(f"{block}-{name}", Box(block, size), other, x.friction, x.restitution)

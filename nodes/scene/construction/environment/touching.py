@@ -25,23 +25,23 @@ def touches(source: Source, path: Path, pairs: Sequence[tuple[str, str]]) -> Ite
         yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, "may touch", i)))
 
 
-def landings(yard: SceneBuilder, path: Path, action: ActionLine) -> Iterator[Touch]:
-    """What an action orders to land on something else than its supports, which it may touch from then on."""
-    blocks, waits = [*yard.scene.all_blocks], [action.when, *(phrase.until for phrase in action.orders.values())]
+def landings(builder: SceneBuilder, path: Path, action: ActionLine) -> Iterator[Touch]:
+    """Contacts that an action orders by landing on something other than supports."""
+    blocks, waits = [*builder.scene.all_blocks], [action.when, *(phrase.until for phrase in action.orders.values())]
     for test in (test for wait in waits for test in wait or ()):
         if isinstance(test, GroundTest) and test.on and (block := test.of or "".join(blocks[:1])):
-            yield Touch(names=(block, _ground(test.on)), stays=True, where=yard.source.where(path))
+            yield Touch(names=(block, _ground(test.on)), stays=True, where=builder.source.where(path))
 
 
 def check_touches(source: Source, built: plan.Plan) -> None:
-    """Pairs of what is nowhere are faults."""
+    """Check that things named in `may touch` exist."""
     pairs = [*built.may_touch, *(touch for action in built.actions for touch in action.may_touch if not touch.stays)]
     shapes = Shapes(built)
     called = [shapes.called(x) for some in (shapes.solids, shapes.strands.values()) for x in some] if pairs else []
     known = {WORLD, "ground"}.union(*called)
     for where, name in [(x.where, name) for x in pairs for name in x.names if name not in known]:
-        told = f"there is no '{name}' that could touch anything"
-        source.fault(source.path_of(where), told, closest(name, sorted(known - {WORLD})))
+        message = f"there is no '{name}' that could touch anything"
+        source.fault(source.path_of(where), message, closest(name, sorted(known - {WORLD})))
 
 
 def _ground(name: str) -> str:

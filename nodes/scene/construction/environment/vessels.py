@@ -31,12 +31,12 @@ CHAIN = {"surge": X, "sway": Y, "heave": Z, "yaw": Z, "pitch": Y, "roll": X}  # 
 MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
-def vessel_machine(yard: SceneBuilder, name: str) -> plan.Mechanism:
-    """A vessel and what moves it; what is wrong is added to the faults of the scene."""
-    given, source = yard.scene.vessels[name], yard.source
+def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
+    """A vessel with its motion as a machine; faults are added to those of the scene."""
+    given, source = builder.scene.vessels[name], builder.source
     (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
     body = Body(name, given.mass, given.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
-    system = _carried(yard, name, given, body) if given.floating is None else _free(given, given.floating, body)
+    system = _carried(builder, name, given, body) if given.floating is None else _free(given, given.floating, body)
     try:
         check_description(system)
     except KernelError as error:
@@ -46,8 +46,8 @@ def vessel_machine(yard: SceneBuilder, name: str) -> plan.Mechanism:
     return plan.Mechanism(name=name, system=system, shapes=(shape,), where=source.where(("vessels", name)))
 
 
-def _carried(yard: SceneBuilder, name: str, given: Vessel, body: Body) -> System:
-    """Six prescribed joints, one after the other: surge, sway, heave, yaw, pitch, roll."""
+def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> System:
+    """Six prescribed joints in series: surge, sway, heave, yaw, pitch, roll."""
     names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
     bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]
     joints = [
@@ -58,16 +58,16 @@ def _carried(yard: SceneBuilder, name: str, given: Vessel, body: Body) -> System
         )
         for (mode, axis), parent, child in zip(CHAIN.items(), names, bodies, strict=True)
     ]  # fmt: skip
-    waves, drives = yard.scene.waves, []
+    waves, drives = builder.scene.waves, []
     for mode in CHAIN:
         size, phase = getattr(given.responses, mode)
-        wave = _wave(waves, size, phase - _delay(yard, waves, given.at)) if waves else None
+        wave = _wave(waves, size, phase - _delay(builder, waves, given.at)) if waves else None
         drives.append(Drive(f"{name}.{mode}.drive", f"{name}.{mode}", "prescribed", wave=wave))
-    return System(tuple(bodies), tuple(joints), drives=tuple(drives), gravity=yard.scene.gravity)
+    return System(tuple(bodies), tuple(joints), drives=tuple(drives), gravity=builder.scene.gravity)
 
 
 def _free(given: Vessel, floating: Floating, body: Body) -> System:
-    """A body on a free joint; what acts on it follows (`afloat`)."""
+    """A body on a free joint; its forces are added by `afloat`."""
     half = 0.5 * given.heading
     q0 = (*given.at, 0.0, 0.0, float(sin(half)), float(cos(half)))
     free = Joint(f"{body.name}.free", "free", WORLD, body.name, q0=q0, v0=(0.0,) * 6)
@@ -79,40 +79,40 @@ def _wave(waves: Waves, response: float, phase: float) -> Wave:
     return Wave(0.5 * waves.height * response, 2.0 * pi / waves.period, waves.ramp, phase)
 
 
-def _delay(yard: SceneBuilder, waves: Waves, at: Vector) -> float:
-    """By how much the wave comes later than to the world's origin [rad]: its number on deep water is w^2 / g."""
+def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
+    """Phase lag of the wave at a place relative to the world's origin [rad]; deep-water wave number w^2 / g."""
     w = 2.0 * pi / waves.period
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
-    way = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
-    return w * w / yard.scene.gravity * way if yard.scene.gravity else 0.0
+    distance = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
+    return w * w / builder.scene.gravity * distance if builder.scene.gravity else 0.0
 
 
-def check_decks(yard: SceneBuilder) -> None:
+def check_decks(builder: SceneBuilder) -> None:
     """Blocks stand on vessels that are there, and no frames of `rig` lift them."""
-    scene = yard.scene
+    scene = builder.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
         if block.on == WORLD:
             continue
         if block.on not in scene.vessels:
-            told = f"there is no vessel '{block.on}'"
-            yard.source.fault((*base, "on"), told, closest(block.on, [WORLD, *scene.vessels]))
-        elif yard.cranes:
-            told = "what hangs on hooks by `rig` lifts from the ground: let `rigging` of another crane lift it"
-            yard.source.fault((*base, "on"), told)
+            message = f"there is no vessel '{block.on}'"
+            builder.source.fault((*base, "on"), message, closest(block.on, [WORLD, *scene.vessels]))
+        elif builder.cranes:
+            message = "what hangs on hooks by `rig` lifts from the ground: let `rigging` of another crane lift it"
+            builder.source.fault((*base, "on"), message)
 
 
-def afloat(yard: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
-    """The machines with what keeps vessels up; a load that would change a motion that is given is a fault."""
+def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
+    """The machines with buoyancy and water forces of vessels; a load that would change a given motion is a fault."""
     out = []
     for machine in built:
-        given = yard.scene.vessels.get(machine.name)
+        given = builder.scene.vessels.get(machine.name)
         if given is not None:
-            weighed = _standing(yard, machine.name, around)
+            weighed = _standing(builder, machine.name, around)
             if given.floating is None:
-                _check_load(yard, machine.name, sum(mass for mass, _ in weighed[0]), built)
+                _check_load(builder, machine.name, sum(mass for mass, _ in weighed[0]), built)
             else:
-                forces = _water(yard, machine.name, given, given.floating, [*weighed[0], *weighed[1]])
+                forces = _water(builder, machine.name, given, given.floating, [*weighed[0], *weighed[1]])
                 machine = msgspec.structs.replace(machine, system=replace(machine.system, forces=forces))
         out.append(machine)
     return out
@@ -121,18 +121,18 @@ def afloat(yard: SceneBuilder, built: list[plan.Mechanism], around: System) -> l
 Masses = list[tuple[float, Vector]]  # each with its place in the world
 
 
-def _standing(yard: SceneBuilder, name: str, around: System) -> tuple[Masses, Masses]:
-    """Mass and place of the vessel and all bodies that joints carry on it, and of the blocks that stand on it."""
+def _standing(builder: SceneBuilder, name: str, around: System) -> tuple[Masses, Masses]:
+    """Masses and centres of a vessel with all bodies on it, and of the blocks on its deck."""
     on, at = _bodies(name, around), kinematics.poses(around)
     masses = [(b.mass, kinematics.place(Point(b.name, b.com), at)) for b in around.bodies if b.name in on]
-    blocks = [b for b in yard.scene.all_blocks.values() if b.on == name]
-    vessel = yard.scene.vessels[name]
+    blocks = [b for b in builder.scene.all_blocks.values() if b.on == name]
+    vessel = builder.scene.vessels[name]
     own = [(b.mass, vessel.place([p + q for p, q in zip(b.at, b.com, strict=True)])) for b in blocks]
     return [(mass, (float(p[0]), float(p[1]), float(p[2]))) for mass, p in masses], own
 
 
 def _bodies(name: str, around: System) -> set[str]:
-    """A vessel and what joints carry on it."""
+    """A vessel and the bodies that joints carry on it."""
     on, more = {name}, True
     while more:
         found = {j.child for j in around.joints if j.parent in on}
@@ -140,9 +140,9 @@ def _bodies(name: str, around: System) -> set[str]:
     return on
 
 
-def _check_load(yard: SceneBuilder, name: str, displacement: float, built: list[plan.Mechanism]) -> None:
-    """What stands on a vessel or may hang on its cranes must be little beside what it displaces."""
-    scene = yard.scene
+def _check_load(builder: SceneBuilder, name: str, displacement: float, built: list[plan.Mechanism]) -> None:
+    """Check that loads on a vessel are small compared with its displacement."""
+    scene = builder.scene
     blocks = scene.all_blocks
     load = sum(block.mass for block in blocks.values() if block.on == name)
     around = System(joints=tuple(j for machine in built for j in machine.system.joints))
@@ -153,16 +153,18 @@ def _check_load(yard: SceneBuilder, name: str, displacement: float, built: list[
         load += sum(block.mass for block in blocks.values() if block.on != name)
         load += sum(frame.mass for frame in scene.rigging.values() if isinstance(frame, Frame))
     if load > MOST * displacement:
-        told = f"a load of {load / 1e3:.6g} t is more than {MOST:.0%} of its displacement of {displacement / 1e3:.6g} t"
-        told += ", so its motion would not stay as it is given"
-        yard.source.fault(("vessels", name, "motion"), told, "write 'motion: forces', or take a larger vessel")
+        message = (
+            f"a load of {load / 1e3:.6g} t is more than {MOST:.0%} of its displacement of {displacement / 1e3:.6g} t"
+        )
+        message += ", so its motion would not stay as it is given"
+        builder.source.fault(("vessels", name, "motion"), message, "write 'motion: forces', or take a larger vessel")
 
 
 def _water(
-    yard: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
+    builder: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
 ) -> tuple[Bushing | Load, ...]:
     """Buoyancy, hydrostatics with mooring and damping, and the loads of the wave."""
-    scene, waves = yard.scene, yard.scene.waves
+    scene, waves = builder.scene, builder.scene.waves
     weight = scene.gravity * sum(mass for mass, _ in standing)
     middle = [sum(mass * p[i] for mass, p in standing) * scene.gravity / weight - given.at[i] for i in range(3)]
     middle = product(list(zip(*given.attitude, strict=True)), middle)  # in the vessel
@@ -177,12 +179,12 @@ def _water(
     up = Load(f"{name}.buoyancy", Point(name, (middle[0], middle[1], middle[2])), (0.0, 0.0, weight))
     keel = Point(WORLD, given.at), Point(name)
     water = Bushing(f"{name}.water", *keel, stiffness, damping, given.attitude)  # type: ignore[arg-type]
-    return (up, water, *(_wave_loads(yard, name, given, floating, waves) if waves else ()))
+    return (up, water, *(_wave_loads(builder, name, given, floating, waves) if waves else ()))
 
 
-def _wave_loads(yard: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
-    """All six, as one load that goes with the cosine of the wave and one that goes with its sine."""
-    found, delay, R = [], _delay(yard, waves, given.at), given.attitude
+def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
+    """All six wave loads as two loads in phase with cosine and sine of the wave."""
+    found, delay, R = [], _delay(builder, waves, given.at), given.attitude
     for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
         x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]
         signal = InputSignal(0.0, wave=_wave(waves, 1.0, phase))

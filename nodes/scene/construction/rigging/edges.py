@@ -34,8 +34,8 @@ def along_edges(
     coms: Mapping[str, Vector],
     at: Callable[[], Poses],
 ) -> tuple[Sheave, ...]:
-    """The edges that a rope between two ends may lie on, in the order of their names; `at`: where bodies are at the
-    start, which is asked where no end is on theirs.
+    """Edges that a rope between two ends may touch, sorted by name; `at`: positions of bodies at the start, for edges
+    on other bodies.
 
     The rope passes an edge on the side that looks away from what is inside; what is wrong is added to the faults of the
     source.
@@ -54,8 +54,8 @@ def along_edges(
             source.fault(here, _why(name, edge, held is None, inside is None), on_key=True)
             continue
         axis, out = unit(long), _less(p, inside)
-        way = _less(held, p) if end else _less(p, held)
-        sine = dot(cross(out, way), axis) / (norm(out) * norm(way) or 1.0)
+        distance = _less(held, p) if end else _less(p, held)
+        sine = dot(cross(out, distance), axis) / (norm(out) * norm(distance) or 1.0)
         if abs(sine) < PLAIN:
             message = f"on which side of the edge '{name}' a rope from {held} passes is not plain: give it 'inside'"
             source.fault(here, message)
@@ -67,7 +67,7 @@ def along_edges(
 
 
 def _held(ends: tuple[k.Point, k.Point], body: str, at: Callable[[], Poses]) -> tuple[Vector | None, int]:
-    """Where an end of a rope is in the frame of a body, and which one: that on it, else the last that is known."""
+    """An end of a rope in the frame of a body, and which: the one on it, else the last known."""
     for i in (1, 0):
         if ends[i].body == body:
             return ends[i].p, i
@@ -96,7 +96,7 @@ def _less(p: Vector, q: Vector) -> Vector:
 def equalising(
     name: str, given: Equaliser, sheave: k.Point, R: np.ndarray, ends: tuple[k.Point, k.Point], at: kinematics.Poses
 ) -> Reeving:
-    """The rope of an equaliser over its sheave on a body of attitude R, that turns as the rope runs."""
+    """The rope of an equaliser over its sheave on a body of attitude R."""
     p, q = (kinematics.place(end, at).tolist() for end in ends)
     d = norm([q[0] - p[0], q[1] - p[1]])
     axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
@@ -108,8 +108,8 @@ def equalising(
 def height_of(
     make: Callable[[float], Reeving], low: float, length: float, slack: float, at: kinematics.Poses, what: str
 ) -> float:
-    """The z above `low` at which what holds a rope over something hangs if the rope has some slack [m]; raises
-    ValueError with a sentence where it cannot run, or does not reach `what`."""
+    """Height z above `low` of a suspended sheave or edge at which the rope has some slack [m]; raises ValueError if it
+    cannot run or reach `what`."""
 
     def long(z: float) -> float:
         try:

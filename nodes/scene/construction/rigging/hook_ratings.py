@@ -27,9 +27,9 @@ TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
 }
 
 
-def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+def hook_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
     """All of them of a machine."""
-    rows = _Rows(yard, machine)
+    rows = _Rows(builder, machine)
     hooks = [_Hook(rows, hook) for hook in sorted(machine.hooks, key=lambda hook: hook.rope)]
     for hook in hooks:
         yield hook.load()
@@ -46,10 +46,10 @@ def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLi
 class _Rows:
     """The keys of a machine, and rows of what they state."""
 
-    def __init__(self, yard: SceneBuilder, machine: plan.Mechanism) -> None:
-        self.yard, self.machine = yard, machine
-        self.keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
-        self.base: Path = ("machines", machine.name) if machine.name in yard.scene.machines else ("mechanism",)
+    def __init__(self, builder: SceneBuilder, machine: plan.Mechanism) -> None:
+        self.yard, self.machine = builder, machine
+        self.keys: Any = builder.scene.machines.get(machine.name) or builder.scene.mechanism
+        self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
         """A row of what a key states by a parameter of the scene, or a type, whose part stands at a place."""
@@ -59,10 +59,10 @@ class _Rows:
             source, place = "the scene", self.yard.source.where(at)
         return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
-    def missing(self, path: Path, told: str) -> dict[str, str]:
-        """What to give for a row without a value: the parameter that is put there, else what is told."""
+    def missing(self, path: Path, message: str) -> dict[str, str]:
+        """What to give for a row without a value: the parameter that is put there, else what is reported."""
         offered = self.yard.source.offered.get((*self.base, *path))
-        return {"note": f"give '{offered}'" if offered else told, "source": ""}
+        return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
         """What carries hooks, for planners: the machine, or a part of it."""
@@ -96,23 +96,23 @@ class _Hook:
 
     def roped(self) -> Iterator[RatedLimit]:
         """Its rope and drum."""
-        given, (ends, efficiency, told) = self.given, reeving(self.given)
+        given, (ends, efficiency, message) = self.given, reeving(self.given)
         factor, source = rope_factor(given)
         if given.fall_breaking:
             most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, efficiency)
             yield self.row(
-                "rope factor", "", "rope_factor", value=factor, least=True, factor=factor, source=source, note=told,
+                "rope factor", "", "rope_factor", value=factor, least=True, factor=factor, source=source, note=message,
                 breaking=given.fall_breaking,
             )  # fmt: skip
             yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
             partial = given.rope_partial_factor
             by = self.row("rope peak", "N", "rope_partial_factor").source
-            own = {"rope_partial_factor": (partial, by, told)} if partial else {}
-            yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, told)
+            own = {"rope_partial_factor": (partial, by, message)} if partial else {}
+            yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, message)
         else:
             yield self.row("rope tension", "N", "fall_breaking", note="give its hook a 'fall breaking'", source="")
         none = self.rows.missing(("hooks", self.name, "drum pull"), "its type states none")
-        pull = {"value": given.drum_pull, "note": told} if given.drum_pull else none
+        pull = {"value": given.drum_pull, "note": message} if given.drum_pull else none
         yield self.row("drum pull", "N", "drum_pull", **pull)
 
     def leads(self) -> Iterator[RatedLimit]:
@@ -142,9 +142,9 @@ def reeving(given: HookKeys) -> tuple[int, float, str]:
     ends = drum_ends(given.falls, given.drum_ends)
     efficiency = given.sheave_efficiency or ROLLING
     lead = lead_factor(given.falls, ends, efficiency)
-    ways = f"{ends} drum end{'s' if ends > 1 else ''}{'' if given.drum_ends else ' (assumed)'}"
+    distances = f"{ends} drum end{'s' if ends > 1 else ''}{'' if given.drum_ends else ' (assumed)'}"
     sheaves = f"sheave efficiency {efficiency:g}{'' if given.sheave_efficiency else ' (assumed)'}"
-    return ends, efficiency, f"{given.falls} falls, {ways}, {sheaves}: lead part {lead:.3f} of the mean"
+    return ends, efficiency, f"{given.falls} falls, {distances}, {sheaves}: lead part {lead:.3f} of the mean"
 
 
 def rope_factor(given: HookKeys) -> tuple[float, str]:
@@ -171,30 +171,30 @@ def _together(rows: _Rows) -> Iterator[RatedLimit]:
             path = ("load cells", body, key)
             yield rows.row(path, machine.where, value=most, quantity=quantity, note=note, **of)
     if len(machine.hooks) > 1 and not cells:
-        every, told = tuple(hook.rope for hook in machine.hooks), "its type states none of all its hooks together"
+        every, message = tuple(hook.rope for hook in machine.hooks), "its type states none of all its hooks together"
         yield RatedLimit(
-            subject=machine.name, quantity="crane load", unit="kg", elements=every, note=told, where=machine.where
+            subject=machine.name, quantity="crane load", unit="kg", elements=every, note=message, where=machine.where
         )
 
 
 def _travels(rows: _Rows) -> Iterator[RatedLimit]:
-    """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
+    """Travel limits of hooks along the world's x or y, and limits of horizontal rope forces."""
     machine, driven = rows.machine, {drive.joint: drive.name for drive in rows.machine.system.drives}
     actuators = {actuator.name: actuator for actuator in machine.actuators}
     turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
     for joint in machine.system.joints if machine.hooks or machine.girders else ():
-        way = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
+        distance = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
         actuator = actuators.get(driven.get(joint.name, ""))
         ropes = tuple(hook.rope for hook in carried_hooks(machine, joint.child) if hook.rope not in turned)
-        if actuator is None or rows.keys is None or way is None or not (ropes or machine.girders):
+        if actuator is None or rows.keys is None or distance is None or not (ropes or machine.girders):
             continue
-        (quantity, over), drive, subject = way, rows.keys.drives[actuator.name], rows.part(joint.child)
+        (quantity, over), drive, subject = distance, rows.keys.drives[actuator.name], rows.part(joint.child)
         for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if ropes else ():
             path, most = ("drives", actuator.name, key), getattr(drive, key)
             none = rows.missing(path, f"its type states no '{key}' of {actuator.name}")
             of = {"quantity": "side force", "unit": "N", "over": over, "elements": ropes}
-            told = {"note": does} if most else none
-            yield rows.row(path, actuator.where, subject=subject, value=most, **of, **told)
+            message = {"note": does} if most else none
+            yield rows.row(path, actuator.where, subject=subject, value=most, **of, **message)
         if actuator.lower is not None and actuator.upper is not None:
             of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}
             between, path = (actuator.lower, actuator.upper), ("drives", actuator.name, "range")

@@ -28,7 +28,7 @@ WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as portals have it:
 
 @dataclass
 class Hung:
-    """What the hooks of a machine add to it."""
+    """Parts added to a machine by its hooks."""
 
     bodies: list[k.Body] = field(default_factory=list)
     joints: list[k.Joint] = field(default_factory=list)
@@ -42,7 +42,7 @@ class Hung:
 
 
 def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: float) -> Hung:
-    """Hook blocks, ropes and slings of a machine; `whole`: its other parts with all that is around it."""
+    """Hook blocks, ropes and slings of a machine; `whole`: its other parts and surroundings."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
         path: Path = (*checks.base, "hooks", name)
@@ -61,8 +61,8 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
         if radius and not hook.radius_from:
             checks.fault(path, "a chart by radius needs 'radius from', the body that slews", on_key=True)
         if hook.over_edges and (hook.drum or hook.apart):
-            told = "a hook rope over edges is one line: leave 'drum' and 'apart' away"
-            checks.fault((*path, "over edges"), told, on_key=True)
+            message = "a hook rope over edges is one line: leave 'drum' and 'apart' away"
+            checks.fault((*path, "over edges"), message, on_key=True)
         check_drums(checks.source, path, hook)
         if hook.shortest >= hook.longest:
             checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
@@ -96,8 +96,8 @@ def _hang_one(
     length = _plumb(name, hook, tip, tree)
     rigging = tree.of_hook(name) if tree else {}
     if not checks.source.faults and length <= 0.0:
-        told = f"with slings so long its hook block hangs {-length:.3g} m above where its rope begins"
-        checks.fault(path, f"{told}: shorten them, or take a higher crane", on_key=True)
+        message = f"with slings so long its hook block hangs {-length:.3g} m above where its rope begins"
+        checks.fault(path, f"{message}: shorten them, or take a higher crane", on_key=True)
     if checks.source.faults:
         return
     pose = (tip[0], tip[1], tip[2] - length, 0.0, 0.0, float(sin(yaw)), float(cos(yaw)))
@@ -110,7 +110,7 @@ def _hang_one(
     lines, away = _lines(name, hook), 0.0
     if hook.drum:
         drum = k.Point(hook.drum.body, hook.drum.at)
-        lines.append(k.RopeSpan(k.Point(hook.on, hook.at), drum, 1.0 / hook.falls))
+        lines.append(k.Line(k.Point(hook.on, hook.at), drum, 1.0 / hook.falls))
         away = norm((kinematics.place(drum, at) - tip).tolist()) / hook.falls
     EA = hook.falls * hook.fall_EA
     L0 = (length + away) / (1.0 + hook.block * gravity / EA)
@@ -131,8 +131,8 @@ def _hang_one(
     found.actuators.append(winch_of(name, hook, L0, away, min(hook.shortest + away, L0), where))
     for key, given in rigging.items():
         _slings(found, key, given, name, hook, tree)
-    beside = ((0.0, 0.0, 0.0),) * (2 if hook.apart else 1)
-    found.heavy.append(Heavy(rope=name, line=mass_of(hook), on=hook.on, beside=beside))
+    other = ((0.0, 0.0, 0.0),) * (2 if hook.apart else 1)
+    found.heavy.append(Heavy(rope=name, line=mass_of(hook), on=hook.on, beside=other))
     found.hooks.append(hoist_of(name, hook, k.Point(name), where))
 
 
@@ -159,17 +159,17 @@ def mass_of(hook: HookKeys) -> float:
     return hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
 
 
-def _lines(name: str, hook: HookKeys) -> list[k.RopeSpan]:
-    """The falls as one line, or as two that are apart."""
+def _lines(name: str, hook: HookKeys) -> list[k.Line]:
+    """The falls as one line, or as two separate ones."""
     sides = (-hook.apart / 2, hook.apart / 2) if hook.apart else (0.0,)
     x, y, z = hook.at
     return [
-        k.RopeSpan(k.Point(hook.on, (x, y + d, z)), k.Point(name, (0.0, d, 0.0)), 1.0 / len(sides)) for d in sides
+        k.Line(k.Point(hook.on, (x, y + d, z)), k.Point(name, (0.0, d, 0.0)), 1.0 / len(sides)) for d in sides
     ]  # fmt: skip
 
 
 def _plumb(name: str, hook: HookKeys, tip: tuple[float, ...], tree: RiggingTree | None) -> float:
-    """How far below its tip a hook hangs at the start: as written, as its slings ask, or as near as can be [m]."""
+    """Distance of a hook below its tip at the start: as written, as its slings require, or the minimum [m]."""
     asked = tree.height(name, lambda _: [tip[0], tip[1], 0.0]) if tree else None
     if hook.hangs is not None or asked is None:
         return hook.hangs or hook.shortest
@@ -187,4 +187,4 @@ def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: HookKeys, 
         if hooked and given.over_edges:
             found.reevings.append(Reeving(sling, eye, tree.edges(key, i), lug, EA, InputSignal(length), damping))
         else:
-            found.ropes.append(k.Rope(sling, (k.RopeSpan(eye, lug),), EA, length, damping, hooked=hooked))
+            found.ropes.append(k.Rope(sling, (k.Line(eye, lug),), EA, length, damping, hooked=hooked))

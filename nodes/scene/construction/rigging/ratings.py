@@ -17,17 +17,17 @@ from heavylift.nodes.scene.text.source import Path, shown
 from .slings import lugs_of, slings_of, terms
 
 
-def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
-    """Hooks of several machines that carry one load at the start: each may carry a part only of what it could alone."""
+def tandem_limits(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
+    """Reduced capacities of hooks of several machines that carry one load at the start."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
-    lugs, keys = lug_places(mechanisms), yard.scene.machines
+    lugs, keys = lug_places(mechanisms), builder.scene.machines
     rated = {name for name, x in keys.items() if any(cell.tandem < 1.0 for cell in x.load_cells.values())}
     for machine in mechanisms:
         for hook in machine.hooks:
             for tie in ties_on(mechanisms, hook):
                 if tie.lug and (held := tie.lower or lugs.get(tie.lug)):
                     lifting.setdefault(held.body, {}).setdefault(machine.name, []).append(hook)
-    seen, own = set[str](), yard.scene.factors.tandem
+    seen, own = set[str](), builder.scene.factors.tandem
     for hooks in (hooks for hooks in lifting.values() if len(hooks) > 1):
         more = own or TANDEM[min(len(hooks), max(TANDEM))]
         mine = (hook for name, each in hooks.items() if name not in rated for hook in each)  # others have rows
@@ -44,47 +44,47 @@ def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> I
             seen.add(hook.rope)
 
 
-def rigging_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
-    """Slings of a rigging with their shackles, or the frame that it is."""
-    entries = {name: x for name, x in yard.scene.rigging.items() if name in machine.rigged or name == machine.name}
+def rigging_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+    """Limits of slings, shackles and frames of a rigging entry."""
+    entries = {name: x for name, x in builder.scene.rigging.items() if name in machine.rigged or name == machine.name}
     for name, given in entries.items():
-        at = {"unit": "kg", "source": "the scene", "where": yard.source.where(("rigging", name))}
+        at = {"unit": "kg", "source": "the scene", "where": builder.source.where(("rigging", name))}
         if isinstance(given, Frame):
-            below = tuple(x for word, slings in _on(yard).items() if word.split(".")[0] == name for x in slings)
+            below = tuple(x for word, slings in _on(builder).items() if word.split(".")[0] == name for x in slings)
             if given.capacity:
                 yield RatedLimit(subject=name, quantity="frame load", value=given.capacity, elements=below, **at)  # type: ignore[arg-type]
             continue
         slings = machine.rigged[name]
         if isinstance(given, SlingKeys):
-            yield from _assembly(yard, name, given, slings, str(at["where"]))
+            yield from _assembly(builder, name, given, slings, str(at["where"]))
         for sling in slings:
-            yield from sling_limits(yard, given.sling, sling, at["where"], ("rigging", name, "sling"))
+            yield from sling_limits(builder, given.sling, sling, at["where"], ("rigging", name, "sling"))
             bent = isinstance(given, Equaliser) or bool(given.over_edges)
-            yield bridle_limit(yard, sling, at["where"], bent=bent)
-            yield shackle_limit(yard, given.shackle, sling, ("rigging", name, "shackle"))
+            yield bridle_limit(builder, sling, at["where"], bent=bent)
+            yield shackle_limit(builder, given.shackle, sling, ("rigging", name, "shackle"))
 
 
-def shackle_limit(yard: SceneBuilder, WLL: float | None, sling: str, at: Path) -> RatedLimit:
-    """Of each shackle of a sling, of an item of gear by its standard."""
-    item = _item(yard, at)
+def shackle_limit(builder: SceneBuilder, WLL: float | None, sling: str, at: Path) -> RatedLimit:
+    """Limit of each shackle of a sling, for gear by its standard."""
+    item = _item(builder, at)
     note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
     return RatedLimit(
         subject=sling, quantity="shackle load", unit="kg", value=WLL, elements=(sling,), note=note,
-        source=item or ("the scene" if WLL else ""), where=yard.source.where(at[:-1]),
+        source=item or ("the scene" if WLL else ""), where=builder.source.where(at[:-1]),
     )  # fmt: skip
 
 
-def _item(yard: SceneBuilder, at: Path) -> str:
-    """The item of gear at a path and its standard; "" if there is none."""
-    found = ((name, x.standard) for name, x in yard.scene.gear.items() if shown(at) in x.at)
+def _item(builder: SceneBuilder, at: Path) -> str:
+    """The gear item at a path and its standard; "" if there is none."""
+    found = ((name, x.standard) for name, x in builder.scene.gear.items() if shown(at) in x.at)
     return ", ".join(filter(None, next(found, ())))
 
 
-def _on(yard: SceneBuilder) -> dict[str, list[str]]:
-    """The slings that hang on each hook and point of a frame, those over a sheave twice."""
+def _on(builder: SceneBuilder) -> dict[str, list[str]]:
+    """Slings on each hook and frame point, those over a sheave twice."""
     found: dict[str, list[str]] = {}
-    for name, given in yard.scene.rigging.items():
-        for rope, sling in slings_of(yard.scene, name).items():
+    for name, given in builder.scene.rigging.items():
+        for rope, sling in slings_of(builder.scene, name).items():
             assert not isinstance(given, Frame)
             found.setdefault(given.holders[sling.number], []).extend(
                 [rope] * (2 if isinstance(given, Equaliser) else 1)
@@ -92,30 +92,30 @@ def _on(yard: SceneBuilder) -> dict[str, list[str]]:
     return found
 
 
-def lug_limits(yard: SceneBuilder) -> Iterator[RatedLimit]:
+def lug_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     """Lugs of blocks, and points of frames."""
-    scene, lugs, held = yard.scene, lugs_of(yard.scene), dict[object, list[str]]()
+    scene, lugs, held = builder.scene, lugs_of(builder.scene), dict[object, list[str]]()
     for name, given in scene.rigging.items():
         for rope, sling in slings_of(scene, name).items():
             for word in given.to if isinstance(given, Equaliser) else [sling.holds]:
                 held.setdefault(lugs.get(word, word), []).append(rope)
     if scene.block:
-        every = [tie.rope for tie in yard.slings()]  # of beams, which may take any lug
+        every = [tie.rope for tie in builder.slings()]  # of beams, which may take any lug
         for lug in scene.block.lugs:
-            yield from _lug(yard, lug, scene.block.lug_capacity, [*held.get(lugs[lug], ()), *every], ("block",))
+            yield from _lug(builder, lug, scene.block.lug_capacity, [*held.get(lugs[lug], ()), *every], ("block",))
     for name, block in scene.blocks.items():
         for lug in (f"{name}.{lug}" for lug in block.lugs):
-            slings = [*held.get(lugs[lug], ()), *(tie.rope for tie in yard.slings())]
-            yield from _lug(yard, lug, block.lug_capacity, slings, ("blocks", name))
+            slings = [*held.get(lugs[lug], ()), *(tie.rope for tie in builder.slings())]
+            yield from _lug(builder, lug, block.lug_capacity, slings, ("blocks", name))
     for name, given in scene.rigging.items():
         if isinstance(given, Frame):
             for lug in (name, *(f"{name}.{point}" for point in given.points)):
-                slings = [*held.get(lug, ()), *_on(yard).get(lug, ())]
-                yield from _lug(yard, lug, given.lug_capacity, slings, ("rigging", name))
+                slings = [*held.get(lug, ()), *_on(builder).get(lug, ())]
+                yield from _lug(builder, lug, given.lug_capacity, slings, ("rigging", name))
 
 
-def _lug(yard: SceneBuilder, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[RatedLimit]:
-    where = yard.source.where((*base, "lug capacity"))
+def _lug(builder: SceneBuilder, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[RatedLimit]:
+    where = builder.source.where((*base, "lug capacity"))
     if slings:
         yield RatedLimit(
             subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings),
@@ -123,9 +123,9 @@ def _lug(yard: SceneBuilder, lug: str, most: float | None, slings: list[str], ba
         )  # fmt: skip
 
 
-def bridle_limit(yard: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
-    """How far a sling may stand off the vertical."""
-    limits, row = yard.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
+def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
+    """Limit of the angle between a sling and the vertical."""
+    limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"
         return RatedLimit(quantity="bridle angle", note=note, **row)  # type: ignore[arg-type]
@@ -134,23 +134,23 @@ def bridle_limit(yard: SceneBuilder, sling: str, where: str, *, bent: bool) -> R
     return RatedLimit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
 
 
-def sling_limits(yard: SceneBuilder, given: SlingType, name: str, where: str, base: Path) -> Iterator[RatedLimit]:
-    """A sling, at rest and at its peak."""
-    known = terms(given, _item(yard, base))
-    own = {"factor": tuple(at_rest(known, yard.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
+def sling_limits(builder: SceneBuilder, given: SlingType, name: str, where: str, base: Path) -> Iterator[RatedLimit]:
+    """Limits of a sling at rest and at its peak."""
+    known = terms(given, _item(builder, base))
+    own = {"factor": tuple(at_rest(known, builder.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
     own |= {x: (getattr(given, x), "the scene", "") for x in own if x in given.model_fields_set and getattr(given, x)}
     yield from strength_limits("sling", name, given.breaking, where, own)  # type: ignore[arg-type]
 
 
 def _assembly(
-    yard: SceneBuilder, name: str, given: SlingKeys, slings: tuple[str, ...], where: str
+    builder: SceneBuilder, name: str, given: SlingKeys, slings: tuple[str, ...], where: str
 ) -> Iterator[RatedLimit]:
-    """The legs of a bridle on one hook or frame that were bought together; else, how more than three share a load."""
-    scene, sling = yard.scene, given.sling
+    """Limits of a certified sling assembly; otherwise the sharing of more than three legs."""
+    scene, sling = builder.scene, given.sling
     if given.over_edges or len({*given.holders}) > 1:
         return
     own = sling.legs == "single" or "factor" in sling.model_fields_set
-    known = terms(sling, _item(yard, ("rigging", name, "sling")))
+    known = terms(sling, _item(builder, ("rigging", name, "sling")))
     found = None if own else assembly(known, len(given.to), scene.gravity)
     row = {"subject": name, "elements": slings, "where": where}
     if found:
@@ -159,15 +159,15 @@ def _assembly(
             note="shares as lengths and stiffness make them", **row,  # type: ignore[arg-type]
         )  # fmt: skip
     elif len(given.to) > DETERMINATE and sling.legs != "single" and not (scene.practice or scene.factors.skew):
-        told = (
+        message = (
             f"{len(given.to)} slings share a load as lengths and stiffness make them: write 'sling: {{legs: single}}'"
         )
-        yield RatedLimit(quantity="sharing", unit="", note=f"{told} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
+        yield RatedLimit(quantity="sharing", unit="", note=f"{message} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
 
 
-def gear_of(yard: SceneBuilder) -> Iterator[plan.Gear]:
+def gear_of(builder: SceneBuilder) -> Iterator[plan.Gear]:
     """The items of rigging that the scene uses."""
-    scene = yard.scene
+    scene = builder.scene
     for name, x in scene.gear.items():
         number = 0
         for at in x.at:

@@ -11,7 +11,7 @@ from heavylift.nodes.scene.keys.schema import Scene
 
 
 class Sling(NamedTuple):
-    """A rope of an entry: number of its sling, what it holds, whether it does at the start.
+    """A rope of a rigging entry: number of its sling, attachment, whether hooked at the start.
 
     A sling that is hooked elsewhere later is another rope, `legs.sling-1.B-N1`, which hangs there only then.
     """
@@ -22,7 +22,7 @@ class Sling(NamedTuple):
 
 
 def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
-    """The ropes of an entry, by name; none of a frame."""
+    """The ropes of a rigging entry, by name; none for a frame."""
     given = scene.rigging[name]
     if isinstance(given, Frame):
         return {}
@@ -38,12 +38,12 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
 
 
 def key_of(lug: str, at: k.Point) -> str:
-    """How a plan calls a lug, by a word for it and its place: of one block `N1`, of several `B.N1`."""
+    """Key of a lug in the plan: `N1` with one block, `B.N1` with several."""
     return lug if at.body == "block" or "." in lug else f"{at.body}.{lug}"
 
 
 def lugs_of(scene: Scene) -> dict[str, k.Point]:
-    """The lugs of all blocks by the words for them: `N1` where one block has it, and `B.N1`."""
+    """Lugs of all blocks by name: `N1` if unique, and `B.N1`."""
     blocks = scene.all_blocks
     named = [lug for block in blocks.values() for lug in block.lugs]
     found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
@@ -51,7 +51,7 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
 
 
 def terms(given: SlingType, item: str = "") -> Terms:
-    """What is known of a sling, an item of gear or none."""
+    """Known properties of a sling, with or without gear."""
     chosen, single = "breaking" in given.model_fields_set, given.legs == "single"
     return Terms(
         given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, chosen, single
@@ -59,6 +59,6 @@ def terms(given: SlingType, item: str = "") -> Terms:
 
 
 def rated(given: SlingType, gravity: float) -> float:
-    """What counts as 100 % of the use of a sling [N]."""
+    """Rated load of a sling, 100 % utilisation [N]."""
     own = "factor" in given.model_fields_set
     return given.breaking / (given.factor if own else at_rest(terms(given), gravity).factor)

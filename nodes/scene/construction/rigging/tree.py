@@ -60,7 +60,7 @@ class RiggingTree:
     # ---- names --------------------------------------------------------------------------------------------
 
     def upper(self, word: str) -> k.Point | None:
-        """What a sling can hang on, by a word."""
+        """The point of a sling's upper attachment, by name."""
         words = " ".join(word.split())
         hook = words.replace(".", " ", 1) if words in self.hooks else words
         return self.ends.get(hook) or self.points.get(words)
@@ -70,38 +70,38 @@ class RiggingTree:
         return self.lugs.get(word) or self.points.get(word)
 
     def missing(self, word: str) -> tuple[str, str]:
-        """What is wrong with a word that names nothing below, and the nearest one."""
+        """The fault of a name that matches nothing, and the nearest known one."""
         several = [lug for lug in self.lugs if lug.endswith(f".{word}")]
         if len(several) > 1:
             return f"several blocks have a lug '{word}'", f"write {' or '.join(several[:2])}"
-        told = f"no block has a lug '{word}'" if self.scene.blocks else f"the block has no lug '{word}'"
-        return told, closest(word, [*self.lugs, *self.points])
+        message = f"no block has a lug '{word}'" if self.scene.blocks else f"the block has no lug '{word}'"
+        return message, closest(word, [*self.lugs, *self.points])
 
     def of_hook(self, hook: str) -> dict[str, SlingKeys]:
-        """The slings from one hook to lugs, which belong to its machine."""
+        """Slings from one hook to lugs, which belong to the hook's machine."""
         slings = {name: given for name, given in self.rigging.items() if isinstance(given, SlingKeys)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
 
     def of_any(self, hook: str) -> bool:
-        """Whether something hangs on a hook."""
+        """Whether rigging hangs on a hook."""
         holders = (word for given in self.rigging.values() for word in getattr(given, "holders", ()))
         return any((point := self.upper(word)) is not None and point.body == hook for word in holders)
 
     def own(self) -> Iterator[tuple[Path, str]]:
-        """The entries that are machines of their own, frames first."""
+        """Rigging entries that are machines of their own, frames first."""
         for name, given in sorted(self.rigging.items(), key=lambda x: not isinstance(x[1], Frame)):
             if not self._plain(given):
                 yield ("rigging", name), name
 
     def _plain(self, given: Rigging) -> str:
-        """The one hook that slings to lugs hang on."""
+        """The single hook of slings to lugs."""
         if not isinstance(given, SlingKeys) or isinstance(given.on, list) or any(x not in self.lugs for x in given.to):
             return ""
         point = self.upper(given.on)
         return point.body if point and point.body in self.hooks else ""
 
     def _check(self) -> None:
-        """Every end is there, and every lug and point below is held once."""
+        """Check that all ends exist, and every lug and lower point is held once."""
         used: dict[str, str] = {}
         for name, given in self.rigging.items():
             here: Path = ("rigging", name)
@@ -140,7 +140,7 @@ class RiggingTree:
     # ---- places -------------------------------------------------------------------------------------------
 
     def _place(self, name: str, above: tuple[str, ...]) -> None:
-        """A frame level above what it holds, turned as that lies."""
+        """Place a frame level above its load, with the load's heading."""
         if name in self.at or self.source.faults:
             return
         if name in above:
@@ -173,7 +173,7 @@ class RiggingTree:
             self.at[name] = np.array([x, y, z]), R
 
     def _below(self, body: str) -> Iterator[tuple[str, int, k.Point, str]]:
-        """The slings and equalisers on a hook or frame: entry, number, point, what is held."""
+        """Slings and equalisers on a hook or frame: entry, number, point, attachment."""
         for name, given in self.rigging.items():
             if isinstance(given, Frame):
                 continue
@@ -183,13 +183,13 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Of each rope of slings its number, what it holds, and whether it does at the start; none to unknown lugs, of
-        which whoever reads the action list tells."""
+        """Number, attachment and start state of each sling rope; none for unknown lugs, which the action list
+        reports."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
 
     def ties(self, name: str) -> list[Tie]:
-        """The slings of an entry with where they begin and the lugs that they hold."""
+        """The slings of an entry with upper ends and lugs."""
         given, found = self.rigging[name], list[Tie]()
         words = {point: word for word, point in self.lugs.items()}  # the longer ones, where a lug has two
         for rope, sling in slings_of(self.scene, name).items():
@@ -203,7 +203,7 @@ class RiggingTree:
         return found
 
     def carried(self, body: str) -> float:
-        """The mass of the blocks that hang on a hook or frame at the start [kg]."""
+        """Mass of the blocks suspended from a hook or frame at the start [kg]."""
         found, waiting = dict[str, float](), [body]
         while waiting:
             for _, _, _, word in self._below(waiting.pop()):
@@ -215,15 +215,15 @@ class RiggingTree:
         return sum(found.values())
 
     def _where(self, word: str) -> list[float]:
-        """World position of what a sling holds [m]."""
+        """World position of a sling's attachment [m]."""
         point = self.lower(word)
         assert point is not None
         x, y, z = kinematics.place(point, self.at).tolist()
         return [x, y, z]
 
     def height(self, body: str, at: Callable[[k.Point], list[float]]) -> float | None:
-        """The z at which a hook or frame hangs so that its slings have the slack that they ask for; None: it holds
-        nothing.  `at`: world position of its points if that z were 0 [m]."""
+        """Height z of a hook or frame for the required slack of its slings; None without slings. `at`: its points in
+        the world for z = 0 [m]."""
         found: list[float] = []
         for name, i, point, word in self._below(body):
             given, here = self.rigging[name], ("rigging", name, "to", i)
@@ -238,18 +238,18 @@ class RiggingTree:
                 length = reach * (1.0 + self.frames[frame].mass * self.gravity / (len(held) * given.sling.EA))
             else:
                 length = reach - given.slack
-            aside = norm([q[0] - p[0], q[1] - p[1]])
-            if aside >= length:
+            lateral = norm([q[0] - p[0], q[1] - p[1]])
+            if lateral >= length:
                 what = f"the lug {word}" if word in self.lugs else word
                 who = "the hook" if body in self.hooks else f"its end on {body}"
-                told = f"{what} is {aside:.3g} m beside {who}, too far for a sling of {reach:g} m"
-                self.source.fault(here, told if self._body(word) else f"{told} with {given.slack:g} m of slack")
+                message = f"{what} is {lateral:.3g} m beside {who}, too far for a sling of {reach:g} m"
+                self.source.fault(here, message if self._body(word) else f"{message} with {given.slack:g} m of slack")
                 continue
-            found.append(q[2] + sqrt(length * length - aside * aside) - p[2])
+            found.append(q[2] + sqrt(length * length - lateral * lateral) - p[2])
         return min(found) if found else None
 
     def _reeved(self, name: str, given: SlingKeys | Equaliser, i: int, p: list[float]) -> float:
-        """The same of what holds a rope over a sheave or edges, whose place is p where that z is 0 [m]."""
+        """The same for a rope over a sheave or edges at p for z = 0 [m]."""
         words = given.to if isinstance(given, Equaliser) else [given.to[i]]
         length = given.length if isinstance(given, Equaliser) else given.lengths[i]
         ends = [end for word in words if (end := self.lower(word)) is not None]
@@ -270,7 +270,7 @@ class RiggingTree:
         return low
 
     def edges(self, name: str, i: int) -> tuple[Sheave, ...]:
-        """The edges that a sling may bend over."""
+        """Edges that a sling may touch."""
         given = self.rigging[name]
         assert isinstance(given, SlingKeys)
         ends = self.upper(given.holders[i]) or NOWHERE, self.lower(given.to[i]) or NOWHERE
@@ -279,7 +279,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """An entry as the keys of a machine, beside all that there is."""
+        """A rigging entry as machine keys, together with its surroundings."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

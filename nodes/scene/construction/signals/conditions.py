@@ -28,17 +28,17 @@ LANDS = 1e-3  # [m] between a block and what it has landed on
 
 
 class Conditions:
-    """Resolves conditions; each crossing gets a threshold with a name of its own."""
+    """Resolves conditions; each crossing gets a threshold with a unique name."""
 
-    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
-        self.moving = (*yard.cranes, *mechanisms)
+    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.source, self.mechanisms = builder, builder.source, mechanisms
+        self.moving = (*builder.cranes, *mechanisms)
         self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
-        self.subjects = Subjects(yard, mechanisms)
+        self.subjects = Subjects(builder, mechanisms)
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
-        """A condition with its names resolved."""
+        """A condition with resolved names."""
         if phrase is None:
             return None
         parts = tuple(self._term(path, test) for test in phrase)
@@ -48,7 +48,7 @@ class Conditions:
     def crossing(
         self, path: Path, signal: ScalarSignal, model: str, value: float, rising: bool, text: str
     ) -> actions.CrossingCondition:
-        """A crossing of a signal, whose threshold has a name of its own."""
+        """A crossing of a signal with a unique threshold."""
         self.thresholds += 1
         guard = guard_of(f"{signal.quantity.replace(' ', '-')}-{self.thresholds}", signal)
         where = self.source.where(path)
@@ -62,8 +62,8 @@ class Conditions:
             case phrases.GroundTest(state="done"):
                 lifts = self.yard.scene.lifts
                 if test.of not in lifts:
-                    told = f"there is no lift '{test.of}' that could be done"
-                    self.source.fault(path, told, closest(test.of, lifts), column=test.column)
+                    message = f"there is no lift '{test.of}' that could be done"
+                    self.source.fault(path, message, closest(test.of, lifts), column=test.column)
                 return actions.EndedCondition(lift=test.of, **named)
             case phrases.GroundTest() if test.on:
                 model, signal = self._lands(path, test)
@@ -117,8 +117,8 @@ class Conditions:
             self.source.fault(path, missing, closest(test.of, standing), column=test.column)
             return ""
         if len(blocks) > 1:
-            told = " or ".join(f"'{name} {test.state}'" for name in blocks[:2])
-            self.source.fault(path, f"which block? write {told}", column=test.column)
+            message = " or ".join(f"'{name} {test.state}'" for name in blocks[:2])
+            self.source.fault(path, f"which block? write {message}", column=test.column)
             return ""
         if standing:
             return standing[0]
@@ -127,7 +127,7 @@ class Conditions:
         return ""
 
     def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, ScalarSignal]:
-        """The gap between a block and what it lands on, which it must meet by a contact."""
+        """Gap between a block and the thing it lands on, which requires a contact."""
         blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
         pairs = [(c.a.body, c.b.body) for m in self.mechanisms for c in m.system.contacts]
@@ -135,8 +135,8 @@ class Conditions:
         known = {*(met & {*self.subjects.boxes}), *(["floor"] if WORLD in met and self.yard.scene.floor else [])}
         if test.on in known and (found := self.subjects.signal("gap", f"{block} {test.on}")):
             return found
-        told = f"'{block}' meets no '{test.on}' on which it could land" if block else "which block? write its name"
-        self.source.fault(path, told, closest(test.on, known) if block else "", column=test.column)
+        message = f"'{block}' meets no '{test.on}' on which it could land" if block else "which block? write its name"
+        self.source.fault(path, message, closest(test.on, known) if block else "", column=test.column)
         return "", ScalarSignal("height")
 
     def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
@@ -181,7 +181,7 @@ class Conditions:
         return None
 
     def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
-        """A load or tension over what its subject is rated for; of a set, the largest of them."""
+        """A load or tension relative to its rated value; for a set the largest."""
         rows, word = self.subjects.ratings[test.quantity], ".".join(test.of.split())
         *front, noun = test.of.split() or [""]
         if test.quantity == "tension" and noun in ("slings", "ropes"):
@@ -189,20 +189,20 @@ class Conditions:
             limits = [row.value if (row := rows.get(rope)) else None for rope in ropes]
             for rope, value in zip(ropes, limits, strict=True):
                 if value is None:
-                    told = f"'{test.of}' are not all rated: no tension of {rope} is known"
-                    self.source.fault(path, told, "write an absolute value", column=test.column)
+                    message = f"'{test.of}' are not all rated: no tension of {rope} is known"
+                    self.source.fault(path, message, "write an absolute value", column=test.column)
                     return None
             uses = tuple(1.0 / value for value in limits if value)
             return (self._watching(ropes), ScalarSignal("use", ropes=ropes, numbers=uses)) if ropes else None
         row = rows.get(word)
         if row is None:
-            told = f"there is no '{test.of}' with a rated {test.quantity}"
-            self.source.fault(path, told, closest(word, rows), column=test.column)
+            message = f"there is no '{test.of}' with a rated {test.quantity}"
+            self.source.fault(path, message, closest(word, rows), column=test.column)
             return None
         found = self.subjects.share(row)
         if found is None:
-            told = f"{row.subject} has no one rated {test.quantity}: write an absolute value"
-            self.source.fault(path, told, row.note, column=test.column)
+            message = f"{row.subject} has no one rated {test.quantity}: write an absolute value"
+            self.source.fault(path, message, row.note, column=test.column)
         return found
 
     def _rope_signal(
@@ -220,12 +220,12 @@ class Conditions:
 
 
 def wrong_units(*, turns: bool) -> str:
-    """The sentence about a quantity in units of the other kind."""
+    """Sentence about a quantity with units of the other kind (length, angle)."""
     return "turns: write degrees or radians, not metres" if turns else "slides: write metres, not degrees or radians"
 
 
 def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
-    """Joint, coordinate and whether that turns by the words for them: the joint, or joint.coordinate of several."""
+    """Joint, coordinate and whether it is an angle, by name: the joint, or joint.coordinate."""
     found = {}
     for joint in system.joints:
         kind = JOINTS[joint.kind]
@@ -236,7 +236,7 @@ def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
 
 
 def unit_of(test: phrases.Test) -> str | None:
-    """The unit of what a test compares, of SI; None if it cannot be judged."""
+    """SI unit of a compared quantity; None if unknown."""
     if not isinstance(test, phrases.CrossTest) or test.quantity in UNJUDGED:
         return None
     return "" if test.share else UNITS.get(QUANTITIES[test.quantity].dimension.name)

@@ -29,7 +29,7 @@ MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Interlock, ...]:
-    """Those of the scene and of its types, each in every machine that it stops."""
+    """Interlocks of the scene and its types, one in every machine that it stops."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard, mechanisms)
@@ -37,11 +37,11 @@ def build_interlocks(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -
 
 
 class _Builder:
-    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
-        self.conditions = Conditions(yard, mechanisms)
+    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.source, self.mechanisms = builder, builder.source, mechanisms
+        self.conditions = Conditions(builder, mechanisms)
         self.moving: dict[str, dict[str, OrderTarget]] = {}
-        for actors in targets(yard, mechanisms).values():
+        for actors in targets(builder, mechanisms).values():
             for actor in (actor for actor in actors if actor.kind in MOVES):
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
 
@@ -56,11 +56,11 @@ class _Builder:
         test = tests[0]
         machines = [given.on] if isinstance(given.on, str) and given.on else list(given.on) or list(self.moving)
         for machine in (machine for machine in machines if machine not in self.moving):
-            told = f"there is no machine '{machine}' with drives or winches"
-            self.source.fault((*path, "on"), told, closest(machine, self.moving))
+            message = f"there is no machine '{machine}' with drives or winches"
+            self.source.fault((*path, "on"), message, closest(machine, self.moving))
             return []
         if not given.stops:
-            machines = machines[:1]  # what only tells need not be told twice
+            machines = machines[:1]  # what only tells need not be reported twice
         if test.quantity == "wind" and not self.conditions.subjects.winds and "." in name:
             return []  # of a type, in a scene without wind
         resets = self._resets((*path, "until"), given, test)
@@ -95,7 +95,7 @@ class _Builder:
         return found
 
     def _each(self, machine: str, test: CrossTest) -> list[CrossTest]:
-        """The test of each hook or sling, if it is of any; names of parts of the machine with its name in front."""
+        """The test for each hook or sling (for `any`); with the machine's prefix for its parts."""
         subjects = self.conditions.subjects
         if test.of == "any hook":
             ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if subjects.ropes[hook.rope] == machine)
@@ -110,7 +110,7 @@ class _Builder:
         return [msgspec.structs.replace(test, of=" ".join(words))]
 
     def _resets(self, path: Path, given: Keys, test: CrossTest) -> float:
-        """Where it is reset: as written, or a bit behind the value."""
+        """Reset value: as written, or slightly behind the trip value."""
         away = -1.0 if test.rising else 1.0
         if given.until is None:
             by = CLEARS if test.quantity in LENGTHS else RESETS * abs(test.value)
@@ -129,41 +129,41 @@ class _Builder:
         found = []
         for i, words in enumerate(given.stops):
             at: Path = (*path, "stops", i)
-            verb, way = self._way(at, words)
+            verb, distance = self._way(at, words)
             obeying = [x for x in actors if verb and x.obeys(verb)]
             if verb and not obeying and given.on:
                 self.source.fault(at, f"'{machine}' has nothing that can {verb.name}")
             for x in obeying:
-                ways = self._towards(path, x, test) if given.towards else way
-                found.append(BarredActuator(actuator=x.name, way=ways, emergency=_emergency(given, x)))
+                distances = self._towards(path, x, test) if given.towards else distance
+                found.append(BarredActuator(actuator=x.name, way=distances, emergency=_emergency(given, x)))
         return found
 
     def _way(self, path: Path, words: str) -> tuple[Verb | None, int]:
-        """Verb and way of a word such as `hoist` or `luff out`."""
-        name, _, way = " ".join(words.split()).partition(" ")
+        """Verb and direction of a phrase such as `hoist` or `luff out`."""
+        name, _, distance = " ".join(words.split()).partition(" ")
         verb = VERBS.get(name)
         known = [x.name for x in VERBS.values() if x.becomes == "move"]
         known += [f"{x.name} {word}" for x in VERBS.values() for word in x.ways if word]
-        if verb is None or verb.becomes != "move" or (way and way not in verb.ways):
+        if verb is None or verb.becomes != "move" or (distance and distance not in verb.ways):
             self.source.fault(path, f"nothing can '{words}'", closest(words, known))
             return None, 0
-        return verb, verb.sign if not way else 1 if way == verb.ways[0] else -1
+        return verb, verb.sign if not distance else 1 if distance == verb.ways[0] else -1
 
     def _towards(self, path: Path, actor: OrderTarget, test: CrossTest) -> int:
-        """The way along a straight drive that brings the two of a gap together, as they stand at the start."""
+        """Direction of a straight drive that closes a gap, at the start positions."""
         boxes, sides = self.conditions.subjects.boxes, dict[bool, Array]()
         axis, poses = self._axis(actor)
         for model, point, _ in (boxes[name] for name in test.of.split() if test.quantity == "gap" and name in boxes):
             if point.body in poses:
                 sides[model == actor.model] = place(point, poses)
-        way = dot(axis, (sides[False] - sides[True]).tolist()) if len(sides) == 2 else 0.0
-        if not way:
-            told = "it is known of a gap between two machines, of which this one travels or traverses to the other"
-            self.source.fault((*path, "towards"), told)
-        return 1 if way > 0.0 else -1
+        distance = dot(axis, (sides[False] - sides[True]).tolist()) if len(sides) == 2 else 0.0
+        if not distance:
+            message = "it is known of a gap between two machines, of which this one travels or traverses to the other"
+            self.source.fault((*path, "towards"), message)
+        return 1 if distance > 0.0 else -1
 
     def _axis(self, actor: OrderTarget) -> tuple[list[float], Poses]:
-        """The direction in the world in which a drive moves at the start, if it is straight; where all machines are."""
+        """World direction of a straight drive at the start, and positions of all machines."""
         whole = merge([m.system for m in (*self.yard.machines, *self.mechanisms)], self.yard.scene.gravity)
         moved = System(whole.bodies, whole.joints)
         at = poses(moved) if not any(moved.outside) else {}

@@ -19,34 +19,34 @@ from .conditions import Conditions, unit_of
 SIGNAL = tuple(x.name for x in fields(ScalarSignal))
 
 
-def build_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
-    """All rows, those of what holds a load first."""
-    rows = rated_limits(yard, mechanisms)
-    return (*rows, *_signals(yard, mechanisms), *_interlocks(yard), *scene_limits(yard, mechanisms))
+def build_limits(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
+    """All limits, load-carrying parts first."""
+    rows = rated_limits(builder, mechanisms)
+    return (*rows, *_signals(builder, mechanisms), *_interlocks(builder), *scene_limits(builder, mechanisms))
 
 
-def _signals(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
-    """Signals that the scene itself limits, as conditions that hold as long as all is well."""
-    conditions = Conditions(yard, mechanisms)
-    for i, phrase in enumerate(yard.scene.limits.signals):
+def _signals(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
+    """Limits that the scene sets on signals, as conditions that must hold."""
+    conditions = Conditions(builder, mechanisms)
+    for i, phrase in enumerate(builder.scene.limits.signals):
         path: Path = ("limits", "signals", i)
         for test in phrase:
             unit = unit_of(test)
             if not isinstance(test, CrossTest) or unit is None:
-                told = "a limit is one of places, ropes, hooks or the wind, such as 'gap west east >= 3 m'"
-                yard.source.fault(path, told)
+                message = "a limit is one of places, ropes, hooks or the wind, such as 'gap west east >= 3 m'"
+                builder.source.fault(path, message)
             elif found := conditions.signal(path, test):
                 subject = re.split(r"\s*[<>]=", test.text)[0]
                 yield RatedLimit(
                     subject=subject, quantity="signal", unit=unit, value=test.value, least=test.rising,
-                    signal=found[1], source="the scene", where=yard.source.where(path),
+                    signal=found[1], source="the scene", where=builder.source.where(path),
                 )  # fmt: skip
 
 
-def _interlocks(yard: SceneBuilder) -> Iterator[RatedLimit]:
+def _interlocks(builder: SceneBuilder) -> Iterator[RatedLimit]:
     """What interlocks that stop something watch, each of their guards."""
-    for x in (x for x in yard.interlocks if x.stops and x.unit is not None):
-        by = "its type" if x.name.rpartition(".")[0] in yard.scene.machines else "the scene"
+    for x in (x for x in builder.interlocks if x.stops and x.unit is not None):
+        by = "its type" if x.name.rpartition(".")[0] in builder.scene.machines else "the scene"
         for guard in x.guards:
             own = {name: getattr(guard, name) for name in SIGNAL}
             yield RatedLimit(

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.models import OwnModel
+from heavylift.nodes.models import UserModelNode
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.user_models import Led, Own
+from heavylift.nodes.plan.mechanism import called_of
+from heavylift.nodes.plan.user_models import Led, UserModel
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.targets import OrderTarget, targets
@@ -26,30 +27,30 @@ from .conditions import Conditions
 LED_BY = {"drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
-def build_models(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Own, ...]:
-    """The models of the plan; what is wrong is added to the faults of the scene."""
-    return _Models(yard, mechanisms).all()
+def build_models(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[UserModel, ...]:
+    """User models of the plan; faults are added to those of the scene."""
+    return _Models(builder, mechanisms).all()
 
 
 def check_models(source: Source, built: plan.Plan) -> None:
-    """Each model is built once: its code may run, and has the ports that the scene binds."""
+    """Build each user model once: its code is trusted and has the bound ports."""
     if source.faults:
         return
     for own in built.models:
         try:
-            OwnModel(own)
+            UserModelNode(own)
         except HeavyliftError as error:
             source.fault(("models", own.name, "model"), str(error).removeprefix(f"{own.name}: "))
 
 
 class _Models:
-    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.source = yard, yard.source
-        self.targets = targets(yard, mechanisms) if yard.scene.models else {}
-        self.conditions = Conditions(yard, mechanisms)
+    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.source = builder, builder.source
+        self.targets = targets(builder, mechanisms) if builder.scene.models else {}
+        self.conditions = Conditions(builder, mechanisms)
         self.leaders: dict[str, str] = {}
 
-    def all(self) -> tuple[Own, ...]:
+    def all(self) -> tuple[UserModel, ...]:
         found = tuple(self.one(name, given) for name, given in self.yard.scene.models.items())
         for i, action in enumerate(self.yard.scene.actions if self.leaders else ()):
             for target in action.orders:
@@ -59,14 +60,14 @@ class _Models:
                         self.source.fault(("actions", i, target), message, on_key=True)
         return found
 
-    def one(self, name: str, given: Keys) -> Own:
+    def one(self, name: str, given: Keys) -> UserModel:
         path: Path = ("models", name)
         mechanisms = (mechanism.name for mechanism in self.conditions.mechanisms)
         if name in (*self.yard.hooks, *self.yard.scene.machines, *mechanisms):
             self.source.fault(path, f"the name '{name}' is given twice: one of the machines has it, too", on_key=True)
         signals = {port: self.signal((*path, "signals", port), text) for port, text in given.signals.items()}
         leads = (self.led((*path, "orders", port), name, port, target) for port, target in given.orders.items())
-        return Own(
+        return UserModel(
             name=name,
             model=self.code((*path, "model"), given.model),
             period=round(given.period * 1e9),
@@ -78,7 +79,7 @@ class _Models:
         )
 
     def code(self, path: Path, model: str) -> str:
-        """The reference, a file of the scene's folder by its absolute path."""
+        """The reference, with an absolute path for a file in the scene's folder."""
         file, colon, name = model.partition(":")
         if not file.endswith((".py", ".fmu")):
             return model
@@ -89,7 +90,7 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> ScalarSignal | None:
-        """What a port hears: a quantity of a condition, of what has it."""
+        """The signal of a port: a quantity as in conditions."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
         if match is None:
@@ -117,7 +118,9 @@ class _Models:
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
         """The actuator that a port leads."""
-        found = self.targets.get(" ".join(target.split()), ())
+        words = " ".join(target.split())
+        found = self.targets.get(words, ())
+        found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine
         actor = found[0] if len(found) == 1 else None
         if actor is None or actor.kind not in LED_BY:
             known = [words for words, some in self.targets.items() if len(some) == 1 and some[0].kind in LED_BY]

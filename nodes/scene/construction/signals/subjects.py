@@ -26,30 +26,31 @@ EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as i
 
 
 class Subjects:
-    """Everything in a scene that a signal can be of, by its name; each with the model that watches it."""
+    """All subjects of signals in a scene by name, with the model that watches each."""
 
-    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.mechanisms, self.gravity = yard, mechanisms, yard.scene.gravity
-        self.machines = machines = [*yard.machines, *mechanisms]
+    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.mechanisms, self.gravity = builder, mechanisms, builder.scene.gravity
+        self.machines = machines = [*builder.machines, *mechanisms]
         self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
         self.ropes = {rope.name: m.name for m in machines for rope in m.system.all_ropes}
-        own = {beam: f"{crane}.{hook}" for beam, (crane, hook) in yard.hooks.items()}
-        named = [m for m in (*yard.cranes, *mechanisms) if not m.girders]  # whose parts are called by their own names
+        own = {beam: f"{crane}.{hook}" for beam, (crane, hook) in builder.hooks.items()}
+        named = [
+            m for m in (*builder.cranes, *mechanisms) if not m.girders
+        ]  # whose parts are called by their own names
         own |= {m.name: m.hooks[0].rope for m in named if len(m.hooks) == 1}
         self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
-        self.points = {cargo.body: (cargo.body, Point(cargo.body)) for cargo in yard.cargo}
+        self.points = {cargo.body: (cargo.body, Point(cargo.body)) for cargo in builder.cargo}
         self.points |= {body.name: (m.name, Point(body.name)) for m in named for body in m.system.bodies}
         of = self.ropes
         self.points |= {name: (of[x.rope], x.eye) for name, x in self.hooks.items() if name not in self.points}
-        self.points |= {beam: (beam, self.hooks[beam].eye) for beam in yard.hooks if beam in self.hooks}
+        self.points |= {beam: (beam, self.hooks[beam].eye) for beam in builder.hooks if beam in self.hooks}
         bent = {rope.name for m in machines for rope in m.system.reevings}
         self.straight = [rope for rope in self.ropes if rope not in bent]
-        self.boxes = _boxes(yard, named)
+        self.boxes = _boxes(builder, named)
         self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
 
     def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
-        """The model that watches a quantity of hooks, ropes, points, boxes or winds, and the signal; None if it has
-        none."""
+        """The model and signal of a quantity of hooks, ropes, points, boxes or wind; None if there is none."""
         kind, word = cast(Quantity, quantity), ".".join(of.split())
         hook, names = self.hooks.get(word), of.split()
         model = self.ropes[hook.rope] if hook else ""
@@ -90,7 +91,7 @@ class Subjects:
         return found
 
     def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
-        """The load or tension of a row over its limit, as `check` judges it; None if no number limits it."""
+        """The load or tension of a limit relative to it, as in `check`; None without a numeric limit."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":
@@ -123,18 +124,18 @@ class Subjects:
         return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
 
 
-def _boxes(yard: SceneBuilder, named: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
+def _boxes(builder: SceneBuilder, named: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
     """Boxes of loads, of portals, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
-    for cargo in yard.cargo:
+    for cargo in builder.cargo:
         found[cargo.body] = cargo.body, Point(cargo.body), _half(cargo.size)
-    for crane, girder in [(x, girder) for x in yard.cranes for girder in x.girders]:
-        keys, com = yard.scene.machines.get(crane.name), {x.name: x.com for x in crane.system.bodies}[girder.body]
+    for crane, girder in [(x, girder) for x in builder.cranes for girder in x.girders]:
+        keys, com = builder.scene.machines.get(crane.name), {x.name: x.com for x in crane.system.bodies}[girder.body]
         boxes = [(x.centre, x.size) for x in crane.shapes if x.body == girder.body]
         size = (keys.bodies[girder.body].box if keys else None) or (around(boxes)[1] if boxes else None)
         if size:  # it stands on the ground
             found[crane.name] = crane.name, Point(girder.body, (com[0], com[1], size[2] / 2)), _half(size)
-    if floor := yard.scene.floor:
+    if floor := builder.scene.floor:
         found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
     for m in named:
         for body in dict.fromkeys(shape.body for shape in m.shapes):

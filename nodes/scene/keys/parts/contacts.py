@@ -26,7 +26,7 @@ class _Side(Base):
 
 
 class Against(_Side):
-    """The other side: a plane, unless it has a box or a radius."""
+    """The other side of a contact: a plane, unless it has a box or radius."""
 
     body: str = WORLD
     normal: Direction = (0.0, 0.0, 1.0)
@@ -56,5 +56,5 @@ def _solid(body: str, x: _Side) -> c.Ball | c.Box:
 
 
 def touches(contact: c.Contact, at: Poses, width: float) -> bool:
-    """Whether the shapes of a contact lie closer than `width` [m]."""
+    """Whether the shapes of a contact are closer than `width` [m]."""
     return gap(contact, at[contact.a.body], at[contact.b.body]) < width

@@ -36,7 +36,7 @@ class Section(Base):
 
 
 class Stiffness(Base):
-    """What bends of a uniform beam: EI, EA, GJ as such or as E, G and `section`; what is left away is rigid."""
+    """Section stiffness of a uniform beam: EI, EA, GJ directly or from E, G and `section`; omitted ones are rigid."""
 
     EI_y: u.Rigidity = 0.0  # bending about y: displacements along z
     EI_z: u.Rigidity = 0.0
@@ -91,8 +91,8 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends where the fidelity has `girder: elastic`: a uniform beam along its x from its frame on, alike
-    about y and z; `length` left out: that of its box, `mass` left out: all of it."""
+    """A body that bends with `girder: elastic`: a uniform beam along x from its frame, equal about y and z; default
+    `length` of its box and `mass` of the body."""
 
     EI: u.Rigidity
     length: u.Extent | None = None
@@ -103,13 +103,13 @@ class Elastic(Base):
 
 
 class Hull(Stiffness):
-    """A block as a uniform beam along its x, from end to end, which its mean frame follows."""
+    """A block as a uniform beam along its x from end to end, relative to its mean frame."""
 
     mass: u.Mass | None = None  # that bends with it; left out: all of the block's
 
 
 class ModeKeys(Base):
-    """A mode of a block that hangs freely; lugs and stools that it does not name move with the block's frame."""
+    """A free-free mode of a block; lugs and supports not listed move with the block's frame."""
 
     frequency: u.Frequency
     mass: u.Mass  # at the scale of its shape
@@ -179,7 +179,7 @@ class Matrices(Base):
 
 
 def _member(data: bytes, key: str) -> NDArray[np.float64]:
-    """An array of an .npz; KeyError, ValueError or one of BROKEN if there is none of numbers, or none so small."""
+    """An array of an .npz; raises KeyError, ValueError or one of BROKEN for missing, non-numeric or too large ones."""
     with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
         if archive.getinfo(f"{key}.npy").file_size > LARGEST:
             raise ValueError

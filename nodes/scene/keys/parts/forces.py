@@ -31,7 +31,7 @@ def _column(i: int) -> Spelling:
 
 
 def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
-    """A matrix, whole or by its diagonal."""
+    """A matrix, given completely or by its diagonal."""
     zero = (0.0, 0.0, 0.0)
     keys = {word: (tuple[slide, slide, slide], zero), f"turning_{word}": (tuple[turn, turn, turn], zero)}
     return Spelling(
@@ -41,7 +41,7 @@ def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
 
 
 class WindForceKeys(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Velocity, 0.0))):  # type: ignore[misc]
-    """Drag of a wind on an area at a point of a body, or on the `sides` of a box; `gusts` are its speed over time."""
+    """Drag force of wind on an area at a point of a body, or on the `sides` of a box; `gusts`: wind speed over time."""
 
     area: u.Area = 0.0
 
@@ -53,20 +53,21 @@ MATRICES = {
 
 
 class BushingKeys(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: ignore[misc]
-    """A spring and damper in all six directions between two frames; K and D are whole matrices in SI units."""
+    """A six-dimensional spring and damper between two frames; K and D are full matrices in SI units."""
 
 
 class CharacteristicKeys(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
-    """An actuator law as data: a `curve` of [position or speed, effort] of a joint, times `factor` or a `history`."""
+    """An actuator characteristic: a `curve` of [position or speed, effort] of a joint, times `factor` or a
+    `history`."""
 
 
 class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
-    """A law of the user's own: "package.module:function", or "file.py:function" beside the scene's file."""
+    """A user-defined force law: "package.module:function", or "file.py:function" in the scene's folder."""
 
     modes: int = Field(default=0, ge=0)
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """With its functions, those of files found from the scene's folder."""
+        """The law with its functions; files are found from the scene's folder."""
         assert folder is not None
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
         named(x for x in (function, guards) if x)

@@ -58,7 +58,7 @@ class AnyJoint(Base):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Those along which a law can act."""
+        """Coordinates that laws can act along."""
         return JOINTS[self.type].actable
 
     def turns(self, coordinate: str) -> bool:
@@ -66,7 +66,7 @@ class AnyJoint(Base):
         return JOINTS[self.type].turns(self.coordinates.index(coordinate))
 
     def values(self, keys: Iterable[str]) -> tuple[float, ...]:
-        """What those of the keys hold that its type has, one after the other; a quaternion with length 1."""
+        """Values of its keys that exist for its type; quaternions are normalised."""
         found: list[float] = []
         for key in keys:
             value = getattr(self, key, ())
@@ -75,7 +75,7 @@ class AnyJoint(Base):
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """The kernel's joint; coordinates and speeds that are not written follow where it closes a loop."""
+        """The kernel's joint; unset coordinates and speeds of a loop joint are computed."""
         written = self.model_fields_set
         q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
         axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
@@ -86,7 +86,7 @@ class AnyJoint(Base):
         return k.Joint(name, self.type, *place, unit(axis), unit(second), pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
-        """What its `limits` and `friction` are to the kernel."""
+        """The kernel's laws for its `limits` and `friction`."""
         for c, x in self.limits.items():
             yield x.built(f"{name}.{c}.limits", name, coordinate=c)
         for c, f in self.friction.items():
@@ -105,7 +105,7 @@ class Spherical(AnyJoint):
 
 
 class Free(AnyJoint):
-    """All six freedoms; velocity and rate in the child's axes."""
+    """All six degrees of freedom; velocity and angular velocity in the child's axes."""
 
     type: Literal["free"]
     position: Place = (0.0, 0.0, 0.0)
@@ -141,7 +141,7 @@ ABOVE: Literal["above its lugs"] = "above its lugs"
 
 
 def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
-    """The keys of a type: its directions, and where its coordinates start."""
+    """The keys of a joint type: axes and start values."""
     turns = [JOINTS[kind].turns(i) for i in range(JOINTS[kind].n_q)]
     fields: dict[str, Any] = {"type": (Literal[kind], ...)}
     fields |= {key: (each, None if NoneType in get_args(each) else ...) for key, each in own.items()}

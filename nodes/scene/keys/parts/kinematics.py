@@ -19,7 +19,7 @@ Poses = dict[str, tuple[Array, Array]]  # body -> position [m], rotation matrix
 
 
 def poses(system: System) -> Poses:
-    """Position and rotation of every body that hangs together with the world, along the kernel's spanning tree.
+    """Position and rotation of every body connected with the world, along the spanning tree.
 
     Raises KernelError for joints of which no tree can be made.
     """
@@ -41,7 +41,7 @@ def poses(system: System) -> Poses:
 
 
 def length(rope: Rope | RigidRope, at: Poses) -> float:
-    """Geometric length of a rope: the sum over its lines, each with its share [m]."""
+    """Geometric length of a rope: weighted sum over its lines [m]."""
     return sum(line.share * norm((place(line.a, at) - place(line.b, at)).tolist()) for line in rope.lines)
 
 

@@ -14,18 +14,18 @@ PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machi
 
 
 class MachineKeys(Parts[PartName]):
-    """A machine as its type makes it: a mechanism whose parts have its name in front."""
+    """A machine as computed by its type: a mechanism with prefixed part names."""
 
 
 class Eye(Base):
-    """Where a frame hangs: the falls of a hook hold the origin of a body, so far apart along its x."""
+    """Suspension of a frame: the falls hold the origin of a body, spread along its x."""
 
     body: str
     apart: u.Extent
 
 
 class FrameParts(Parts[PartName]):
-    """What the type of a frame on a hook makes of its parameters."""
+    """Parts of a frame on a hook as computed by its type."""
 
     eye: Eye
     slings: Annotated[list[BodyPoint], Field(min_length=1)]  # where they hang

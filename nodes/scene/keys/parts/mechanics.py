@@ -28,17 +28,17 @@ from .standing import Stands
 
 
 def _shape(given: object) -> str:
-    """Which kind of moments a list is: with products or without; raises ValueError for any other number of values."""
+    """Whether a list of moments has products of inertia; raises ValueError for another length."""
     if isinstance(given, list | tuple) and len(given) not in (3, 6):
         raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
     return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
 
 
 class RampQuantity(u.Quantity):
-    """An acceleration greater than zero, or a ramp without swing, as orders have it."""
+    """A positive acceleration, or a ramp without swing, as in orders."""
 
     def ramp(self, value: object) -> float | SwingRamp:
-        """An acceleration in SI units, or the other."""
+        """An acceleration in SI units, or a ramp without swing."""
         found = read_ramp(value, self.dimension)
         return found if isinstance(found, SwingRamp) else self.read(value)
 
@@ -71,8 +71,8 @@ Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValid
 
 
 class BodyKeys(Base):
-    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz; no mass at all where
-    what it carries has some.
+    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz, optionally Ixy, Ixz, Iyz; without mass if it carries
+    bodies that have some.
 
     `box`: it has the moments of a uniform box of these edges, and is drawn as one.  `beam` or `matrices` make it
     flexible; mass, com and inertia are then what sits rigidly in its frame.
@@ -86,8 +86,8 @@ class BodyKeys(Base):
     matrices: Matrices | None = None
 
 
-class LineKeys(keys_of(points.RopeSpan)):  # type: ignore[misc]
-    """One straight part of a rope, with its weight in the rope's length."""
+class LineKeys(keys_of(points.Line)):  # type: ignore[misc]
+    """A straight part of a rope, with its weight in the rope's length."""
 
 
 class Winch(Base):
@@ -99,7 +99,7 @@ class Winch(Base):
 
 
 class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
-    """What a rope runs over: a point, or a sheave about whose axis it turns positively.
+    """A point or sheave under a rope; the sheave turns positively about its axis.
 
     Sliding, the tension grows against the motion by exp(friction * wrap) / efficiency.  The rope leaves a sheave with a
     radius where its wrap falls to zero, and finds it again.
@@ -112,7 +112,7 @@ class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
 
 
 class RopeKeys(Base):
-    """A tension-only elastic rope; `length` is unstretched.  `rigid`: it cannot stretch, and has no EA and damping.
+    """A tension-only elastic rope; `length` is unstretched. `rigid`: inextensible, without EA and damping.
 
     From `start` to `end`, on its way perhaps `over` points and sheaves or `over edges`, or over separate `lines` of one
     tension.
@@ -133,7 +133,7 @@ class RopeKeys(Base):
 
     @property
     def plain(self) -> bool:
-        """Whether it runs over points without friction only."""
+        """Whether it runs over frictionless points only."""
         return not self.over_edges and all(x.plain for x in self.over)
 
 
@@ -158,7 +158,7 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
 
 
 class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
-    """A drive of a joint, following what the action list orders; with a verb orders to its machine find it."""
+    """A drive of a joint controlled by the action list; with a `verb` its machine accepts the orders."""
 
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement
     damping: u.AnyDamping = 0.0  # servo and speed: per velocity
@@ -172,7 +172,7 @@ class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
 
 
 class BoomChart(Base):
-    """What may hang on a boom of a length with a counterweight, by radius."""
+    """Capacity over radius for a boom length and counterweight."""
 
     boom: u.Extent
     counterweight: u.Mass | None = None
@@ -181,7 +181,7 @@ class BoomChart(Base):
 
 
 class HookKeys(Base):
-    """A hook on the falls of a winch; the elastic rope from the body `on` to the hook block is all of its falls.
+    """A hook on the falls of a winch; its elastic rope from the body `on` represents all falls.
 
     With a `drum` the rope goes on from `at` to it, as one fall: what moves `at` against the drum, as luffing does,
     moves the hook.
@@ -206,7 +206,7 @@ class HookKeys(Base):
     radius_from: str = ""  # body from whose origin the radius of the chart is measured
     fall_EA: u.Force
     fall_mass: u.MassPerLength | None = None  # where the fidelity gives ropes a mass; left out: of steel wire so stiff
-    fall_breaking: u.Force | None = None  # left out: the rope is not judged
+    fall_breaking: u.Force | None = None  # left out: the rope is not checked
     mechanism_group: MechanismGroup = "M6"  # gives the rope factor by ISO 4308-1
     rope_factor: u.Factor | None = None  # breaking force over its most loaded part; left out: by the mechanism group
     rope_partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: by EN 13001-3-2
@@ -229,8 +229,8 @@ class HookKeys(Base):
 
     @property
     def chart(self) -> list[tuple[float, float]] | None:
-        """The chart that counts: of the same boom or the next longer one, of the same counterweight or the next lighter
-        one, of the same base or the next narrower one; raises ValueError where there is none."""
+        """The applicable chart: same boom or next longer, same counterweight or next lighter, same base or next
+        narrower; raises ValueError if there is none."""
         if not self.capacity_charts:
             return self.capacity_chart
         boom, more = (self.boom or inf) * (1.0 - ROUNDING), 1.0 + ROUNDING
@@ -243,7 +243,7 @@ class HookKeys(Base):
 
 
 class Drawn(Base):
-    """A box as which a body is drawn and collides, instead of its `box`: its middle and edges."""
+    """A drawing and collision box of a body instead of its `box`: centre and edges."""
 
     at: Place = (0.0, 0.0, 0.0)
     size: tuple[u.Extent, u.Extent, u.Extent]
@@ -279,17 +279,17 @@ class Parts(Base, Generic[PartKey]):
     load_cells: dict[PartKey, LoadCellKeys] = Field(default_factory=dict)  # bodies
     shapes: dict[PartKey, list[Drawn]] = Field(default_factory=dict)  # bodies
     configuration: dict[str, str | int | float] = Field(default_factory=dict)  # more of how it is set up, in words
-    stands: Stands | None = None  # on what; left out: no pressure is judged
+    stands: Stands | None = None  # on what; left out: no pressure is checked
     wind: u.Speed | None = None  # up to which it works; left out: that of the scene's limits
 
     @property
     def laws(self) -> dict[str, dict[PartKey, Any]]:
-        """All that acts along a coordinate of a joint, by key."""
+        """All laws along joint coordinates, by key."""
         return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}
 
 
 class MechanismKeys(Parts[Name]):
-    """A system of bodies, joints and laws; it becomes one coupled model.
+    """A system of bodies, joints and laws; becomes one coupled model.
 
     Beside a lift it may name the lift's bodies and joints, and need have none of its own.
     """

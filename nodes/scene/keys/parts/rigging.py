@@ -14,7 +14,7 @@ from pydantic import Discriminator, Field, Tag
 
 
 class Edge(Base):
-    """An edge of a body that ropes bend over where they meet it, from one end to the other: the axis of its rounding.
+    """A rounded edge of a body over which ropes may bend, given by its axis from end to end.
 
     A rope slides along it freely; over it the tension grows against the sliding by exp(friction * wrap).  Edges of one
     rope are parallel, and stay so: of one body, or of several that slide along one another or turn about the edges.
@@ -34,7 +34,7 @@ Termination = Literal[
 
 
 class SlingType(Base):
-    """The slings: wire of 96 mm, if nothing else is said."""
+    """Sling wire, by default of 96 mm."""
 
     EA: u.Force = u.FORCE.read("445 MN")
     breaking: u.Force = u.FORCE.read("6.43 MN")
@@ -58,22 +58,22 @@ class SlingKeys(Base):
     length: u.Extent | list[u.Extent]  # of each sling
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of the one that is tightest at the start; those that carry a frame: none
     sling: SlingType = SlingType()
-    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
+    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not checked
     over_edges: list[str] = Field(default_factory=list)  # that they bend over where they meet them
 
     @property
     def holders(self) -> list[str]:
-        """What each sling hangs on."""
+        """Upper attachment of each sling."""
         return self.on if isinstance(self.on, list) else [self.on] * len(self.to)
 
     @property
     def lengths(self) -> list[float]:
-        """Of each sling [m]."""
+        """Length of each sling [m]."""
         return self.length if isinstance(self.length, list) else [self.length] * len(self.to)
 
 
 class Equaliser(Base):
-    """One rope from a lug over a sheave to another lug: both legs carry alike, but for friction."""
+    """A rope from a lug over a sheave to another lug, equally loaded except for friction."""
 
     type: Literal["equaliser"]
     on: str  # where the sheave hangs: hook, frame, point of a frame
@@ -84,11 +84,11 @@ class Equaliser(Base):
     friction: u.Ratio = 0.0  # of the rope on it
     efficiency: u.Ratio = 1.0  # tension behind it over tension before
     sling: SlingType = SlingType()
-    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
+    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not checked
 
     @property
     def holders(self) -> list[str]:
-        """What it hangs on."""
+        """Its upper attachment."""
         return [self.on]
 
 
@@ -100,12 +100,12 @@ class Frame(Base):
     size: tuple[u.Extent, u.Extent, u.Extent]  # gives the moments of a uniform box, and is drawn
     com: Place = (0.0, 0.0, 0.0)  # from its middle
     points: dict[Name, Place] = Field(default_factory=dict)  # from its middle, where slings are
-    capacity: u.Mass | None = None  # of what hangs below it; left out: it is not judged
-    lug_capacity: u.Mass | None = None  # of each point; left out: they are not judged
+    capacity: u.Mass | None = None  # of what hangs below it; left out: it is not checked
+    lug_capacity: u.Mass | None = None  # of each point; left out: they are not checked
 
 
 class GearKeys(Base):
-    """An item of rigging by its ID; scenes use what it tells where they write `gear: ID`."""
+    """An item of rigging by ID, used in scenes as `gear: ID`."""
 
     kind: Literal["sling", "shackle", "spreader", "lifting beam", "link"]
     WLL: u.Mass | None = None  # of one leg, of each shackle, of what hangs below a frame
@@ -122,7 +122,7 @@ class GearKeys(Base):
 
 
 def _type(given: object) -> str:
-    """Which model reads an entry."""
+    """The model that reads an entry."""
     word = given.get("type", "slings") if isinstance(given, dict) else getattr(given, "type", "slings")
     return "frame" if word in ("spreader", "lifting beam", "link") else str(word)
 

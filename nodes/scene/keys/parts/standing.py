@@ -31,11 +31,11 @@ class Wheels(Base):
     length: u.Extent  # between front and rear corners
     width: u.Extent  # between left and right corners
     each: Annotated[int, Field(ge=1)]  # of wheels at a corner
-    capacity: u.Mass | None = None  # of each wheel; left out: not judged
+    capacity: u.Mass | None = None  # of each wheel; left out: not checked
 
 
 class Stands(Base):
-    """What a machine stands on; without tracks, outriggers and wheels on a foundation, which nobody checks here."""
+    """Base of a machine; without tracks, outriggers and wheels a foundation, which is not checked."""
 
     on: str  # the body that has them
     at: Place = (0.0, 0.0, 0.0)  # middle of the base on the ground, in the frame of that body
@@ -51,14 +51,14 @@ class Stands(Base):
 
 
 class Mats(Base):
-    """Mats below each track or each outrigger of a crane, which spread its load."""
+    """Mats below each track or outrigger of a crane."""
 
     area: Annotated[u.Area, Field(gt=0)]  # that bears
     mass: u.AnyMass = 0.0
 
 
 class GroundKeys(Base):
-    """What cranes on tracks and outriggers stand on."""
+    """Ground below cranes on tracks and outriggers."""
 
-    bearing: u.Pressure | None = None  # permissible pressure; left out: not judged
+    bearing: u.Pressure | None = None  # permissible pressure; left out: not checked
     mats: dict[Name, Mats] = Field(default_factory=dict)  # by crane

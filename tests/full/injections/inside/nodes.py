@@ -125,10 +125,10 @@ if PHASE == "frame":
 original_take, original_handle, original_obey = (
     Ticket.take,
     participant.Participant.handle,
-    process_manager._Keeper.obey,
+    process_manager._Keeper.execute,
 )
 if WHO == "keeper":
-    process_manager._Keeper.obey = obey  # type: ignore[method-assign]
+    process_manager._Keeper.execute = obey  # type: ignore[method-assign]
     signal.signal(signal.SIGUSR2, lambda *_: strike())
 if PLAN:
     node_process.Ticket = type("Ticket", (), {"take": staticmethod(take)})  # type: ignore[misc]

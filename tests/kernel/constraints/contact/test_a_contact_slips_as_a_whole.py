@@ -6,8 +6,7 @@ from math import atan, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import WORLD, Ball, Body, Box, Contact, Joint, Load, Plane, Point, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import WORLD, Ball, Body, Box, Contact, InputSignal, Joint, Load, Plane, Point, System
 from heavylift.kernel.simulation import Simulation
 from scipy.optimize import linprog
 from small_scenes import SECOND, G, events, hand_over, started, times

@@ -25,18 +25,18 @@ def test_native_and_oracle_go_the_same_way(name):
     assert np.abs(native.state - oracle.state).max() < SAME
 
 
-def test_a_bounce_does_not_depend_on_grants_and_is_foreseen():
+def test_a_bounce_does_not_depend_on_grants_and_is_predicted():
     whole, granted = (started(bouncing(0.1, 0.5), subscribed=frozenset({"floor"} if s else ())) for s in (False, True))
     hand_over(whole, SECOND // 2)
-    foreseen = []
+    required = []
     for t in range(0, SECOND // 2, SECOND // 500):
         granted.run(t)
         while granted.event and granted.next_ns <= t:
-            foreseen += granted.preview()
+            required += granted.preview()
             granted.fire()
             granted.settle()
             granted.run(t)
     hand_over(granted, SECOND // 2)
-    assert foreseen == [e for _, e in granted.log]
+    assert required == [e for _, e in granted.log]
     assert granted.log == whole.log
     assert granted.state.tobytes() == whole.state.tobytes()

@@ -12,11 +12,11 @@ from heavylift.kernel.description import (
     Box,
     Contact,
     Joint,
+    Line,
     Lock,
     Plane,
     Point,
     RigidRope,
-    RopeSpan,
     System,
 )
 from small_scenes import SECOND, G, X, Z, column, events, hand_over, imbalance, started, times
@@ -36,7 +36,7 @@ def against_a_wall(angle, restitution):
     )
     at = (L * sin(angle) + RADIUS, 0.0, 0.0)
     wall = Contact("wall", Ball("load", radius=RADIUS), Plane(p=at, normal=(-1.0, 0.0, 0.0)), 0.0, restitution)
-    rope = RigidRope("rope", (RopeSpan(Point(WORLD), Point("load")),), L)
+    rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), L)
     return System((Body("carrier", 0.0), Body("load", MASS)), slides, rigid_ropes=(rope,), contacts=(wall,), gravity=G)
 
 
@@ -80,7 +80,7 @@ def crate(height, **rope):
     """A crate on a plumb winch rope, its underside so high above the ground."""
     size = (1.0, 1.0, 1.0)
     ground = Contact("ground", Box("crate", size), Plane(), 0.3)
-    line = RopeSpan(Point(WORLD, (0.0, 0.0, 5.0)), Point("crate", (0.0, 0.0, 0.5)))
+    line = Line(Point(WORLD, (0.0, 0.0, 5.0)), Point("crate", (0.0, 0.0, 0.5)))
     up = floating("crate", (0.0, 0.0, 0.5 + height))
     rope = RigidRope("rope", (line,), 4.0 - height, **rope)
     return System((brick("crate", size, MASS),), (up,), rigid_ropes=(rope,), contacts=(ground,), gravity=G)
@@ -97,11 +97,11 @@ def test_a_crate_is_set_down_and_lifted_again():
     s.references.set_profile("rope", s.epoch, -v, 1e6, None)
     s.settle()
     hand_over(s, 2 * SECOND)
-    told = {(e.name, e.what): e.value for _, e in s.log}
+    message = {(e.name, e.what): e.value for _, e in s.log}
     names = [("ground", "impact"), ("rope", "slack"), ("ground", "closed"), ("rope", "taut"), ("ground", "open")]
     assert [x for x in events(s)[events(s).index(names[0]) :] if x in names] == names
-    assert told["ground", "impact"] == pytest.approx(MASS * v, rel=1e-5)
-    assert told["rope", "taut"] == pytest.approx(MASS * v, rel=1e-5)
+    assert message["ground", "impact"] == pytest.approx(MASS * v, rel=1e-5)
+    assert message["rope", "taut"] == pytest.approx(MASS * v, rel=1e-5)
     assert column(s, "rope/tension")[1][-1, 0] == pytest.approx(MASS * G, rel=EXACT)
     assert imbalance(s) < BALANCE
 

@@ -56,9 +56,9 @@ def test_boxes_touch_when_their_distance_is_zero(seed):
     def witness(p):
         return gaps(candidates.box_box(box(a), box(b), body(R_A, p), B))
 
-    way = first_touch(witness, start, direction, 6.0)
-    assert distance(a, body(R_A, start + way * direction), b, B) < TOUCH
-    assert distance(a, body(R_A, start + (way - 1e-3) * direction), b, B) > 10 * TOUCH
+    path = first_touch(witness, start, direction, 6.0)
+    assert distance(a, body(R_A, start + path * direction), b, B) < TOUCH
+    assert distance(a, body(R_A, start + (path - 1e-3) * direction), b, B) > 10 * TOUCH
 
 
 def gaps(witnesses):

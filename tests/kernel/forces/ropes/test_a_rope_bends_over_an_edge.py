@@ -5,8 +5,7 @@ from math import acos, atan2, cos, exp, hypot, pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Drive, Joint, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Point, Reeving, Sheave, System
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
@@ -54,9 +53,10 @@ def test_it_is_the_shortest_way_over_the_edge_wherever_that_points(seed):
     assert ReevingLaw().start_length(rope, pose) == pytest.approx(shortest(a, b), rel=1e-10)
 
 
-def drawn(mu: float, aside: float) -> tuple:
-    """The end of a rope drawn down slowly by 0.5 m beside an edge, its other end `aside` along it; all that is told."""
-    a, b = (-4.0, 0.0, -1.0), (3.0, aside, -2.0)
+def drawn(mu: float, lateral: float) -> tuple:
+    """The end of a rope drawn down slowly by 0.5 m beside an edge, its other end `aside` along it; all that is
+    reported."""
+    a, b = (-4.0, 0.0, -1.0), (3.0, lateral, -2.0)
     lift = Joint("lift", "prismatic", "world", "end", a, axis=Z)
     rope = Reeving("r", Point("end"), (edge(friction=mu),), Point("world", b), EA, InputSignal(7.5))
     drive = Drive("z", "lift", "prescribed")
@@ -66,8 +66,8 @@ def drawn(mu: float, aside: float) -> tuple:
     hand_over(s, 2 * SECOND)
     s.settle()
     _, q = column(s, "joint/position")
-    told = [column(s, topic)[1][-1] for topic in ("reeving/tension", "reeving/wrap", "edge/force", "edge/place")]
-    return s, np.array([a[0], 0.0, a[2] + q[-1, 0]]), np.array(b), *told
+    message = [column(s, topic)[1][-1] for topic in ("reeving/tension", "reeving/wrap", "edge/force", "edge/place")]
+    return s, np.array([a[0], 0.0, a[2] + q[-1, 0]]), np.array(b), *message
 
 
 @pytest.mark.parametrize("aside", [0.0, 3.0])
@@ -109,7 +109,7 @@ def span(x: float, z: float) -> tuple[float, bool]:
     return sum(sqrt(hypot(*e) ** 2 - R * R) for e in (p, q)) + R * turned, True
 
 
-def test_a_pendulum_meets_the_edge_and_leaves_it_when_a_fine_integration_says_so():
+def test_a_pendulum_meets_the_edge_and_leaves_it_when_a_fine_integration_reports_so():
     """A point mass under an elastic rope swings round the edge and back; SciPy integrates the energy's gradient."""
     x0, h = (-3.5, -3.0), 1e-6
 

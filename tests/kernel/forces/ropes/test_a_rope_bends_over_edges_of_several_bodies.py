@@ -5,8 +5,18 @@ from math import hypot, pi
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, JointSpring, Point, Reeving, Rope, RopeSpan, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import (
+    Body,
+    InputSignal,
+    Joint,
+    JointSpring,
+    Line,
+    Point,
+    Reeving,
+    Rope,
+    Sheave,
+    System,
+)
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, imbalance, started
@@ -81,7 +91,7 @@ def loose(kind: str, **more) -> System:
     rope = Reeving(
         "r", Point("world", (-6.0, 0.0, -3.0)), over, Point("world", (6.0, 0.0, -3.0)), EA, InputSignal(14.0)
     )
-    holds = Rope("h", (RopeSpan(Point("world", (2.0, 0.0, 5.0)), Point("pier")),), EA, 5.0)
+    holds = Rope("h", (Line(Point("world", (2.0, 0.0, 5.0)), Point("pier")),), EA, 5.0)
     return System((Body("pier", 9.0, inertia=cube(9.0, 1.0)),), (joint,), ropes=(holds,), forces=(rope,), gravity=G)
 
 
@@ -96,8 +106,10 @@ def loose(kind: str, **more) -> System:
     ],
 )
 def test_bodies_that_can_turn_their_edges_out_of_parallel_are_refused(kind, more):
-    told = "reeving 'r': its edges are on several bodies, and the joint 'j' can turn the one on 'pier' out of parallel"
-    with pytest.raises(KernelError, match=told):
+    message = (
+        "reeving 'r': its edges are on several bodies, and the joint 'j' can turn the one on 'pier' out of parallel"
+    )
+    with pytest.raises(KernelError, match=message):
         started(loose(kind, **more))
 
 

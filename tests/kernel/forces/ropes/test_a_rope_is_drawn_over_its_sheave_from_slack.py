@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import exp, pi
 
 import pytest
-from heavylift.kernel.description import WORLD, Body, Joint, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import WORLD, Body, InputSignal, Joint, Point, Reeving, Sheave, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, hand_over, imbalance, started
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Drive, Joint, Load, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Load, Point, Reeving, Sheave, System
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, events, hand_over, imbalance, started, times
@@ -40,10 +39,10 @@ def driven(made: Reeving, start) -> System:
 def led(scene: System, moves, **options):
     """Started and led through moves (drive, speed, way), one after the other."""
     s, now = started(scene, **FINE, **options), 0.0
-    for drive, speed, way in moves:
-        s.set_profile(drive, round(now * SECOND), speed, 1e6, way)
+    for drive, speed, distance in moves:
+        s.set_profile(drive, round(now * SECOND), speed, 1e6, distance)
         s.settle()
-        now += abs(way / speed) + 1e-3
+        now += abs(distance / speed) + 1e-3
         hand_over(s, round(now * SECOND))
     s.settle()
     return s
@@ -72,8 +71,8 @@ def test_it_is_as_long_as_the_tangents_and_the_arc_or_the_straight_line(seed):
     r, a, b = random.uniform(0.2, 0.8), (-random.uniform(3.0, 6.0), 0.0), (random.uniform(3.0, 6.0), -2.0)
     L0 = 0.9 * length(a, b, r)
     leaves = brentq(lambda z: wrap((a[0], z), b, r), 0.0, 20.0)
-    way = leaves + 1.5
-    s = led(driven(rope((Sheave(WORLD, Y, r),), b, L0), a), [("z", 1.0, way), ("z", -1.0, -way)])
+    distance = leaves + 1.5
+    s = led(driven(rope((Sheave(WORLD, Y, r),), b, L0), a), [("z", 1.0, distance), ("z", -1.0, -distance)])
     t, q, lengths, T, turned = shown(s)
     for i, (x, z) in enumerate(q):
         whole = length((x, z), b, r)
@@ -83,7 +82,7 @@ def test_it_is_as_long_as_the_tangents_and_the_arc_or_the_straight_line(seed):
     steps = np.abs(np.diff(lengths, axis=0)).max() / np.diff(t).max()
     assert steps < 1.5, "no part jumps where it leaves the sheave: it changes no faster than the end moves"
     assert times(s, "r", "left") == pytest.approx([leaves], abs=2e-6)  # the drive's ramp of a microsecond
-    assert times(s, "r", "found") == pytest.approx([way + 1e-3 + 1.5], abs=4e-6)
+    assert times(s, "r", "found") == pytest.approx([distance + 1e-3 + 1.5], abs=4e-6)
     assert events(s) == [("r", "taut"), ("r", "left"), ("r", "found")][-len(events(s)) :]
 
 
@@ -104,8 +103,8 @@ def test_over_several_sheaves_it_is_the_upper_hull(seed):
         points = np.concatenate([*rims, [place, end]])
         ring = [int(i) for i in ConvexHull(points).vertices]  # counterclockwise
         first, last = ring.index(len(points) - 1), ring.index(len(points) - 2)
-        way = (ring[first:] + ring)[: (last - first) % len(ring) + 1]
-        return float(np.linalg.norm(np.diff(points[way], axis=0), axis=1).sum())
+        distance = (ring[first:] + ring)[: (last - first) % len(ring) + 1]
+        return float(np.linalg.norm(np.diff(points[distance], axis=0), axis=1).sum())
 
     a = (-4.0, -4.0)
     s = led(driven(rope(sheaves, end, 14.0), a), [("z", 4.0, 16.0), ("x", 4.0, 6.0), ("z", -4.0, -9.0)])

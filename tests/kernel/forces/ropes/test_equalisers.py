@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, cube, started
 
@@ -50,7 +49,7 @@ def test_an_equaliser_beam_shares_as_its_tilt_says():
     for name, x, T in (("one", -c, W - T2), ("two", c, T2)):
         place = (x * cos(phi) + h * sin(phi), 0.0, -x * sin(phi) + h * cos(phi))
         l = top - place[2]
-        line = RopeSpan(Point("world", (place[0], 0.0, top)), Point("beam", (x, 0.0, h)))
+        line = Line(Point("world", (place[0], 0.0, top)), Point("beam", (x, 0.0, h)))
         ropes.append(Rope(name, (line,), EA, l / (1.0 + T / EA)))
     s = started(System((beam,), (joint,), ropes=tuple(ropes), gravity=G))
     n = s.program.nq
@@ -67,7 +66,7 @@ def test_an_equaliser_does_not_feel_a_length_error():
     L0 = h / (1.0 + W / 4 / (k * h))
     long = [dL / 2 * sign for sign in (-1.0, 1.0, -1.0, 1.0)]  # of the two diagonals, so that the block stays level
     ropes = tuple(
-        Rope(f"r{i}", (RopeSpan(Point("world", c), Point("block", c)),), k * h, L0 - d / 2)
+        Rope(f"r{i}", (Line(Point("world", c), Point("block", c)),), k * h, L0 - d / 2)
         for i, (c, d) in enumerate(zip(corners, long, strict=True))
     )
     free = started(System((block,), (joint,), ropes=ropes, gravity=G))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, Stop, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Stop, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, Z, column, hand_over, hung, started
 
@@ -87,8 +87,8 @@ def test_c22_when_a_part_of_the_load_is_lost_the_rest_springs_up():
         Joint("part-guide", "prismatic", "world", "part", axis=Z, q0=(-L - down - 1.0 - below,)),
     )
     ropes = (
-        Rope("rope", (RopeSpan(Point("world"), Point("load")),), k * L, L),
-        Rope("hook", (RopeSpan(Point("load"), Point("part")),), stiff, 1.0),
+        Rope("rope", (Line(Point("world"), Point("load")),), k * L, L),
+        Rope("hook", (Line(Point("load"), Point("part")),), stiff, 1.0),
     )
     s = started(System(bodies, joints, ropes=ropes, gravity=G), **FINE)
     s.interrupt(0)
@@ -127,7 +127,7 @@ def test_c11b_the_tension_at_the_bottom_of_a_swing():
         Joint("pivot", "revolute", "world", "carrier", axis=Y, q0=(start,)),
         Joint("slide", "prismatic", "carrier", "load", (0.0, 0.0, -L), axis=Z, q0=(-hold,)),
     )
-    rope = Rope("rope", (RopeSpan(Point("world"), Point("load")),), k * L, L, damping=2.0 * sqrt(k * m))
+    rope = Rope("rope", (Line(Point("world"), Point("load")),), k * L, L, damping=2.0 * sqrt(k * m))
     s = started(System(bodies, joints, ropes=(rope,), gravity=G), **FINE)
     assert float(s.row().tension[0]) == pytest.approx(want["T_end"], rel=1e-6)
     hand_over(s, 5 * SECOND)

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, Y, Z, cube, slider, started
 
@@ -37,7 +36,7 @@ def test_reevings_that_cannot_be(changes, told):
 
 
 def test_a_rope_whose_line_has_no_length_is_refused():
-    rope = Rope("r", (RopeSpan(WORLD, LOAD), RopeSpan(LOAD, Point("load"))), 1e6, 10.0)
+    rope = Rope("r", (Line(WORLD, LOAD), Line(LOAD, Point("load"))), 1e6, 10.0)
     with pytest.raises(KernelError, match="rope 'r': line 2 begins and ends at one point; it has no length"):
         Simulation(replace(slider(), ropes=(rope,)))
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description import WORLD, Body, Joint, Point, RigidRope, Rope, RopeSpan, System
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System
 from heavylift.kernel.simulation import Simulation
 from scipy.optimize import brentq
 from small_scenes import G, X, Z, column, hand_over, imbalance, started
@@ -29,7 +29,7 @@ def hung(rope, x: float = 0.0, z: float = -L) -> System:
     return System((Body("carrier", 0.0), Body("load", M)), slides, gravity=G, **ropes)
 
 
-LINE = (RopeSpan(Point(WORLD), Point("load")),)
+LINE = (Line(Point(WORLD), Point("load")),)
 ELASTIC = Rope("rope", LINE, K * L, L, mass=OWN)
 RIGID = RigidRope("rope", LINE, L, mass=OWN)
 
@@ -56,7 +56,7 @@ def test_it_swings_as_a_rod_with_the_load_at_its_end():
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_the_tension_that_is_told_is_that_at_the_hook(rope):
+def test_the_tension_that_is_reported_is_that_at_the_hook(rope):
     stretched = L + (M + OWN / 2.0) * G / K if rope is ELASTIC else L
     s = started(hung(rope, z=-stretched))
     _, tension = column(s, "rope/tension")
@@ -86,7 +86,7 @@ def test_a_rope_without_mass_has_code_of_its_own(rope):
 
 @pytest.mark.parametrize(("change", "told"), [
     ({"mass": -1.0}, "mass"),
-    ({"lines": (RopeSpan(Point(WORLD), Point("load"), 0.5),)}, "let their shares add up to 1"),
+    ({"lines": (Line(Point(WORLD), Point("load"), 0.5),)}, "let their shares add up to 1"),
 ])  # fmt: skip
 def test_a_mass_that_cannot_be_is_refused(change, told):
     with pytest.raises(KernelError, match=told):

@@ -8,8 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, cube, events, imbalance, slider, started
 
@@ -63,7 +62,7 @@ def test_the_parts_of_a_frictionless_tackle_are_equal_and_those_of_a_rope_with_l
     s = started(scene, tolerance=1e-9)
     assert tensions(s, given["n"]) == pytest.approx(np.full(given["n"], expected["T_ideal"]), rel=EQUAL)
     assert given["MBF"] / tensions(s, given["n"])[0] == pytest.approx(expected["SF_ideal"], rel=EQUAL)
-    lines = (RopeSpan(WORLD, LOAD, float(given["n"])),)
+    lines = (Line(WORLD, LOAD, float(given["n"])),)
     rope = Rope("rope", lines, 1.0e8, scene.forces[0].signal.value)
     other = started(replace(scene, forces=(), ropes=(rope,)), tolerance=1e-9)
     for simulation in (s, other):
@@ -132,9 +131,9 @@ def test_a_swing_reverses_the_slip_of_a_sheave():
         s.references.set_profile("rope", 2 * i * SECOND, speed, 0.5, None)
         s.settle()
         s.interrupt(2 * (i + 1) * SECOND)
-    story = [what for _, what in events(s)]
-    assert story.count("slip") >= 3
-    assert story.count("stick") >= 2
+    log = [what for _, what in events(s)]
+    assert log.count("slip") >= 3
+    assert log.count("stick") >= 2
     assert imbalance(s) < CLOSES
 
 
@@ -142,9 +141,9 @@ def test_a_load_that_falls_into_its_tackle_bounces():
     scene = tackle(4, 0.95, 1000.0, 10.0, 2e6, 1e3)
     s = started(replace(scene, joints=(replace(scene.joints[0], q0=(-9.7,)),)), **FINE)
     s.run(4 * SECOND)
-    story = [what for _, what in events(s)]
-    assert "slack" in story
-    assert story.count("taut") >= 2
+    log = [what for _, what in events(s)]
+    assert "slack" in log
+    assert log.count("taut") >= 2
     assert imbalance(s) < CLOSES
 
 

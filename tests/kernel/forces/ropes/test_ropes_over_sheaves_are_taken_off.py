@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Body, Drive, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import Body, Drive, InputSignal, Joint, Line, Point, Reeving, Rope, Sheave, System
 from small_scenes import SECOND, G, Y, Z, column, cube, events, hand_over, imbalance, started
 
 MASS, EA, R = 1000.0, 2e6, 0.2
@@ -20,7 +19,7 @@ def pair(damping: float, friction: float = 0.0) -> System:
     """A beam at rest under an equalised pair of legs 2 m to either side, over a sheave, and two plain ropes."""
     legs = [Point("beam", (x, 0.0, 0.0)) for x in (-2.0, 2.0)]
     rope = Reeving("pair", legs[0], (Sheave(Point("world"), Y, R, friction),), legs[1], EA, InputSignal(20.93), damping)
-    lines = [RopeSpan(Point("world", (x, 0.0, 0.0)), Point("beam", (x, 0.0, 0.0))) for x in (-3.0, 3.0)]
+    lines = [Line(Point("world", (x, 0.0, 0.0)), Point("beam", (x, 0.0, 0.0))) for x in (-3.0, 3.0)]
     spares = tuple(Rope(name, (line,), EA, 10.0, damping) for name, line in zip("ab", lines, strict=True))
     float_ = Joint("free", "free", "world", "beam", q0=(0.0, 0.0, -10.01, 0.0, 0.0, 0.0, 1.0))
     scene = System((Body("beam", MASS, inertia=cube(MASS, 3.0)),), (float_,), ropes=spares, forces=(rope,), gravity=G)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import NaturalMode, equilibrium, modes
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from small_scenes import G, X, Z, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[3] / "data" / "closed_forms.json").read_text())}
@@ -30,7 +30,7 @@ def chain(m: float, L: float, k: float, m_rope: float) -> System:
             Joint(f"{name}-x", "prismatic", "world", f"{name}-x", axis=X),
             Joint(f"{name}-z", "prismatic", f"{name}-x", name, axis=Z, q0=(-i * step,)),
         ]
-        ropes.append(Rope(f"rope{i}", (RopeSpan(Point(above), Point(name)),), k * PIECES * length, length))
+        ropes.append(Rope(f"rope{i}", (Line(Point(above), Point(name)),), k * PIECES * length, length))
         above = name
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes), gravity=G)
 
@@ -53,7 +53,7 @@ def test_c13_the_axial_frequency_of_a_heavy_rope(oscillations):
     axial = along(oscillations, "z")[0]
     assert axial == pytest.approx(want["f_exact"], rel=LUMPED)
     s = started(System((Body("load", x["m"]),), (Joint("z", "prismatic", "world", "load", axis=Z, q0=(-60.2,)),),
-                       ropes=(Rope("rope", (RopeSpan(Point("world"), Point("load")),), x["k"] * x["L"], x["L"]),),
+                       ropes=(Rope("rope", (Line(Point("world"), Point("load")),), x["k"] * x["L"], x["L"]),),
                        gravity=G))  # fmt: skip
     equilibrium(s)
     massless = modes(s).oscillations[0].frequency

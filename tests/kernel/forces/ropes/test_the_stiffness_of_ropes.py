@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, G, Y, hand_over, started
 
 MASS, LENGTH, ANGLE = 3.0e5, 20.0, 0.3
@@ -28,7 +28,7 @@ def swing(stiffer: float, lighter: float) -> System:
         Joint("hinge", "revolute", "load", "loader", axis=Y),
     )
     span, pull = LENGTH - 1.0, (MASS + bodies[0].mass) * G * np.cos(ANGLE)
-    rope = Rope("rope", (RopeSpan(Point("world"), Point("loader", (0.0, 0.0, 1.0))),), EA, EA * span / (EA + pull))
+    rope = Rope("rope", (Line(Point("world"), Point("loader", (0.0, 0.0, 1.0))),), EA, EA * span / (EA + pull))
     return System(bodies, joints, ropes=(rope,), gravity=G)
 
 

@@ -6,7 +6,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description import Beam, Body, Flexible, Joint, Nodal, Point, Rope, RopeSpan, System
+from heavylift.kernel.description import Beam, Body, Flexible, Joint, Line, Nodal, Point, Rope, System
 from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.multibody.flexible import beam_matrices, nodes_of
 from heavylift.kernel.simulation.native import channels
@@ -35,7 +35,7 @@ def girder(flexible=SIMPLE, load=0.0, rope=False):
         guide = Joint("guide", "prismatic", "world", "load", (MID, 0.0, 0.0), axis=Z, q0=(-1.05 * FALL,))
         joints.append(guide if rope else on)
     if rope:
-        ropes = (Rope("rope", (RopeSpan(Point("girder", (MID, 0.0, 0.0)), Point("load")),), ROPE * FALL, FALL),)
+        ropes = (Rope("rope", (Line(Point("girder", (MID, 0.0, 0.0)), Point("load")),), ROPE * FALL, FALL),)
     return System(tuple(bodies), tuple(joints), ropes=ropes, gravity=G)
 
 

@@ -7,8 +7,19 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description import Beam, Body, Flexible, Joint, Load, Nodal, Point, Rope, RopeSpan, System
-from heavylift.kernel.description.forces import InputSignal
+from heavylift.kernel.description import (
+    Beam,
+    Body,
+    Flexible,
+    InputSignal,
+    Joint,
+    Line,
+    Load,
+    Nodal,
+    Point,
+    Rope,
+    System,
+)
 from heavylift.kernel.multibody.flexible import beam_matrices, nodes_of
 from small_scenes import SECOND, Y, hand_over, started
 
@@ -163,7 +174,7 @@ def test_a_column_buckles_under_its_own_weight_and_under_loads_along_it():
         assert half.startswith("ends") == (part > 1.0)
 
 
-def test_a_body_of_matrices_says_that_it_does_not_know_of_compression():
+def test_a_body_of_matrices_reports_that_it_does_not_know_of_compression():
     flexible = matrices(BEAM, "clamped")
     assert upright(column(flexible, force=on_tip(0.04))) == ""
     noted = upright(column(flexible, force=on_tip(0.2)))
@@ -178,7 +189,7 @@ def test_a_column_that_something_else_holds_is_not_refused():
     feet = ((8.0, 0.0), (-8.0, 0.0), (0.0, 8.0), (0.0, -8.0))
     top = Point("jib", (L, 0.0, 0.0))
     guys = tuple(
-        Rope(f"guy{n}", (RopeSpan(top, Point("world", (x, y, 0.0))),), 1e7, 0.9999 * np.hypot(L, 8.0))
+        Rope(f"guy{n}", (Line(top, Point("world", (x, y, 0.0))),), 1e7, 0.9999 * np.hypot(L, 8.0))
         for n, (x, y) in enumerate(feet)
     )
     sentence = told(replace(system, ropes=guys), statics=False)

@@ -9,11 +9,11 @@ from heavylift.kernel.description import (
     Body,
     Flexible,
     Joint,
+    Line,
     Nodal,
     Point,
     RigidRope,
     Rope,
-    RopeSpan,
     Support,
     System,
 )
@@ -83,14 +83,14 @@ def test_only_the_recursive_formulation_knows_modes():
 @pytest.mark.parametrize("EA", [1e6, 0.0])
 def test_a_rope_is_hooked_at_a_new_point_of_its_own_station_only(EA):
     """The new end is given in the body's frame: 2 m above the axis at x = 5 m, 1 m from the rope's other end."""
-    line = RopeSpan(Point("beam", (5.0, 0.0, 0.5)), Point("world", (5.0, 0.0, 3.0)))
+    line = Line(Point("beam", (5.0, 0.0, 0.5)), Point("world", (5.0, 0.0, 3.0)))
     rope = Rope("rope", (line,), EA, 4.0, hooked=False) if EA else RigidRope("rope", (line,), 4.0, hooked=False)
     ropes = {"ropes": (rope,)} if EA else {"rigid_ropes": (rope,)}
     s = started(replace(system(GOOD), supports=(), **ropes))
-    told = (
+    message = (
         r"rope 'rope' at 0.000 s: its end on the flexible body 'beam' stays at the station \(5, 0, 0\); give the scene"
     )
-    with pytest.raises(KernelError, match=told):
+    with pytest.raises(KernelError, match=message):
         s.hook("rope", a=(6.0, 0.0, 0.5))
     with pytest.raises(KernelError, match="100 mm too short"):
         s.hook("rope", a=(5.0, 0.0, 2.0), L0=0.9)

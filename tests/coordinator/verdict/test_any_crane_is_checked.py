@@ -1,4 +1,4 @@
-"""Cranes of all types are judged alike: by their own shapes, ropes, slings and loads, against closed forms."""
+"""Cranes of all types are checked alike: by their own shapes, ropes, slings and loads, against closed forms."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def red(run: Played, kind: str) -> list[str]:
     return [f.sentence for f in run.verdict.findings if f.severity == "red" and f.kind == kind]
 
 
-def test_a_block_that_is_hoisted_into_the_boom_is_told_with_the_boom() -> None:
+def test_a_block_that_is_hoisted_into_the_boom_is_reported_with_the_boom() -> None:
     """42 m of boom at a radius of 14 m: 24 m up, a block 6 m wide reaches 3 m towards it."""
     run = played("crawler", "block.mass=30 t", UP, "end=300 s")
     assert any(x.startswith("the block went") and "into crawler.boom" in x for x in red(run, "clearance"))
@@ -40,7 +40,7 @@ def test_a_block_that_is_hoisted_into_the_boom_is_told_with_the_boom() -> None:
     assert not [c for c in played("crawler").verdict.clearances if c.distance < c.limit]
 
 
-def test_slings_are_judged_by_their_angle() -> None:
+def test_slings_are_checked_by_their_angle() -> None:
     """Lugs at +-3 m and +-2 m from the middle, slings of 3.9 m: asin(3.606 / 3.9) but for stretch."""
     run = played("crawler", *STEEP, 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
     use = next(u for u in run.uses if u.limit.quantity == "bridle angle")
@@ -51,13 +51,13 @@ def test_slings_are_judged_by_their_angle() -> None:
 def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
     """The hook hangs plumb at x = 14 m, the lugs lie 3 m aside: the rope leads there from the tip of the boom."""
     lugs = {f"N{i}": [f"{x} m", f"{y} m", "1.6 m"] for i, (x, y) in enumerate([(-3, 2), (3, 2), (-3, -2), (3, -2)], 1)}
-    aside = ["block.at=[17 m, 0 m, 2 m]", f"block.lugs={json.dumps(lugs)}", "block.mass=20 t"]
-    aside.append('actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
-    use = next(u for u in load("crawler", aside).uses if u.limit.quantity == "off-lead")
+    lateral = ["block.at=[17 m, 0 m, 2 m]", f"block.lugs={json.dumps(lugs)}", "block.mass=20 t"]
+    lateral.append('actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
+    use = next(u for u in load("crawler", lateral).uses if u.limit.quantity == "off-lead")
     tip = (42.0**2 - 12.5**2) ** 0.5 + 2.5  # its height [m]
     near, far = (degrees(atan2(x, tip - 3.6)) for x in (3.0, 6.0))  # to the middle of the lugs, and to the farther two
     assert near < degrees(use.value or 0.0) < far
-    assert len(red(played("crawler", *aside), "off-lead")) == 1
+    assert len(red(played("crawler", *lateral), "off-lead")) == 1
 
 
 def test_two_cranes_on_one_load_may_carry_a_part_of_what_each_could_alone() -> None:
@@ -95,8 +95,8 @@ def test_nor_from_a_frame_between_hooks_and_load() -> None:
 
 def test_no_crane_drags_what_stands_on_its_supports() -> None:
     taut = '{hall main: "hoist 1 m/min until all slings taut"}, {hall main: "hoist 0.1 m/min by 2 mm"}'
-    told = r"hall would traverse while the block is on its stools and legs\.sling-\d taut"
-    with pytest.raises(SceneError, match=told):
+    message = r"hall would traverse while the block is on its supports and legs\.sling-\d taut"
+    with pytest.raises(SceneError, match=message):
         load("hall", [f'actions=[{taut}, {{hall: "traverse 5 m/min by 1 m"}}]'])
 
 
@@ -131,16 +131,18 @@ def checks(crane: str, folder: Path) -> dict[str, str]:
     for c in scene.checks:
         if c.why == NOT_CHECKED and c.basis and c.basis not in missing.setdefault(c.quantity, []):
             missing[c.quantity].append(c.basis)
-    found |= {quantity: f"not checked; {', '.join(told)}" for quantity, told in missing.items()}
+    found |= {quantity: f"not checked; {', '.join(message)}" for quantity, message in missing.items()}
     found |= {c.quantity: "cannot occur" for c in scene.checks if c.state == "none" and not c.why}
     return (
         found
         | {f"clearance of {x.thing}": "judged" for x in Shapes(plan).solids}
-        | dict.fromkeys(Shapes(plan).untouched, "not judged")
+        | dict.fromkeys(Shapes(plan).untouched, "not checked")
     )
 
 
-def test_each_check_of_each_type_is_a_value_or_told_as_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_check_of_each_type_is_a_value_or_reported_as_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The matrix of bundled types and checks; what a change adds or takes away is seen in its file."""
     monkeypatch.chdir(tmp_path)
     found = {crane: checks(crane, tmp_path) for crane in sorted(library())}
@@ -150,7 +152,7 @@ def test_each_check_of_each_type_is_a_value_or_told_as_missing(tmp_path: Path, m
         assert {x.split()[0] for x in own if x.startswith("off-lead")}, crane
 
 
-def test_what_a_type_states_of_its_drives_and_drum_is_judged(tmp_path: Path) -> None:
+def test_what_a_type_states_of_its_drives_and_drum_is_checked(tmp_path: Path) -> None:
     """A pick 0.5 m aside, which the ropes lead to: T d / |d| along x, on the drive and on its brake."""
     text = library()["overhead-100"].read_text(encoding="utf-8").replace("overhead-100", "own")
     text = text.replace("force: 40 kN, brake: 60 kN", "force: 8 kN, brake: 80 kN")

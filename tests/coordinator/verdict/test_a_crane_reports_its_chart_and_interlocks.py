@@ -34,9 +34,9 @@ def test_each_stage_has_its_radius_load_and_chart() -> None:
     for x in found:
         assert x.capacity == next(most for radius, most in chart.items() if x.radius <= radius)
         assert x.use == x.load / x.capacity
-    told = str(check(scene))
-    assert "Radius and chart:" in told
-    assert "boom 42 m, counterweight 100 t, falls 16, base tracks 7.8 m long, 7.2 m apart" in told
+    message = str(check(scene))
+    assert "Radius and chart:" in message
+    assert "boom 42 m, counterweight 100 t, falls 16, base tracks 7.8 m long, 7.2 m apart" in message
 
 
 def test_the_largest_of_a_run_is_that_of_its_check() -> None:

@@ -80,7 +80,7 @@ def test_results_do_not_depend_on_where_a_model_ran(end: str, where: dict[str, A
     assert recorded["workshop.frame.transducer"]["value"] == {"arrivals": arrivals, "solutions": solutions}
 
 
-def test_a_flat_simulator_tells_the_same_and_goes_on() -> None:
+def test_a_flat_simulator_reports_the_same_and_goes_on() -> None:
     assert flat(work()) == run_models(work, **HERE).results
     assert flat(work(), seconds(5), seconds(5)) == run_models(work, until=5.0, **HERE).results
     simulator = Simulator(work())
@@ -112,10 +112,10 @@ def spoiled(result: Any) -> Coupled:
         (lambda m: Till("x"), "its result: message Till, field seconds: the str 'x' does not travel as float"),
     ],
 )
-def test_a_result_that_breaks_a_rule_is_told_by_path(result: Any, sentence: str) -> None:
-    with pytest.raises(ModelError) as told:
+def test_a_result_that_breaks_a_rule_is_reported_by_path(result: Any, sentence: str) -> None:
+    with pytest.raises(ModelError) as message:
         flat(spoiled(result))
-    assert str(told.value).startswith(f"yard.one at (7 s, 0): {sentence}")
+    assert str(message.value).startswith(f"yard.one at (7 s, 0): {sentence}")
 
 
 def test_a_port_that_cannot_stop_a_run() -> None:

@@ -27,7 +27,7 @@ def test_a_move_of_no_length_is_a_stage_that_ended_at_once(tmp_path: Path) -> No
     assert [(f.kind, f.subject) for f in result.verdict.findings] == [("stage", "sideways")]
 
 
-def test_a_list_that_never_ends_is_told_in_a_planners_words() -> None:
+def test_a_list_that_never_ends_is_reported_in_a_planners_words() -> None:
     up = "actions:\n  - stage: up\n    all hooks: hoist 10 m/min until tension of crane.H1 >= 5 MN\n"
     off = "actions:\n  - stage: unhook\n    all hooks: unhook\n" + up.partition("\n")[2]
     found = parse(LIFT[: LIFT.index("actions:")].replace("end: 60 s\n", "") + off).findings

@@ -32,17 +32,17 @@ def test_all_commands_of_the_page_work(tmp_path: Path, monkeypatch: pytest.Monke
         found(tmp_path / "sledge.mcap")
         lines = [[word.replace("turnover", "sledge") for word in line] for line in LINES]
         watching = [command(tmp_path, *line) for line in lines if line[0] == "watch" and "--ticket" not in line]
-        said: list[str] = []
+        text: list[str] = []
         for line in lines:
             words = ["pusher: drive 6 m/min by 0.5 m" if word.startswith("west H1") else word for word in line]
             if line[0] in ANSWERS:
-                told = CliRunner().invoke(app, words)
-                assert told.exit_code == 0, (line, told.exception)
-                assert re.fullmatch(ANSWERS[line[0]], told.output), line
-                said.append(line[0])
+                message = CliRunner().invoke(app, words)
+                assert message.exit_code == 0, (line, message.exception)
+                assert re.fullmatch(ANSWERS[line[0]], message.output), line
+                text.append(line[0])
         assert process.wait(PATIENCE_s) == 0
         seen = [observer.communicate(timeout=PATIENCE_s)[0].splitlines() for observer in watching]
-    assert said == ["pause", "step", "step", "continue", "command", "stop"]
+    assert text == ["pause", "step", "step", "continue", "command", "stop"]
     everything, stages, numbered = seen
     assert len(everything) == len(numbered) > len(stages) > 1
     assert everything[-1] == stages[-1]

@@ -53,10 +53,10 @@ def test_a_library_that_fails_is_named(
 
     with pytest.raises(RecordingError) as error, Recording(recorded).reading():
         use()
-    said = str(error.value)
-    assert "the library " in said
-    assert told in said
-    assert "damaged" not in said
+    answer = str(error.value)
+    assert "the library " in answer
+    assert told in answer
+    assert "damaged" not in answer
 
 
 def test_an_extra_that_is_there_but_fails_is_named(library: Callable[[str], None]) -> None:
@@ -86,7 +86,7 @@ def test_a_turned_byte_sends_every_command_to_recover(recorded: Path, tmp_path: 
     data[place + 9 + length // 2] ^= 0x55
     path = tmp_path / "turned.mcap"
     path.write_bytes(data)
-    ways: list[Callable[[], object]] = [
+    distances: list[Callable[[], object]] = [
         lambda: plot(path, tmp_path / "x.png"),
         lambda: export(path, tmp_path / "x.csv"),
         lambda: report(path, tmp_path / "x.html"),
@@ -96,9 +96,9 @@ def test_a_turned_byte_sends_every_command_to_recover(recorded: Path, tmp_path: 
         lambda: info(path),
         lambda: Recording(path).events(),
     ]
-    for way in ways:
+    for distance in distances:
         with pytest.raises(RecordingError, match=rf"is damaged \(.*\); `heavylift recover {path}` saves"):
-            way()
+            distance()
     assert [x.name for x in tmp_path.iterdir() if x.suffix in (".png", ".csv", ".html", ".svg")] == []
 
 
@@ -120,7 +120,7 @@ def test_what_another_program_has_changed_is_not_sent_to_recover(recorded: Path,
 @pytest.mark.parametrize("name", ["sim_s", "wall_s", "samples", "peaks", "rated"])
 def test_what_is_no_number_ends_in_a_sentence(name: str, text: str, recorded: Path, tmp_path: Path) -> None:
     path = altered(recorded, tmp_path / "no.mcap", lambda parts: parts.metadata["result"].update({name: text}))
-    ways: list[Callable[[], object]] = [
+    distances: list[Callable[[], object]] = [
         lambda: info(path),
         lambda: info_data(path),
         lambda: tables_of(facts(Recording(path))),
@@ -129,9 +129,9 @@ def test_what_is_no_number_ends_in_a_sentence(name: str, text: str, recorded: Pa
         lambda: view(path, tmp_path / "y.html"),
     ]
     sentences = []
-    for way in ways[: None if text == "NaN" else 3]:
+    for distance in distances[: None if text == "NaN" else 3]:
         try:
-            way()
+            distance()
         except RecordingError as error:
             sentences.append(str(error))
     assert not [x for x in sentences if "\n" in x]
@@ -139,7 +139,7 @@ def test_what_is_no_number_ends_in_a_sentence(name: str, text: str, recorded: Pa
         assert sentences or name == "rated"
 
 
-def test_an_altered_digest_or_peak_is_told_by_info(recorded: Path, tmp_path: Path) -> None:
+def test_an_altered_digest_or_peak_is_reported_by_info(recorded: Path, tmp_path: Path) -> None:
     def forge(parts: Parts) -> None:
         result = parts.metadata["result"]
         peaks = json.loads(result["peaks"])
@@ -147,9 +147,9 @@ def test_an_altered_digest_or_peak_is_told_by_info(recorded: Path, tmp_path: Pat
         result |= {"digest": "0" * 64, "peaks": json.dumps(peaks), "samples": "5"}
 
     path = altered(recorded, tmp_path / "forged.mcap", forge)
-    told = info(path)
-    assert "the result says " + "0" * 64 in told
-    assert "the peak of west.H1 is 451 kN in the rows, the result says 405.9 kN" in told
-    assert "there are 6 samples, the result says 5" in told
+    message = info(path)
+    assert "the result says " + "0" * 64 in message
+    assert "the peak of west.H1 is 451 kN in the rows, the result says 405.9 kN" in message
+    assert "there are 6 samples, the result says 5" in message
     assert len(info_data(path)["wrong"]) == 3
     assert info_data(recorded)["wrong"] == []

@@ -34,11 +34,11 @@ def loader(hooked: str = "AB") -> Bench:
 
 
 def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
-    bench = loader(hooked="A").put(
+    context = loader(hooked="A").put(
         1.0, "order", Order(ONE, 7, (0, 0), Hookup(sling=ONE, lug="B'+16", p=(16.0, 12.0, -5.6)))
     )
-    bench.put(2.0, "order", Order(TWO, 8, (0, 0), Hookup(sling=TWO, lug="B'+20", p=(20.0, 12.0, -5.6))))
-    assert bench.said() == [
+    context.put(2.0, "order", Order(TWO, 8, (0, 0), Hookup(sling=TWO, lug="B'+20", p=(20.0, 12.0, -5.6))))
+    assert context.said() == [
         (0.0, "input", RATED),
         (1.0, "input", Hook(ONE, b=(16.0, 12.0, -5.6))),
         (1.0, "report", Hooked(ONE, "B'+16")),
@@ -52,12 +52,12 @@ def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
 
 
 def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
-    bench = (
+    context = (
         loader()
         .put(1.0, "order", Order(ONE, 1, (0, 0), Release(sling=ONE)))
         .put(2.0, "order", Order(TWO, 2, (0, 0), Release(sling=TWO)))
     )
-    assert bench.said()[1:] == [
+    assert context.said()[1:] == [
         (1.0, "input", Unhook(ONE)),
         (1.0, "report", Unhooked(ONE)),
         (1.0, "report", Done(ONE, 1)),
@@ -70,12 +70,12 @@ def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
 
 
 def test_the_hinge_is_locked_by_order_once() -> None:
-    bench = (
+    context = (
         loader()
         .put(1.0, "order", Order(LOCK, 4, (0, 0), BrakeOrder(model="loader-3", brake=LOCK, engaged=True)))
         .put(2.0, "order", Order(LOCK, 5, (0, 0), BrakeOrder(model="loader-3", brake=LOCK, engaged=True)))
     )
-    assert bench.said()[1:] == [
+    assert context.said()[1:] == [
         (1.0, "input", SetBrake(LOCK, True)),
         (1.0, "report", BrakeState(LOCK, True)),
         (1.0, "report", Done(LOCK, 4)),
@@ -84,18 +84,18 @@ def test_the_hinge_is_locked_by_order_once() -> None:
 
 
 def test_taut_and_slack_are_reported_at_once() -> None:
-    bench = loader().put(1.5, "state", StateEvent(ONE, "taut", 0.0), StateEvent(TWO, "taut", 0.0))
-    assert bench.said()[1:] == [
+    context = loader().put(1.5, "state", StateEvent(ONE, "taut", 0.0), StateEvent(TWO, "taut", 0.0))
+    assert context.said()[1:] == [
         (1.5, "report", RopeState(ONE, "taut", 0.0)),
         (1.5, "report", RopeState(TWO, "taut", 0.0)),
     ]
 
 
 def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
-    bench = loader()
+    context = loader()
     for t, tension in ((1.0, 2.6e6), (2.0, 2.5e6), (3.0, 2.6e6)):
-        bench.put(t, "state", StateEvent("loader-3.load", "reached", tension))
-    assert bench.said() == [
+        context.put(t, "state", StateEvent("loader-3.load", "reached", tension))
+    assert context.said() == [
         (0.0, "input", RATED),
         (1.0, "input", Watch("loader-3.load", 0.97 * 2.6e6, False)),
         (1.0, "report", Overload("loader-3.load", 2.6e6, 2.6e6, True)),
@@ -107,12 +107,12 @@ def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
 
 
 def test_the_block_lifts_off_with_its_last_support_and_lands_with_the_last_of_the_other_face() -> None:
-    bench = Bench(build_one(turnover(), "block"))
+    context = Bench(build_one(turnover(), "block"))
     for i in (1, 2, 3, 4):
-        bench.put(100.0 + i, "state", StateEvent(f"block.lower-{i}", "open", 0.0))
+        context.put(100.0 + i, "state", StateEvent(f"block.lower-{i}", "open", 0.0))
     for i in (1, 2, 3, 4):
-        bench.put(200.0 + i, "state", StateEvent(f"block.upper-{i}", "closed", 0.0))
-    assert [line for line in bench.said() if line[1] == "report"] == [
+        context.put(200.0 + i, "state", StateEvent(f"block.upper-{i}", "closed", 0.0))
+    assert [line for line in context.said() if line[1] == "report"] == [
         (104.0, "report", Lifted("block")),
         (201.0, "report", Touched("block", "block.upper-1")),
         (204.0, "report", Landed("block", "upper")),
@@ -121,10 +121,10 @@ def test_the_block_lifts_off_with_its_last_support_and_lands_with_the_last_of_th
 
 def test_the_block_reports_its_attitude_every_30_degrees_without_flutter() -> None:
     up, down = "block.attitude-up", "block.attitude-down"
-    bench = Bench(build_one(turnover(), "block")).put(1.0, "state", StateEvent(up, "reached", 0.0))
-    bench.put(2.0, "state", StateEvent(down, "reached", 0.0))
-    said = [(t, m) for t, _, m in bench.said()]
-    marks = [(m.threshold, round(degrees(m.value), 9)) for _, m in said if isinstance(m, Watch)]
+    context = Bench(build_one(turnover(), "block")).put(1.0, "state", StateEvent(up, "reached", 0.0))
+    context.put(2.0, "state", StateEvent(down, "reached", 0.0))
+    text = [(t, m) for t, _, m in context.said()]
+    marks = [(m.threshold, round(degrees(m.value), 9)) for _, m in text if isinstance(m, Watch)]
     assert marks == [(up, 30.0), (down, -1.0), (up, 60.0), (down, 29.0), (up, 30.0), (down, -1.0)]
-    reports = [(t, round(degrees(m.angle), 9), m.rising) for t, m in said if isinstance(m, Attitude)]
+    reports = [(t, round(degrees(m.angle), 9), m.rising) for t, m in text if isinstance(m, Attitude)]
     assert reports == [(1.0, 30.0, True), (2.0, 29.0, False)]

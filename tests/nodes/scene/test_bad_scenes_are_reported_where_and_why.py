@@ -38,12 +38,12 @@ def test_a_bad_scene(name: str) -> None:
     for old, new in edits:
         assert old in text
         text = text.replace(old, new, 1)
-    told = refused(text)
-    heads = [match for match in map(HEAD.fullmatch, told.splitlines()) if match]
+    message = refused(text)
+    heads = [match for match in map(HEAD.fullmatch, message.splitlines()) if match]
     assert [match["told"] for match in heads] == [sentence]
     line, column = int(heads[0]["line"]), int(heads[0]["column"])
     assert text.splitlines()[line - 1][column - 1 :].startswith(points_at)
-    shown, caret = told.splitlines()[1:3]
+    shown, caret = message.splitlines()[1:3]
     assert shown[caret.index("^") :].startswith(points_at)
 
 
@@ -84,7 +84,7 @@ scene.yaml:9:17: error: actions[0].when: two real numbers are never exactly equa
     )
 
 
-def test_a_setting_is_told_like_a_line_of_the_scene() -> None:
+def test_a_setting_is_reported_like_a_line_of_the_scene() -> None:
     assert (
         refused(TEXTS["lift"], "cranes.crane.at=41")
         == """\
@@ -103,7 +103,7 @@ def test_a_setting_is_told_like_a_line_of_the_scene() -> None:
     parse(TEXTS["lift"], "scene.yaml", ["block.lugs.P1[0]=-7.9 m"])
 
 
-def test_a_recording_is_no_scene_and_is_told_as_one(tmp_path: Path) -> None:
+def test_a_recording_is_no_scene_and_is_reported_as_one(tmp_path: Path) -> None:
     for size in (100, 20_000_000):  # the latter is larger than any scene
         (tmp_path / "lift.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(size))
         with pytest.raises(SceneError, match="it is a recording, no scene; `heavylift info"):
@@ -122,8 +122,8 @@ def test_whatever_a_run_names_itself_is_reserved() -> None:
             check_names([word], "node")
 
 
-def test_rope_lines_to_unknown_bodies_are_told_with_all_else() -> None:
-    told = refused("""\
+def test_rope_lines_to_unknown_bodies_are_reported_with_all_else() -> None:
+    message = refused("""\
 heavylift: 1
 name: hanging
 end: 1 s
@@ -138,7 +138,7 @@ mechanism:
       EA: 1 MN
       length: 9 m
 """)
-    assert [line for line in told.splitlines() if HEAD.fullmatch(line)] == [
+    assert [line for line in message.splitlines() if HEAD.fullmatch(line)] == [
         "scene.yaml:11:30: error: mechanism.ropes.hoist.lines[0].start.body: there is no body 'wold'",
         "scene.yaml:11:92: error: mechanism.ropes.hoist.lines[1].end.body: there is no body 'lod'",
     ]

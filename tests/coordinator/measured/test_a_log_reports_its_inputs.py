@@ -58,11 +58,11 @@ def test_what_the_log_does_not_depend_on_is_named() -> None:
     assert "hardly depends on it" in found.unknown[1]
 
 
-def test_what_it_cannot_tell_apart_is_named_with_its_twin() -> None:
+def test_what_it_cannot_report_apart_is_named_with_its_twin() -> None:
     found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.62, 1.0, 1.0]), [0, 1, 2])
     assert set(found.values) == {1}  # the share alone
-    assert "cannot tell it from twin (correlation 1.0000)" in found.unknown[0]
-    assert "cannot tell it from weight" in found.unknown[2]
+    assert "cannot distinguish it from twin (correlation 1.0000)" in found.unknown[0]
+    assert "cannot distinguish it from weight" in found.unknown[2]
 
 
 def test_a_kink_is_no_noise() -> None:

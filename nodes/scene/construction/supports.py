@@ -1,4 +1,4 @@
-"""The blocks of a scene file as parts of the plan: lying in equilibrium on their stools, and what of them bends.
+"""The blocks of a scene file as parts of the plan: lying in equilibrium on their supports, and what of them bends.
 
 Stiffness of a support = its equal share of the weight over the settlement; damping from the ratio given.  As a beam a
 block bends from end to end along its x, and its frame is the mean of it; modes of a table stand at its lugs and pads.
@@ -31,24 +31,24 @@ from .scene_builder import LOWER, UPPER, SceneBuilder, box
 
 SAME = 1e-9  # relative, of masses that are equal
 TOUCH = 1e-6  # [m]
-SINGULAR = 1e-12  # singular value, relative, of stools in one line
+SINGULAR = 1e-12  # singular value, relative, of supports in one line
 
 
-def block_machine(yard: SceneBuilder, base: Path) -> plan.Mechanism:
-    """A block as a machine made of parts: a body on a free joint above its stools; the one of a scene, or one that its
-    list turns, can be set onto its other face.  `base`: where it stands in the scene, its name last."""
-    name, alone, where = str(base[-1]), len(base) == 1, yard.source.where(base)
-    block = yard.scene.block if alone else yard.scene.blocks[name]
+def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
+    """A block as a machine: a body on a free joint above its supports; a block that is turned can be set on its other
+    face. `base`: its path in the scene."""
+    name, alone, where = str(base[-1]), len(base) == 1, builder.source.where(base)
+    block = builder.scene.block if alone else builder.scene.blocks[name]
     assert block is not None
     turns = alone or any(
         VERBS[phrase.verb].becomes == "turn"
-        for action in yard.scene.actions
+        for action in builder.scene.actions
         for target, phrase in action.orders.items()
         if target == name
     )
     supports, stools = dict[str, list[Support]](), block.supports
     n, half = len(stools.at), block.size[2] / 2
-    k = block.mass * yard.scene.gravity / (n * stools.settlement)
+    k = block.mass * builder.scene.gravity / (n * stools.settlement)
     d = 2 * stools.damping * math.sqrt(k * block.mass / n)
     for face, side in ((LOWER, -1), (UPPER, 1)):
         for i, (u, v) in enumerate(stools.at):
@@ -69,19 +69,19 @@ def block_machine(yard: SceneBuilder, base: Path) -> plan.Mechanism:
     try:
         check_inertia(Body(name, block.mass, inertia=rigid.inertia))
     except KernelError as error:
-        yard.source.fault((*base, "inertia"), str(error))
-    for sentence, path in _misfits(block, name) if yard.scene.rig else ():
-        yard.source.fault((*base, *path), sentence, on_key=True)
-    flexible = flexible_of(yard, block, rigid, [s for of in supports.values() for s in of], base)
-    stands, pose = supports[LOWER], _resting(block, yard.scene.vessels.get(block.on))
+        builder.source.fault((*base, "inertia"), str(error))
+    for sentence, path in _misfits(block, name) if builder.scene.rig else ():
+        builder.source.fault((*base, *path), sentence, on_key=True)
+    flexible = flexible_of(builder, block, rigid, [s for of in supports.values() for s in of], base)
+    stands, pose = supports[LOWER], _resting(block, builder.scene.vessels.get(block.on))
     system = System(
         bodies=(block_body(rigid, flexible),),
         joints=(Joint(f"{name}.free", "free", WORLD, name, q0=pose, v0=(0.0,) * 6),),
         supports=tuple(stands + supports[UPPER] if turns else stands),
-        gravity=yard.scene.gravity,
+        gravity=builder.scene.gravity,
     )
     words = {lug: lug if alone else f"{name}.{lug}" for lug in block.lugs}
-    marks = {word: yard.source.where((*base, "lugs", lug)) for lug, word in words.items()}
+    marks = {word: builder.source.where((*base, "lugs", lug)) for lug, word in words.items()}
     cargo = Cargo(
         body=name,
         mass=block.mass,
@@ -89,7 +89,7 @@ def block_machine(yard: SceneBuilder, base: Path) -> plan.Mechanism:
         moments=(xx, yy, zz),
         size=block.size,
         lugs={word: block.lugs[lug] for lug, word in words.items()},
-        marks=marks | {"": yard.source.where((*base, "com"))},
+        marks=marks | {"": builder.source.where((*base, "com"))},
         faces={s.name: face for face, of in supports.items() for s in of} if turns else {},
         turned=0.0 if turns else None,
     )
@@ -106,17 +106,17 @@ def block_machine(yard: SceneBuilder, base: Path) -> plan.Mechanism:
 
 
 def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
-    """What is wrong with stools and lugs, and where: a block stands on its stools, neither above nor sunk into them,
-    with its centre of mass between them, and no lug is inside."""
-    (u, v, _), half, stools = given.com, [side / 2 for side in given.size], given.supports.at
+    """Faults of supports and lugs: the block rests on its supports with its centre of mass between them, and no lug is
+    inside it."""
+    (u, v, _), half, supports = given.com, [side / 2 for side in given.size], given.supports.at
     gap, own = given.at[2] - half[2] - given.supports.height, name if name == "block" else f"block {name}"
     if abs(gap) > TOUCH:
         how = f"{gap:g} m above" if gap > 0 else f"{-gap:g} m deep in"
-        yield f"the {own} is {how} its stools: put its middle at z = {given.supports.height + half[2]:g} m", ()
-    if any(max(abs(place[i]) for place in stools) > half[i] for i in (0, 1)):
-        yield "a stool stands beside the block", ("supports", "at", 0)
-    elif not _inside((u, v), stools):
-        message = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the stools"
+        yield f"the {own} is {how} its supports: put its middle at z = {given.supports.height + half[2]:g} m", ()
+    if any(max(abs(place[i]) for place in supports) > half[i] for i in (0, 1)):
+        yield "a support stands beside the block", ("supports", "at", 0)
+    elif not _inside((u, v), supports):
+        message = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the supports"
         yield f"{message}: the block would tip", ("supports", "at", 0)
     for lug, p in given.lugs.items():
         depths = [h - abs(x) for h, x in zip(half, p, strict=True)]
@@ -127,7 +127,7 @@ def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
 
 
 def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
-    """Whether p is inside the convex hull: no direction has all points on its one side."""
+    """Whether p is inside the convex hull."""
     if p in points:
         return True
     angles = sorted(float(atan2(y - p[1], x - p[0])) for x, y in points)
@@ -136,7 +136,7 @@ def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
 
 
 def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, float, float, float, float, float]:
-    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v."""
+    """Equilibrium pose of the block on its supports: k sum(depth) = weight, depth = a + b u + c v."""
     places = [(1.0, u, v) for u, v in block.supports.at]
     total = len(places) * block.supports.settlement
     load = [total, total * block.com[0], total * block.com[1]]
@@ -152,55 +152,59 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 
 
 def flexible_of(
-    yard: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
+    builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """What bends of a block with its mass properties and pads, if anything does; what is wrong is a fault."""
+    """Flexible part of a block with mass properties and pads, if any; errors are faults."""
     if block.beam is None and not block.modes:
         return None
     key: Path = (*base, "beam" if block.beam else "modes")
     if block.beam and block.modes:
-        yard.source.fault((*base, "modes"), "a flexible block has either a 'beam' or 'modes'", on_key=True)
+        builder.source.fault((*base, "modes"), "a flexible block has either a 'beam' or 'modes'", on_key=True)
         return None
-    made = _beam(yard, block, block.beam, body, key) if block.beam else _modes(yard, block, stools, base)
+    made = _beam(builder, block, block.beam, body, key) if block.beam else _modes(builder, block, stools, base)
     if made is None:
         return None
     try:
         check_flexible(str(base[-1]), made)
         check_inertia(block_body(body, made))
     except KernelError as error:
-        told = "; give the beam a 'mass', that of what bends with it, or the block its 'inertia'" if made.beam else ""
-        yard.source.fault(key, f"{error}{told}", on_key=True)
+        message = (
+            "; give the beam a 'mass', that of what bends with it, or the block its 'inertia'" if made.beam else ""
+        )
+        builder.source.fault(key, f"{error}{message}", on_key=True)
     return made
 
 
-def _beam(yard: SceneBuilder, block: schema.Block, hull: Hull, body: Body, key: Path) -> Flexible | None:
+def _beam(builder: SceneBuilder, block: schema.Block, hull: Hull, body: Body, key: Path) -> Flexible | None:
     length, bends = block.size[0], hull.mass or block.mass
     if bends > block.mass * (1.0 + SAME):
-        told = f"the block has {block.mass / 1e3:g} t, of which no {bends / 1e3:g} t can bend"
-        yard.source.fault((*key, "mass"), told)
+        message = f"the block has {block.mass / 1e3:g} t, of which no {bends / 1e3:g} t can bend"
+        builder.source.fault((*key, "mass"), message)
         return None
     if any(block.com) and bends > block.mass * (1.0 - SAME):
-        told = "the mass of a uniform beam is not aside, as 'com' says: give the beam a 'mass', less than the block's"
-        yard.source.fault(key, told, on_key=True)
+        message = (
+            "the mass of a uniform beam is not aside, as 'com' says: give the beam a 'mass', less than the block's"
+        )
+        builder.source.fault(key, message, on_key=True)
         return None
     polar = body.inertia[0][0] / length * (bends / block.mass)
     beam = Beam(length, bends / length, *hull.stiffness, polar, hull.elements, start=-length / 2)
     along = {"end-1": -length / 2, "middle": 0.0, "end-2": length / 2}
     for lug, p in block.lugs.items():
         if abs(p[0]) > length / 2:
-            told = f"the lug stands {p[0]:g} m along a beam that ends at {length / 2:g} m"
-            yard.source.fault((*key[:-1], "lugs", lug), told)
+            message = f"the lug stands {p[0]:g} m along a beam that ends at {length / 2:g} m"
+            builder.source.fault((*key[:-1], "lugs", lug), message)
     gauges = (*_gauges(block.lugs), *(Gauge(name, (x, 0.0, 0.0)) for name, x in along.items()))
     return Flexible(hull.modes, beam, frame="free", damping=hull.damping, loads=tuple(hull.loads), gauges=gauges)
 
 
-def _modes(yard: SceneBuilder, block: schema.Block, stools: list[Support], base: Path) -> Flexible | None:
+def _modes(builder: SceneBuilder, block: schema.Block, stools: list[Support], base: Path) -> Flexible | None:
     places = {**block.lugs, **{s.name.partition(".")[2]: s.point.p for s in stools}}
     named = dict.fromkeys(word for mode in block.modes.values() for word in mode.shape)
     for name, mode in block.modes.items():
         for word in (word for word in mode.shape if word not in places):
             path = (*base, "modes", name, "shape", word)
-            yard.source.fault(path, f"the block has no lug or stool '{word}'", closest(word, places), on_key=True)
+            builder.source.fault(path, f"the block has no lug or support '{word}'", closest(word, places), on_key=True)
     if any(word not in places for word in named):
         return None
     modes = block.modes.values()

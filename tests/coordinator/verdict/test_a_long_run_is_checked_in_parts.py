@@ -1,4 +1,4 @@
-"""A run is judged in parts of time, however long it is: what is found is that of the whole."""
+"""A run is checked in parts of time, however long it is: what is found is that of the whole."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ def some(x: SignalColumns, k: slice) -> SignalColumns:
 def test_the_worst_of_each_limit_is_that_of_the_whole() -> None:
     plan = load("lift").plan
     plan = msgspec.structs.replace(plan, limits=LIMITS)
-    told = 0
+    message = 0
     for seed in range(12):
         whole_, size = drawn(seed), random.Random(seed).choice((1, 3, 50, 199))
         parts = [some(whole_, slice(max(0, i - 1), i + size)) for i in range(0, len(whole_.t), size)]
         expected = uses_of(plan, [whole_])
         assert uses_of(plan, parts) == expected, seed
-        told += sum(use.value is not None for use in expected)
-    assert told == 12 * len(LIMITS)
+        message += sum(use.value is not None for use in expected)
+    assert message == 12 * len(LIMITS)
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_a_part_bounds_what_happens_in_it_as_the_whole_does(
     assert np.allclose(moved + least, expected.moved + expected.least, rtol=1e-9)
 
 
-def test_what_is_judged_waits_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_checked_waits_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
     """Batches that come twice are taken once, and each part is what was given."""
     monkeypatch.setattr(spool, "IN_MEMORY", 1000)
     pose = SampleChannel("pose/block", [*"xyzabcd"], "m", 1, 8)

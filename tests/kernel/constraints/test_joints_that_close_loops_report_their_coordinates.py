@@ -99,7 +99,7 @@ def shafts(kind, name, asked):
     ("constant-velocity", (0.1, 0.0), ("angle1 from 5.72958 degrees to 20 degrees",)),
     ("spherical", (0.0, 0.0, 0.0, 1.0), ("attitude from 0 degrees to 40 degrees",)),
 ])  # fmt: skip
-def test_a_start_value_that_is_not_kept_is_told(kind, asked, told, name):
+def test_a_start_value_that_is_not_kept_is_reported(kind, asked, told, name):
     (note,) = [n.sentence for n in started(shafts(kind, name, asked), native=False).notes if "start pose" in n.sentence]
     assert note.startswith(f"the start pose was changed so that the loops of joint '{name}' close: joint '{name}' ")
     assert all(f"joint '{name}' {x}" in note for x in told), note
@@ -129,33 +129,35 @@ def used(s):
 
 def told_speeds(s):
     """What the note says of speeds, and its end."""
-    told = [n.sentence for n in s.notes if n.sentence.startswith("the start speeds")]
-    assert len(told) < 2
-    told = "".join(told).partition(" allow: ")[2]
-    return {" ".join(x.split()[:-5]): float(x.split()[-2]) for x in told.split("; give")[0].split("; ") if x}, told
+    message = [n.sentence for n in s.notes if n.sentence.startswith("the start speeds")]
+    assert len(message) < 2
+    message = "".join(message).partition(" allow: ")[2]
+    return {
+        " ".join(x.split()[:-5]): float(x.split()[-2]) for x in message.split("; give")[0].split("; ") if x
+    }, message
 
 
 @pytest.mark.parametrize("kind", LOOPS)
 @pytest.mark.parametrize("seed", range(6))
-def test_speeds_that_fit_are_silent_and_others_are_told_with_what_is_used(kind, seed):
+def test_speeds_that_fit_are_silent_and_others_are_reported_with_what_is_used(kind, seed):
     random = Random(f"{kind} {seed}")
     system, *_ = looped(seed, (kind,), n=5)
     drawn = [tuple(random.uniform(-1.0, 1.0) for _ in JOINTS[j.kind].velocities) for j in system.joints]
     asked = replace(system, joints=tuple(replace(j, v0=v) for j, v in zip(system.joints, drawn, strict=True)))
     s = started(asked, native=False)
-    speeds, (told, sentence) = used(s), told_speeds(s)
+    speeds, (message, sentence) = used(s), told_speeds(s)
     for j in asked.joints:
         for c, x, z in zip(JOINTS[j.kind].velocities, j.v0, speeds[j.name], strict=True):
             where = f"joint '{j.name}'" + f" {c}" * (len(j.v0) > 1)
-            assert (where in told) == (abs(x - z) > 1e-3), where
-            assert told.get(where, z) == pytest.approx(z, rel=1e-5, abs=1e-5)
+            assert (where in message) == (abs(x - z) > 1e-3), where
+            assert message.get(where, z) == pytest.approx(z, rel=1e-5, abs=1e-5)
     (closing,) = s.program.constraints.loops
     assert sentence.endswith(f"; give other joints of the loop the speeds from which those of '{closing.name}' follow")
     fits = replace(asked, joints=tuple(replace(j, v0=speeds[j.name]) for j in asked.joints))
     assert told_speeds(started(fits, native=False)) == ({}, "")
 
 
-def test_a_speed_of_the_closing_joint_alone_is_told():
+def test_a_speed_of_the_closing_joint_alone_is_reported():
     """Nothing else is asked to move, so that it does not."""
     at_rest = shafts("universal", "x", ())
     joints = (*at_rest.joints[:2], replace(at_rest.joints[2], v0=(2.0, 0.0)))

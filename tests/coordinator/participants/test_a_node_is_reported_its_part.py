@@ -22,18 +22,18 @@ def test_of_its_part_a_node_builds_what_it_would_of_all(scene: str) -> None:
     plan = load(scene).plan
     models, wires = build(plan), wiring(plan).all
     for name, part in zip(models, divided(plan, [[name] for name in models]), strict=True):
-        told = decode(encode(part))
-        own = build(told, [name])
+        message = decode(encode(part))
+        own = build(message, [name])
         assert own[name].declare() == models[name].declare()
-        assert subscriptions(told, own) == subscriptions(plan, {name: models[name]})
+        assert subscriptions(message, own) == subscriptions(plan, {name: models[name]})
         assert {*own[name].ports} == {*models[name].ports}
-        theirs = [x for x in wiring(told).all if name in (x.source, x.target)]
+        theirs = [x for x in wiring(message).all if name in (x.source, x.target)]
         assert theirs == [x for x in wires if name in (x.source, x.target)]
 
 
-def test_what_a_machine_is_told_does_not_grow_with_the_yard() -> None:
-    told = {n: len(encode(next(divided(yard(n), [["l0-hall"]])))) for n in (1, 9)}
-    assert told[9] == told[1] < 12_000
+def test_what_a_machine_is_reported_does_not_grow_with_the_yard() -> None:
+    message = {n: len(encode(next(divided(yard(n), [["l0-hall"]])))) for n in (1, 9)}
+    assert message[9] == message[1] < 12_000
 
 
 def test_a_commander_of_one_list_knows_that_lift_alone() -> None:

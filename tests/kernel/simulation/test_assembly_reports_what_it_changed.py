@@ -1,4 +1,4 @@
-"""The start of a linkage: what was asked is kept, small corrections are told, another branch is refused."""
+"""The start of a linkage: what was asked is kept, small corrections are reported, another branch is refused."""
 
 from dataclasses import replace
 from math import acos, cos, degrees, sin
@@ -38,8 +38,8 @@ def begun(system):
     """Coordinates, velocities and notes at the start."""
     s = started(system, native=False)
     nq = s.program.nq
-    told = [n.sentence for n in s.notes if n.sentence.startswith("the start")]
-    return s.state[:nq], s.state[nq : nq + s.program.nv], told
+    message = [n.sentence for n in s.notes if n.sentence.startswith("the start")]
+    return s.state[:nq], s.state[nq : nq + s.program.nv], message
 
 
 def gap(q):
@@ -50,53 +50,53 @@ def gap(q):
 @pytest.mark.parametrize("crank", [0.2, 0.9, 2.0, 3.0, -0.7])
 def test_what_is_not_asked_follows_what_is(crank):
     """The coupler and the rocker find a place for any angle of the crank; nothing asked has changed."""
-    q, v, told = begun(parallelogram((crank,), speeds=((4.0,), (), ())))
+    q, v, message = begun(parallelogram((crank,), speeds=((4.0,), (), ())))
     assert q[0] == pytest.approx(crank, abs=KEPT)
     assert v[0] == pytest.approx(4.0, rel=1e-9)
     assert gap(q) < CLOSED
-    assert told == []
+    assert message == []
 
 
 def test_the_middle_joint_may_be_the_one_that_is_asked():
-    q, v, told = begun(parallelogram((), (-1.2,), (), speeds=((), (0.5,), ())))
+    q, v, message = begun(parallelogram((), (-1.2,), (), speeds=((), (0.5,), ())))
     assert (q[1], v[1]) == pytest.approx((-1.2, 0.5), abs=1e-9)
     assert gap(q) < CLOSED
-    assert told == []
+    assert message == []
 
 
 def test_a_closed_pose_stays_bit_for_bit():
-    q, _, told = begun(windows(1, 0.3))
+    q, _, message = begun(windows(1, 0.3))
     assert q.tolist() == [0.3, np.pi / 2 - 0.3, 0.3]
-    assert told == []
+    assert message == []
 
 
 def test_the_digits_of_a_start_pose_are_worth_no_word():
     """Angles to a hundredth of a degree."""
     off = np.radians(0.005)
-    q, _, told = begun(parallelogram((0.9,), (-0.9 + off,), (0.9 - off,)))
+    q, _, message = begun(parallelogram((0.9,), (-0.9 + off,), (0.9 - off,)))
     assert gap(q) < CLOSED
-    assert told == []
+    assert message == []
 
 
 @pytest.mark.parametrize("off", [0.01, -0.05, 0.1])
-def test_a_small_correction_is_told_with_joint_and_both_values(off):
-    q, _, (told,) = begun(parallelogram((0.9,), (-0.9 + off,), (0.9,)))
+def test_a_small_correction_is_reported_with_joint_and_both_values(off):
+    q, _, (message,) = begun(parallelogram((0.9,), (-0.9 + off,), (0.9,)))
     assert gap(q) < CLOSED
     begins = "the start pose was changed so that the loops of joint 'x' close: joint 'a' from 51.5662 degrees"
-    assert told.startswith(begins)
-    assert f"joint 'b' from {degrees(-0.9 + off):.6g} degrees to {degrees(q[1]):.6g} degrees" in told
+    assert message.startswith(begins)
+    assert f"joint 'b' from {degrees(-0.9 + off):.6g} degrees to {degrees(q[1]):.6g} degrees" in message
     assert abs(q[1] + q[0]) < 1e-9, "still the branch in which the coupler stays level"
 
 
-def test_only_joints_that_had_to_move_are_told():
+def test_only_joints_that_had_to_move_are_reported():
     """The rocker may follow: crank and coupler stay as asked where the rocker can reach."""
     bar = 1.0  # the coupler's tip on a circle of 1 m about the rocker's foot
     crank = 0.9
     tip = lambda b: np.hypot(cos(crank) + 2.0 * cos(crank + b) - 2.0, sin(crank) + 2.0 * sin(crank + b))  # noqa: E731
     assert tip(-0.9) == pytest.approx(bar)
-    q, _, (told,) = begun(parallelogram((crank,), (-0.88,), ()))
-    assert "joint 'd'" not in told
-    assert "joint 'b'" in told or "joint 'a'" in told
+    q, _, (message,) = begun(parallelogram((crank,), (-0.88,), ()))
+    assert "joint 'd'" not in message
+    assert "joint 'b'" in message or "joint 'a'" in message
     assert abs(tip(q[1]) - bar) < 0.05
 
 
@@ -106,11 +106,11 @@ def test_only_joints_that_had_to_move_are_told():
 def test_another_branch_or_a_pose_far_away_is_refused(asked):
     with pytest.raises(KernelError) as e:
         begun(parallelogram(*asked))
-    told = str(e.value)
-    assert told.startswith("joint '")
-    assert "asked to start at" in told
-    assert "the loop of joint 'x' is" in told
-    assert "another branch or too far away to be meant" in told
+    message = str(e.value)
+    assert message.startswith("joint '")
+    assert "asked to start at" in message
+    assert "the loop of joint 'x' is" in message
+    assert "another branch or too far away to be meant" in message
 
 
 def test_no_branch_is_ever_changed_in_silence():
@@ -121,24 +121,24 @@ def test_no_branch_is_ever_changed_in_silence():
         crank = float(random.uniform(0.5, 2.5))
         off = random.normal(scale=0.3, size=3)
         try:
-            q, _, told = begun(parallelogram((crank + off[0],), (-crank + off[1],), (crank + off[2],)))
+            q, _, message = begun(parallelogram((crank + off[0],), (-crank + off[1],), (crank + off[2],)))
         except KernelError as error:
             refusals.append(str(error))
             continue
         assert gap(q) < CLOSED
-        assert len(told) == 1
+        assert len(message) == 1
         assert abs(q[0] + q[1]) < 1e-6, "the coupler is level: the branch of the asked pose"
         kept += 1
     assert kept > 3
-    assert all("another branch or too far away" in told for told in refusals)
+    assert all("another branch or too far away" in message for message in refusals)
 
 
 def test_a_prescribed_crank_stays_where_its_drive_is():
     driven = replace(parallelogram((0.9,), (-0.8,), (0.9,)), drives=(Drive("motor", "a", "prescribed"),))
-    q, _, (told,) = begun(driven)
+    q, _, (message,) = begun(driven)
     assert q[0] == 0.9
-    assert "joint 'a'" not in told
-    assert "joint 'b' from -45.8366 degrees to -51.5662 degrees" in told
+    assert "joint 'a'" not in message
+    assert "joint 'b' from -45.8366 degrees to -51.5662 degrees" in message
 
 
 @pytest.mark.parametrize("asked", [0.9, 0.9 + 2.0 * np.pi, 0.5])
@@ -146,12 +146,12 @@ def test_what_the_closing_joint_is_asked_is_looked_at_too(asked):
     """Level coupler: the rocker stands at the crank's angle from it."""
     level = parallelogram((0.9,), (-0.9,), (0.9,))
     closing = replace(level.joints[3], q0=(asked,))
-    _, _, told = begun(replace(level, joints=(*level.joints[:3], closing)))
+    _, _, message = begun(replace(level, joints=(*level.joints[:3], closing)))
     if asked == 0.5:
-        (sentence,) = told
+        (sentence,) = message
         assert "joint 'x' from 28.6479 degrees to 51.5662 degrees" in sentence
     else:
-        assert told == []
+        assert message == []
 
 
 def test_a_pose_that_cannot_close_at_all_is_refused_as_before():
@@ -166,19 +166,21 @@ def test_a_pose_that_cannot_close_at_all_is_refused_as_before():
 
 def test_a_speed_that_is_asked_is_kept_and_the_others_follow():
     """Level coupler: both cranks turn alike, the coupler turns back."""
-    _, v, told = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (), ())))
+    _, v, message = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (), ())))
     assert v == pytest.approx([4.0, -4.0, 4.0], rel=1e-9)
-    assert told == []
+    assert message == []
 
 
-def test_speeds_that_contradict_each_other_are_told_with_the_loop():
-    _, v, (told,) = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (-3.0,), (4.0,))))
+def test_speeds_that_contradict_each_other_are_reported_with_the_loop():
+    _, v, (message,) = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (-3.0,), (4.0,))))
     assert v == pytest.approx([v[0], -v[0], v[0]], rel=1e-9)
-    assert told.startswith("the start speeds were changed to what the loops of joint 'x' allow: joint 'a' from 4 to ")
-    assert f"joint 'b' from -3 to {v[1]:.6g} rad/s" in told
+    assert message.startswith(
+        "the start speeds were changed to what the loops of joint 'x' allow: joint 'a' from 4 to "
+    )
+    assert f"joint 'b' from -3 to {v[1]:.6g} rad/s" in message
 
 
-def test_a_sliding_crank_is_told_in_metres():
+def test_a_sliding_crank_is_reported_in_metres():
     """Slider-crank: the crank of 1 m, the rod of 2 m, the slider on the x axis."""
     theta = 0.8
     rod_angle = -acos((1.0 - (sin(theta) / 2.0) ** 2) ** 0.5)
@@ -190,8 +192,8 @@ def test_a_sliding_crank_is_told_in_metres():
         Joint("s", "prismatic", WORLD, "slider", axis=X, q0=(x + 0.05,)),
         Joint("x", "revolute", "rod", "slider", (2.0, 0.0, 0.0), axis=DOWN),
     )
-    q, _, (told,) = begun(System(bodies, joints, gravity=G))
-    assert f"joint 's' from {x + 0.05:.6g} m to {q[2]:.6g} m" in told
+    q, _, (message,) = begun(System(bodies, joints, gravity=G))
+    assert f"joint 's' from {x + 0.05:.6g} m to {q[2]:.6g} m" in message
 
 
 # ---- scenes ------------------------------------------------------------------------------------------------------
@@ -230,6 +232,6 @@ def test_a_written_zero_is_asked():
 
 def test_a_tree_has_nothing_to_assemble():
     pendulum = System((Body("bob", 1.0, (0.0, 0.0, -1.0)),), (Joint("p", "revolute", WORLD, "bob", axis=Y, q0=(9.0,)),))
-    q, _, told = begun(replace(pendulum, gravity=G))
+    q, _, message = begun(replace(pendulum, gravity=G))
     assert q.tolist() == [9.0]
-    assert told == []
+    assert message == []

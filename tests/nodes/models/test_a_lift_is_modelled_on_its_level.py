@@ -1,4 +1,4 @@
-"""One lift on every rung of the ladder: rigid to massive ropes, stiff and bending girder, space and plane."""
+"""One lift on every candidate of the ladder: rigid to massive ropes, stiff and bending girder, space and plane."""
 
 from dataclasses import replace
 from math import pi, sin, sqrt
@@ -34,7 +34,7 @@ ONE_MODE = 2e-4  # relative: finite elements of the beam against its sine
 
 
 def lift(*fidelity: str, still: bool = False):
-    """The bundled lift on a rung; `still`: nothing is ordered."""
+    """The bundled lift on a candidate; `still`: nothing is ordered."""
     quiet = ["actions=[{wait: 10 s}]", "end=4 s"] if still else []
     return load("lift", [*(f"fidelity={f}" for f in fidelity), *quiet])
 
@@ -95,7 +95,7 @@ def test_an_order_to_a_locked_joint_that_no_check_has_seen_ends_in_a_sentence():
     locked = msgspec.structs.replace(given.plan.fidelity, locked=("crane.upper-slide", "crane.lower-slide"))
     scene = replace(given, plan=msgspec.structs.replace(given.plan, fidelity=locked))
     with pytest.raises(
-        ModelError, match=r"lift.yaml:41:5: crane.upper-slide cannot move, 'locked' of 'fidelity' holds"
+        ModelError, match=r"lift.yaml:55:5: crane.upper-slide cannot move, 'locked' of 'fidelity' holds"
     ):
         paused(scene, after="sideways")
 

@@ -7,10 +7,10 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.coordinator.verdict import Conduct, History, judge
+from heavylift.coordinator.verdict import Conduct, History, verdict_of_run
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import KINDS, READERS, WORDS, RatedLimit, Use, signals_of, uses_of, uses_on_path
-from heavylift.nodes.limits import judge as judged
+from heavylift.nodes.limits import findings_of as judged
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
 from lifting import cranes
@@ -26,7 +26,7 @@ SCENES = {"lift": LIFT, "tandem": (), "tackle": ("limits={ropes: {fall: {breakin
 GIVEN = "factors={weight: 1.05, dynamics: not included}"
 WIND = "limits={wind: 10 m/s}"
 GROUND = ["ground={bearing: 200 kPa}", "block.mass=20 t"]
-ELSEWHERE = ("clearance", "inputs", "factor", "sharing")  # rows without a value, or judged by others
+ELSEWHERE = ("clearance", "inputs", "factor", "sharing")  # rows without a value, or checked by others
 PEAKS = {"sling peak", "rope peak"}  # of runs alone
 
 
@@ -75,14 +75,14 @@ def test_a_narrow_clearance_turns_the_verdict_red() -> None:
         plan = load("tandem", [f"limits={{clearance: {limit}}}"]).plan
         poses = {f"{c.name}.main": np.tile([c.actuators[0].start, 0.0, 0, 0, 0, 0, 1], (3, 1)) for c in cranes(plan)}
         poses["east.main"][:, 0] -= 1.0
-        said = Conduct(end=2.0)
-        assert judge(plan, History(np.arange(3.0), poses, {}, {}, []), said).red == red
+        text = Conduct(end=2.0)
+        assert verdict_of_run(plan, History(np.arange(3.0), poses, {}, {}, []), text).red == red
 
 
 def test_wind_is_held_against_what_is_modelled_as_far_as_a_run_goes(tmp_path) -> None:
     """It blows with 7.5 m/s at 11 s and with 15 m/s from 12 s on."""
-    told = "red: the wind would be 15.00 m/s, lifting is allowed up to 10.00 m/s"
-    assert told in str(check(load("gust", [WIND])))
+    message = "red: the wind would be 15.00 m/s, lifting is allowed up to 10.00 m/s"
+    assert message in str(check(load("gust", [WIND])))
     for end, red in (("11 s", False), ("12.1 s", True)):
         scene = load("gust", [WIND, f"end={end}", "samples=1 Hz"])
         verdict = run(scene, tmp_path / "run.mcap", in_process=True, force=True).verdict
@@ -92,7 +92,7 @@ def test_wind_is_held_against_what_is_modelled_as_far_as_a_run_goes(tmp_path) ->
     assert (calm.value, calm.limit.note) == (None, "no wind is modelled")
 
 
-def test_a_rope_over_sheaves_is_judged_by_its_most_loaded_part(tmp_path) -> None:
+def test_a_rope_over_sheaves_is_checked_by_its_most_loaded_part(tmp_path) -> None:
     """40 t on four parts are 98.1 kN at rest; hoisting, the lead part carries 1.046 times as much."""
     limit = "limits={ropes: {fall: {tension: 100 kN}}}"
     page = str(check(load("tackle", [limit])))
@@ -106,11 +106,11 @@ def test_a_rope_over_sheaves_is_judged_by_its_most_loaded_part(tmp_path) -> None
     assert "what ropes over sheaves carry between samples" in verdict.not_looked_at
 
 
-def test_a_limit_that_nothing_is_judged_by_is_a_fault_of_the_scene() -> None:
+def test_a_limit_that_nothing_is_checked_by_is_a_fault_of_the_scene() -> None:
     for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
-        with pytest.raises(SceneError, match=f"limits.{key}: nothing is judged by it, for the scene has no hooks"):
+        with pytest.raises(SceneError, match=f"limits.{key}: nothing is checked by it, for the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])
     with pytest.raises(
-        SceneError, match=r"limits\.off-lead along: nothing is judged by it, for no hook has one of its own"
+        SceneError, match=r"limits\.off-lead along: nothing is checked by it, for no hook has one of its own"
     ):
         load("jib", ["limits={off-lead along: 2 deg}"])
