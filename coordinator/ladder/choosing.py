@@ -236,9 +236,9 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Pairs that tell the error of a candidate's level: with the cheapest level that puts back all that it leaves out; where
-    hook ropes slacken or something has no damping with all such levels, for waves that run along ropes are of any
-    length; of the finest with the one before it."""
+    """Pairs that tell the error of a candidate's level: with the cheapest level that puts back all that it leaves out;
+    where hook ropes slacken or something has no damping with all such levels, for waves that run along ropes are of
+    any length; of the finest with the one before it."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     if len(levels) > 1 and not undamped(system(candidate.plan)):
         levels = levels if measuring.slackens(own) or measuring.slackens(own.on(levels[0])) else levels[:1]
