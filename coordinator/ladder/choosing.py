@@ -25,7 +25,7 @@ from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
-from .model_levels import Ladder, ModelLevel, at_level
+from .model_levels import Ladder, ModelLevel, at_level, undamped
 
 STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
 # as short, by which a method that has damped a swing away sees it
@@ -237,11 +237,11 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
     """Pairs that tell the error of a candidate's level: with the cheapest level that puts back all that it leaves out;
-    where hook ropes slacken with all such levels, for waves that run along them are of any length; of the finest with
-    the one before it."""
+    where hook ropes slacken or something has no damping with all such levels, for waves that run along ropes are of
+    any length; of the finest with the one before it."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
-    if len(levels) > 1 and not measuring.slackens(own) and not measuring.slackens(own.on(levels[0])):
-        levels = levels[:1]
+    if len(levels) > 1 and not undamped(system(candidate.plan)):
+        levels = levels if measuring.slackens(own) or measuring.slackens(own.on(levels[0])) else levels[:1]
     return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
 
 

@@ -53,6 +53,12 @@ def stiff(mechanics: System) -> bool:
     return any(soft) or any(body.flexible for body in mechanics.bodies)
 
 
+def undamped(mechanics: System) -> bool:
+    """Whether some elastic thing in it has no damping, so that what a stiff method damps would be all that there is."""
+    elastic = (*mechanics.laws, *(body.flexible for body in mechanics.bodies))
+    return any(getattr(x, "damping", 1.0) == 0.0 for x in elastic)
+
+
 @dataclass(frozen=True)
 class ModelLevel:
     """A model level with steps: one way to run a plan."""
@@ -154,7 +160,8 @@ class Ladder:
     @cached_property
     def own(self) -> str:
         """The method of its candidates where none is named."""
-        return "radau5" if stiff(system(self.plan)) else "dop853"
+        mechanics = system(self.plan)
+        return "radau5" if stiff(mechanics) and not undamped(mechanics) else "dop853"
 
     @property
     def method(self) -> str:

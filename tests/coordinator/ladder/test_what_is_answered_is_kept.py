@@ -19,13 +19,19 @@ from lifts_of_the_world import lift_of_the_world
 
 Draw = Callable[[int], Drawn]
 SMALL = 30_008  # by one hook
+UNDAMPED = 10_018  # short moves by ropes and slings without damping
 TRUE = 1e-7  # tolerance of the reference
 FINER = {"ropes": ("rigid", "elastic", "massive"), "girder": ("rigid", "elastic"), "slings": ("rigid", "elastic")}
 
 
 @pytest.mark.parametrize(
     ("draw", "seed", "accuracy"),
-    [(lift_of_kinds, SMALL, 0.1), (lift_of_the_world, 30_002, 0.1), (lift_of_the_world, 30_002, 0.01)],
+    [
+        (lift_of_kinds, SMALL, 0.1),
+        (lift_of_kinds, UNDAMPED, 0.03),
+        (lift_of_the_world, 30_002, 0.1),
+        (lift_of_the_world, 30_002, 0.01),
+    ],
 )
 def test_random_lifts_are_within_what_was_asked(draw: Draw, seed: int, accuracy: float) -> None:
     plan = parse(draw(seed).text, passing=True, followed=False).plan
@@ -53,6 +59,12 @@ def test_a_witness_puts_back_all_that_a_level_leaves_out(scene: str, named: dict
             for key, order in FINER.items():
                 assert order.index(getattr(witness, key)) >= order.index(getattr(level, key))
                 assert len(ladder.full) == 1 or getattr(witness, key) == order[-1], "nothing is left out by both"
+
+
+def test_a_stiff_method_is_not_taken_for_what_it_damps() -> None:
+    plan = parse(lift_of_kinds(UNDAMPED).text, passing=True, followed=False).plan
+    assert Ladder(plan).method == "dop853"
+    assert Ladder(load("lift").plan).method == "radau5"
 
 
 def test_an_answer_that_does_not_converge_reports_so_with_the_spread() -> None:
