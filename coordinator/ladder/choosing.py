@@ -123,7 +123,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)
-        look = _climbed(ladder, ladder.rungs(level), question.accuracy, measuring, richer)
+        look = _climbed(ladder, ladder.candidates(level), question.accuracy, measuring, richer)
         last = look if last is None or not look.why or last.why else last
         if largest(look.error) <= question.accuracy:
             return _answer(look, question, measuring)

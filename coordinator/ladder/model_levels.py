@@ -176,7 +176,7 @@ class Ladder:
         tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)
         return ModelLevel(msgspec.structs.replace(candidate.plan, method=self.own, tolerance=tolerance, step=None))
 
-    def rungs(self, level: Fidelity) -> list[ModelLevel]:
+    def candidates(self, level: Fidelity) -> list[ModelLevel]:
         """Candidates of a level, cheapest first; one if the scene fixes the steps."""
         loosest, tightest = TOLERANCES.get(self.method, OTHERS)
         tolerances = tuple(x * 10.0**-k for k in range(loosest, tightest + 1) for x in (1.0, 0.3))

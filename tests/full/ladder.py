@@ -61,7 +61,7 @@ def compared(text):
     ladder, measuring = Ladder(plan), Measuring(MEANT, lambda: LONGEST)
     measuring.figures(ModelLevel(plan))
     unasked = measuring.spent[ModelLevel(plan).key].cpu_s
-    finest = ladder.rungs(ladder.full[-1])[0].plan
+    finest = ladder.candidates(ladder.full[-1])[0].plan
     at = []
     for accuracy in ACCURACIES:
         answer = choose(ladder, Question(MEANT, accuracy), measuring)
@@ -75,7 +75,7 @@ def compared(text):
             "said": max(answer.errors.values(), default=0.0), "notes": answer.notes,
             "worst": [(name, errors[name], answer.figures.get(name)) for name in worst],
             "cost": spent.cpu_s / unasked if (spent := measuring.spent.get(candidate.key)) else None,
-            "rung": candidate.name,
+            "candidate": candidate.name,
         })  # fmt: skip
     return {"at": at, "all": sum(spent.cpu_s for spent in measuring.spent.values()) / unasked}
 

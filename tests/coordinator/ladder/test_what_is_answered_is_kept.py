@@ -40,7 +40,7 @@ def test_random_lifts_are_within_what_was_asked(draw: Draw, seed: int, accuracy:
     assert not answer.notes
     assert max(answer.errors.values()) <= accuracy
     own = msgspec.structs.replace(at_level(plan, answer.fidelity), method=answer.method, tolerance=answer.tolerance)
-    finest = msgspec.structs.replace(ladder.rungs(ladder.full[-1])[0].plan, tolerance=TRUE)
+    finest = msgspec.structs.replace(ladder.candidates(ladder.full[-1])[0].plan, tolerance=TRUE)
     assert largest(measuring.apart(ModelLevel(own), ModelLevel(finest))) <= accuracy
 
 
