@@ -56,7 +56,8 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
     """A rope as a chain of pieces and lumps, at rest under its load at the start.
 
-    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.
+    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass; all of it has the
+    damping of its length.
     """
     (x, y, top), (_, _, eye) = row.ends
     parts, falls = pieces(rope.name, lumps), rope.lines[: len(row.beside)]
@@ -79,7 +80,8 @@ def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> Sy
         if i == 0:
             lines, length = lines + rope.lines[len(falls) :], length + row.lead
         L0 = length / (1.0 + below * gravity / rope.EA)
-        ropes.append(Rope(name, lines, rope.EA, L0, rope.damping / part, rope.winch, rope.hooked))
+        damping = rope.damping * (top - eye + row.lead) / length
+        ropes.append(Rope(name, lines, rope.EA, L0, damping, rope.winch, rope.hooked))
         above = ends
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes))
 
