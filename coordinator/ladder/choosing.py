@@ -162,9 +162,11 @@ def _climbed(
             return Look(candidates[run[-1]], why=str(error).splitlines()[0])
         if kept := next((look for look in results if largest(look.error) <= accuracy), None):
             hidden = times(HIDES, results[run.index(checked)].steps)
-            if candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy:
+            seen = candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy
+            if seen and (checked == run[-1] or not measuring.slack(candidates[checked])):
                 return kept
-            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by
+            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by, above all where
+            # ropes go slack and taut: what decides when is damped first
             continue
         best = results[-1]
         steps, wrong = largest(best.steps), largest(best.model)
@@ -241,7 +243,7 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
     any length; of the finest with the one before it."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     if len(levels) > 1 and not undamped(system(candidate.plan)):
-        levels = levels if measuring.slackens(own) or measuring.slackens(own.on(levels[0])) else levels[:1]
+        levels = levels if any(measuring.slack(x, hooks=True) for x in (own, own.on(levels[0]))) else levels[:1]
     return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
 
 

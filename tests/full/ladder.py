@@ -3,9 +3,10 @@
     python tests/full/ladder.py [--json] [--short] [--lifts 400] [--seed 1] [--minutes 60] [--into FILE.jsonl]
 
 Asked are rope and sling tensions, swing, positions and stage ends; a lift counts as kept if the errors of all its
-figures are within the accuracy.  True is the finest level, ropes of eight lumps, in steps of 1e-7.  Beside a share
-stands the lower bound of its confidence interval of 95 %, one-sided (Clopper and Pearson 1934).  Every second lift is
-by goliaths (tests/nodes/fidelity/lifts_of_kinds.py), the others by other cranes and rigging (lifts_of_the_world.py).
+figures are within the accuracy.  True is the finest level, ropes of eight lumps, in steps of 1e-6 or a tenth of those
+of the answer.  Beside a share stands the lower bound of its confidence interval of 95 %, one-sided (Clopper and Pearson
+1934).  Every second lift is by goliaths (tests/nodes/fidelity/lifts_of_kinds.py), the others by other cranes and
+rigging (lifts_of_the_world.py).
 
 Each lift is written when it is checked, a line each; lifts that stand in FILE are not run again, so that what was
 broken off is continued, and several processes may write into one file with seeds of their own.
@@ -25,7 +26,7 @@ sys.path[:0] = [str(Path(__file__).parents[1] / x) for x in ("nodes/fidelity", "
 from shared.rows import SHORT, options, row  # noqa: E402
 
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
-TRUE = 1e-7  # tolerance of the reference
+TRUE = 1e-6  # tolerance of the reference, of which a tenth changes nothing by 1e-5
 BEYOND = 3.0  # times the accuracy, none may be
 LONGEST = 120.0  # seconds of a run
 WORST = 5  # figures of a lift that are reported
