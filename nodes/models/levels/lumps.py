@@ -56,8 +56,8 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
     """A rope as a chain of pieces and lumps, at rest under its load at the start.
 
-    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass; all of it has the
-    damping of its length.
+    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.  Each piece is
+    damped as its share of the whole length is, so that the chain is damped as the rope.
     """
     (x, y, top), (_, _, eye) = row.ends
     parts, falls = pieces(rope.name, lumps), rope.lines[: len(row.beside)]

@@ -35,6 +35,7 @@ ROUNDING, STATIC, STILL = (
     1e-5,
     2e-3,
 )  # relative: of masses, of tensions at the start, of those in its first second
+STRETCHED = 2e-2  # relative, of lengths of a rope: by its load at the start
 LANDING = 2e-3  # relative, of peaks that one more lump changes
 
 
@@ -70,6 +71,21 @@ def test_each_pass_is_pure_and_changes_nothing_twice(name: str) -> None:
                 assert repr(machine) == before
                 assert repr(each(machine, level)) == repr(once)
                 assert each(once, level) == once, each.__name__
+
+
+@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+@pytest.mark.large(beyond=len(BUNDLED) + 6)
+def test_a_chain_is_as_stiff_and_as_damped_as_its_rope_in_each_of_its_lengths(name: str) -> None:
+    for machine, _ in given(plan_of(name), Fidelity()):
+        for lumps in (1, 2, 8):
+            fidelity = Fidelity(ropes="massive", lumps=lumps)
+            found = as_modelled(at_level(plan_of(name), fidelity), machine).system.ropes
+            for rope in (r for r in machine.system.ropes if any(x.rope == r.name and not x.why for x in machine.heavy)):
+                chain = [r for r in found if r.name.partition("~")[0] == rope.name]
+                assert len(chain) == lumps + 1
+                assert sum(r.L0 / r.EA for r in chain) == pytest.approx(rope.L0 / rope.EA, rel=STRETCHED)
+                for piece in chain:
+                    assert piece.damping * piece.L0 == pytest.approx(rope.damping * rope.L0, rel=STRETCHED)
 
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
