@@ -47,7 +47,7 @@ FINER = {"ropes": ("rigid", "elastic", "massive"), "girder": ("rigid", "elastic"
         (lift_of_the_world, LEAD, 0.003),
     ],
 )
-def test_random_lifts_are_within_what_was_asked(draw: Draw, seed: int, accuracy: float) -> None:
+def test_random_lifts_are_within_the_requested_accuracy(draw: Draw, seed: int, accuracy: float) -> None:
     answer, error = answered(draw, seed, accuracy)
     assert not answer.notes
     assert max(answer.errors.values()) <= accuracy
@@ -56,7 +56,7 @@ def test_random_lifts_are_within_what_was_asked(draw: Draw, seed: int, accuracy:
 
 @pytest.mark.large
 @pytest.mark.parametrize("accuracy", [0.3, 0.1, 0.03])
-def test_what_loose_steps_agree_on_is_not_believed_where_slings_go_slack(accuracy: float) -> None:
+def test_agreement_of_loose_steps_is_not_trusted_where_slings_go_slack(accuracy: float) -> None:
     answer, error = answered(lift_of_the_world, FORKS, accuracy)
     assert error <= max(accuracy, *answer.errors.values())
     assert bool(answer.notes) == (max(answer.errors.values()) > accuracy)
@@ -76,7 +76,7 @@ def answered(draw: Draw, seed: int, accuracy: float) -> tuple[Answer, float]:
 @pytest.mark.parametrize(
     "named", [{}, {"girder": "rigid"}, {"ropes": "rigid", "slings": "rigid"}, {"rope_mass": "none"}]
 )
-def test_a_witness_puts_back_all_that_a_level_leaves_out(scene: str, named: dict[str, str]) -> None:
+def test_a_reference_run_restores_all_that_a_level_omits(scene: str, named: dict[str, str]) -> None:
     plan = load(scene).plan
     ladder = Ladder(at_level(plan, Fidelity(**named)), list(named))  # type: ignore[arg-type]
     for level in ladder.levels:
@@ -115,7 +115,7 @@ def test_a_phase_that_drifts_for_hours_is_within_what_is_reported(method: str, a
     assert bool(answer.notes) == (error > accuracy)
 
 
-def test_an_answer_that_does_not_converge_reports_so_with_the_spread() -> None:
+def test_an_answer_that_does_not_converge_reports_its_spread() -> None:
     plan = load("lift", ["end=40 s"]).plan
     answer = choose(Ladder(plan, ["ropes", "girder"]), Question(MEANT, 1e-3), Measuring(MEANT))
     assert answer.notes[0].startswith("not converged: asked to 0.1 %, what was run differs by ")
