@@ -15,6 +15,7 @@ from heavylift.nodes.models.levels import PASSES, as_modelled, left_out
 from heavylift.nodes.plan import Fidelity, Mechanism, Plan
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene import load, parse
+from lifts_of_kinds import lift_of_kinds
 from lifts_of_the_world import lift_of_the_world
 
 SCENES = Path(__file__).parents[3] / "nodes" / "scenes"
@@ -86,6 +87,21 @@ def test_a_chain_is_as_stiff_and_as_damped_as_its_rope_in_each_of_its_lengths(na
                 assert sum(r.L0 / r.EA for r in chain) == pytest.approx(rope.L0 / rope.EA, rel=STRETCHED)
                 for piece in chain:
                     assert piece.damping * piece.L0 == pytest.approx(rope.damping * rope.L0, rel=STRETCHED)
+
+
+@pytest.mark.parametrize("seed", [70_012, 70_024])
+@pytest.mark.large
+def test_a_hook_that_recoils_does_not_overtake_its_rope(seed: int) -> None:
+    """The slings of one of several hooks are let go under load; what it weighs is thrown up by its rope."""
+    plan = parse(lift_of_kinds(seed).text).plan
+    few, many = (play(level(plan, Fidelity(ropes="massive", lumps=n, girder="elastic"))).peaks for n in (2, 8))
+    for name, peak in few.items():
+        assert "~" in name or many[name].tension == pytest.approx(peak.tension, rel=1e-2)
+
+
+def level(plan: Plan, fidelity: Fidelity) -> Plan:
+    """The plan at a level, in steps that suffice for its peaks."""
+    return msgspec.structs.replace(at_level(plan, fidelity), method="radau5", tolerance=1e-4)
 
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
