@@ -41,6 +41,7 @@ ROUNDING, STATIC, STILL = (
     1e-5,
     2e-3,
 )  # relative: of masses, of tensions at the start, of those in its first second
+CAUGHT = 5e-2  # relative, of peaks by more lumps; one that a hook overtakes makes them 40 % higher
 STRETCHED = 2e-2  # relative, of lengths of a rope: by its load at the start
 COUPLED = 1e-2  # relative, of a stiff mode by what hangs below
 LANDING = 2e-3  # relative, of peaks that one more lump changes
@@ -102,7 +103,7 @@ def test_a_hook_that_recoils_does_not_overtake_its_rope(seed: int) -> None:
     plan = parse(lift_of_kinds(seed).text).plan
     few, many = (play(level(plan, Fidelity(ropes="massive", lumps=n, girder="elastic"))).peaks for n in (2, 8))
     for name, peak in few.items():
-        assert "~" in name or many[name].tension == pytest.approx(peak.tension, rel=1e-2)
+        assert "~" in name or many[name].tension == pytest.approx(peak.tension, rel=CAUGHT)
 
 
 def level(plan: Plan, fidelity: Fidelity) -> Plan:
