@@ -45,7 +45,7 @@ CUT = "cut after"
 class Played:
     """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
     total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
-    what the kernel has to say, and when [ns]; whether a hook rope `slackens`; its end [ns]; what the action list still
+    what the kernel has to say, and when [ns]; the ropes that went slack; its end [ns]; what the action list still
     waited for; rows at instants between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
 
     plan: Plan
@@ -57,7 +57,7 @@ class Played:
     rigs: list[tuple[int, list[RopeLine]]]
     apart: dict[str, list[tuple[int, NDArray[np.float64]]]]
     notes: list[tuple[int, str]]
-    slackens: bool
+    slack: frozenset[str]
     end_ns: int
     unfinished: str
     dense: NDArray[np.float64]
@@ -213,11 +213,10 @@ def play(
     unfinished = session.finish(Tag(reached + 1) if ended else session.core.end)
     cpu, wall = time.thread_time() - started, time.perf_counter() - prepared
     times, rows = kernel.table()
-    hooks = {hook.rope for machine in plan.machines for hook in machine.hooks}
-    slackens = any(e.what == "slack" and e.name.partition("~")[0] in hooks for _, e in kernel.simulation.log)
+    slack = frozenset(e.name.partition("~")[0] for _, e in kernel.simulation.log if e.what == "slack")
     return Played(
         plan, kernel.mechanics, msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout), times, rows,
-        events, rigs, kernel.of_lifts, kernel.sentences, slackens,
+        events, rigs, kernel.of_lifts, kernel.sentences, slack,
         max(times[-1].item(), events[-1].t if events else 0), unfinished,
         kernel.looks.finish(), session.grants, prepared - began, started - start, wall, cpu, errors or {},
     )  # fmt: skip
