@@ -142,14 +142,15 @@ COLOURS = {"hanging": (0.13, 0.48, 0.46, 1.0), "block": (0.72, 0.27, 0.20, 1.0)}
 
 def boxes(plan: Plan) -> list[DrawnBox]:
     """All drawn boxes of a plan; machines and blocks have their collision shapes."""
-    out, shapes, others = _rails(plan), Shapes(plan), {mechanism.name for mechanism in plan.mechanisms}
-    for solid in (solid for solid in shapes.solids if solid.machine and solid.machine not in others):
+    lifting = (m for m in plan.machines if m.girders or m.cargo or any(not tie.rigging for tie in m.ties))
+    out, shapes, own = _rails(plan), Shapes(plan), {machine.name for machine in lifting}
+    for solid in (solid for solid in shapes.solids if solid.machine in own):
         if solid.kind != "stools":
             colour = COLOURS.get(solid.kind, STEEL if shapes.depth(solid.body) == 1 else CARRIED)
             out.append(DrawnBox(solid.body, solid.centre, solid.size, colour))
         if solid.kind == "block":
             out.append(_deck(solid))
-    return [*out, *(box for mechanism in plan.mechanisms for box in shapes_of(mechanism.system, mechanism.shapes))]
+    return [*out, *(box for m in plan.machines if m.name not in own for box in shapes_of(m.system, m.shapes))]
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
@@ -159,8 +160,9 @@ def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
         far = max(max(abs(c.at[0] + c.gantry.start - x), abs(c.at[1] + r - y)) for c in cranes)
         return (x, y, 0.6 * r), 1.3 * r + (far if plan.lists else 0.0)
-    arms = [p for m in plan.mechanisms for p in (*(b.com for b in m.system.bodies), *(j.p_PJ for j in m.system.joints))]
-    reach = sum(hypot(*p) for p in arms) / max(1, len(plan.mechanisms))
+    others = [m for m in plan.machines if not m.cargo]
+    arms = [p for m in others for p in (*(b.com for b in m.system.bodies), *(j.p_PJ for j in m.system.joints))]
+    reach = sum(hypot(*p) for p in arms) / max(1, len(others))
     return (0.0, 0.0, 0.0), max(reach, 1.0)
 
 
@@ -175,7 +177,7 @@ class _DrawnPortal:
 
 def _on_rails(plan: Plan) -> list[_DrawnPortal]:
     found = []
-    for machine in (machine for machine in plan.levelled if machine.girders):
+    for machine in (machine for machine in plan.machines if machine.girders):
         body = {x.name: x for x in machine.system.bodies}[machine.girders[0].body]
         joint = next(joint for joint in machine.system.joints if joint.child == body.name)
         drive = next(drive.name for drive in machine.system.drives if drive.joint == joint.name)

@@ -89,16 +89,6 @@ class Plan(Item, frozen=True, kw_only=True):
     driven: tuple[Driven, ...] = ()
 
     @property
-    def levelled(self) -> tuple[Mechanism, ...]:
-        """Cranes on rails, their frames and the block: their moves are known and checked before a run."""
-        return tuple(machine for machine in self.machines if machine.levels)
-
-    @property
-    def mechanisms(self) -> tuple[Mechanism, ...]:
-        """All other machines."""
-        return tuple(machine for machine in self.machines if not machine.levels)
-
-    @property
     def first(self) -> int:
         """Number of its first action; in a part of several lists, that in the whole scene."""
         return self.lists[0].first if self.lists else 0

@@ -88,7 +88,7 @@ def report(
     every: list[Rope | Reeving] = []
     for m in built.machines:
         every += [*m.system.ropes, *m.system.reevings]
-    ties = {tie.rope: m.levels for m in built.machines for tie in m.ties if m.levels or tie.rigging}
+    ties = {tie.rope: not tie.rigging for m in built.machines for tie in m.ties}
     slings = sum(rope.hooked or ties[rope.name] for rope in every if rope.name in ties)
     ropes, actions = sum(rope.name not in ties for rope in every), len(built.actions)
     models = len(built.machines) + len(built.models) + 1

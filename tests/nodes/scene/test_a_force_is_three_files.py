@@ -59,7 +59,7 @@ from heavylift.coordinator.ladder.in_memory import play
 text = sys.stdin.read()
 try:
     scene = parse(text)
-    print(scene.plan.mechanisms[0].system.forces[0])
+    print(scene.plan.machines[0].system.forces[0])
     played = play(scene.plan)
     print(played.rows[-1, played.layout.find('joint/velocity').start])
 except HeavyliftError as error:

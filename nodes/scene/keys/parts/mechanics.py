@@ -160,8 +160,8 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
 class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
     """A drive of a joint controlled by the action list; with a `verb` its machine accepts the orders."""
 
-    stiffness: u.AnyStiffness = 0.0  # servo: per displacement
-    damping: u.AnyDamping = 0.0  # servo and speed: per velocity
+    stiffness: u.AnyStiffness = 0.0  # servo: per displacement; prescribed: where a level models elastic parts
+    damping: u.AnyDamping = 0.0  # servo and speed: per velocity; prescribed: likewise
     ramp: StrokeRamp  # or without swing: `one swing`, `0.1 m/s2 in two pulses`
     range: Range | None = None
     verb: Literal["travel", "traverse", "slew", "luff"] | None = None
