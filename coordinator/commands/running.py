@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -238,17 +237,10 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
     if not view:
         yield None
         return
-    import os
-    import webbrowser
-
     from heavylift.recordings.render.server import LivePage
 
     with LivePage() as page:
-        typer.echo(f"watch it at {page.url}", err=True)
-        if sys.stderr.isatty() and (
-            sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-        ):
-            webbrowser.open(page.url)
+        o.browse(page.url)
         yield page
 
 

@@ -199,6 +199,33 @@ def new(
 
 
 @app.command()
+def workbench(
+    scene: Annotated[
+        str,
+        typer.Argument(
+            metavar="[FOLDER | SCENE]",
+            help="a folder with scenes, a scene file, or a bundled scene",
+            autocompletion=o.scene_names,
+        ),
+    ] = ".",
+) -> None:
+    """See and change scenes in a browser, drawn and checked with each save.    heavylift workbench my-lift.yaml
+
+    Any editor may change the files meanwhile. The page is for this machine only; Ctrl-C ends it.
+    """
+    from heavylift.kernel.errors import extra
+
+    for package in ("starlette", "uvicorn", "watchfiles"):
+        extra(
+            package,
+            SceneError("the workbench needs Starlette, uvicorn and watchfiles: pip install 'heavylift[workbench]'"),
+        )
+    from heavylift.coordinator.workbench.server import workbench as serve
+
+    serve(scene, o.browse)
+
+
+@app.command()
 def gallery(
     scenes: Annotated[
         list[str] | None,

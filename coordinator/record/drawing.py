@@ -6,7 +6,7 @@ A point mass is a ball of steel; a slender body gets a thickness.  Thin rods lea
 mass and to the joints that it carries, so that a mechanism is seen as it is connected.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot
@@ -202,12 +202,12 @@ def _deck(block: Solid) -> DrawnBox:
 
 
 class RopeLines:
-    """The rope lines of the scene at the present time."""
+    """The rope lines of the scene at the present time; `bent`: on beams referred to the stations of a run's samples."""
 
-    def __init__(self, systems: list[System]) -> None:
+    def __init__(self, systems: list[System], bent: bool = True) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
         flexible = ((b.name, b.flexible) for s in systems for b in s.bodies if b.flexible)
-        self._beams = {body for body, x in flexible if x.beam and x.frame != "free"}
+        self._beams = {body for body, x in flexible if bent and x.beam and x.frame != "free"}
         self._lines = {r.name: tuple(Line(self._station(x.a), self._station(x.b)) for x in r.lines) for r in ropes}
         self._hooked = {r.name: r.hooked for r in ropes}
         self._over = {r.name: r for s in systems for r in s.reevings if r.edges}
@@ -252,6 +252,15 @@ class RopeLines:
                 x, y, z = (p + along * n for p, n in zip(s.at.p, s.axis, strict=True))
                 at.append(Point(s.at.body, (x, y, z)))
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
+
+    def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
+        """The lines of all ropes, those of `ties` down to their lugs; None: not hooked."""
+        for rope, lug in ties.items():
+            self._hooked[rope] = lug is not None
+            if lug is not None:
+                *upper, last = self._lines[rope]
+                self._lines[rope] = (*upper, Line(last.a, lug))
+        return self.drawn()
 
     def drawn(self) -> list[RopeLine]:
         """The lines of all hooked ropes."""

@@ -4,6 +4,8 @@ What a shell may complete (`heavylift --install-completion`): nothing of it may 
 is not offered.
 """
 
+import os
+import sys
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -145,6 +147,16 @@ def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
     from heavylift.nodes.scene import load
 
     return load(scene, sets or [])
+
+
+def browse(url: str) -> None:
+    """Print the address of a page, and open a browser where there is a display."""
+    typer.echo(f"watch it at {url}", err=True)
+    display = sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if sys.stderr.isatty() and display:
+        import webbrowser
+
+        webbrowser.open(url)
 
 
 def quantity(option: str, text: str, dimension: "Dimension") -> float:
