@@ -78,12 +78,10 @@ def run(
     as_json: o.Json = False,
 ) -> None:
     """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap"""
-    if o.yard_file(
-        context, scene, {"output", "force", "sets", "in_process", "processes", "replications", "seed", "report"}
-    ):
-        _run_yard(
-            scene, output, force, sets, in_process, processes, replications, seed, report, strict, fail_on, as_json
-        )
+    own = {"output", "force", "sets", "in_process", "processes", "replications", "seed", "report"}
+    if o.yard_file(context, scene, own):
+        runs = replications, seed, report
+        _run_yard(scene, output, force, sets, in_process, processes, *runs, strict, fail_on, as_json)
         return
     from heavylift.coordinator.participants import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes

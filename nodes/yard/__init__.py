@@ -1,6 +1,6 @@
 """The yard above the lifts: blocks, their erection network, resources and calendars, as Parallel DEVS.
 
-    load("vlcc.yaml", ["rule=latest finish"])     -> Yard; raises SceneError with all errors, each with file, row, column
+    load("vlcc.yaml", ["rule=latest finish"])     -> Yard; raises SceneError with all errors at file, row, column
     yard("vlcc.yaml", [], 7)                      -> Coupled to be run; seed 0 takes expected durations
 
 reading       the file and its table of blocks

@@ -1,4 +1,4 @@
-"""What `heavylift check` and `heavylift run` say of a yard, as a sheet, from the numbers of one run or of replications."""
+"""What `heavylift check` and `heavylift run` say of a yard, as a sheet, from the numbers of its runs."""
 
 from __future__ import annotations
 
@@ -54,8 +54,9 @@ def examined(yard: Yard) -> Sheet:
     ]
     unsaid = [step for step, source in yard.sources.items() if not source]
     size = f"{len({x.block for x in yard.activities})} blocks, {len(yard.activities)} activities"
+    heads = columns("rule", "serial", "after [days] .2", "parallel, as run", "after [days] .2")
     parts: list[Part] = [
-        Table("Schedules with expected durations", columns("rule", "serial", "after [days] .2", "parallel, as run", "after [days] .2"), tuple(rows)),
+        Table("Schedules with expected durations", heads, tuple(rows)),
         Notes("Critical path, resources aside", tuple(lines)),
         Table("Contract", columns("of", "earliest", "contract"), tuple(marked)),
     ]  # fmt: skip

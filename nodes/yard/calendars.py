@@ -1,4 +1,4 @@
-"""Working time [ns since 00:00 of the first day]: shifts, which may end after midnight, of days that are no holidays."""
+"""Working time [ns since 00:00 of the first day]: shifts, perhaps across midnight, of days that are no holidays."""
 
 from __future__ import annotations
 

@@ -12,9 +12,10 @@ from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path as FilePath
 from re import fullmatch
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from heavylift.kernel.errors import SceneError, closest, path_text
+from heavylift.nodes.queueing.distributions import Fixed
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.files import scene_text
 from heavylift.nodes.scene.text.overlay import override
@@ -23,7 +24,7 @@ from heavylift.nodes.scene.text.table_files import TableCell, table, with_unit
 from heavylift.nodes.scene.text.units import RATIO
 
 from . import fields
-from .calendars import Calendar, public_holidays, working
+from .calendars import Calendar, Shift, public_holidays, working
 from .network import RULES, Activity, Need, Yard
 
 HEAD = "heavylift yard"
@@ -72,16 +73,16 @@ class _Reading:
         self.source = source
         self.start = date.min
 
-    def take(self, path: Path, of: Callable[[Any], T], usual: T, mark: Mark | None = None, value: Data = None) -> T:
+    def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
         """What `of` makes of the value at a path; `usual` where there is none, or a wrong one."""
         value = self.source.at(path) if value is None else value
         if value is None:
-            return usual
+            return cast(T, usual)
         try:
             return of(value)
         except (ValueError, SceneError) as error:
             self.source.fault(path, str(error), mark=mark)
-            return usual
+            return cast(T, usual)
 
     def mapping(self, path: Path, known: set[str] | None = None) -> dict[str, Data]:
         """A mapping with keys that are known."""
@@ -123,14 +124,14 @@ class _Reading:
             {step: str(self.source.at(("steps", step, "source")) or "") for step in steps},
         )  # fmt: skip
 
-    def calendars(self) -> dict[str, tuple[fields.Shift, ...]]:
+    def calendars(self) -> dict[str, tuple[Shift, ...]]:
         """The windows of each shift; "" of all of them, which are the whole day if there are none."""
         self.mapping(("calendar",), OF_CALENDAR)
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in
                   self.mapping(("calendar", "shifts"))}  # fmt: skip
         return shifts | {"": tuple(w for windows in shifts.values() for w in windows) or ((0, 1440),)}
 
-    def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[fields.Shift, ...]]) -> Calendar:
+    def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[Shift, ...]]) -> Calendar:
         """The calendar of some of the shifts."""
         if self.source.at(("calendar",)) is None:
             return Calendar()
@@ -163,12 +164,19 @@ class _Reading:
         for step in _words(self.source.at(("erection",))):
             self.known(("erection",), step, given, "step")
         try:
-            return [
-                *TopologicalSorter({s: _words(self.source.at(("steps", s, "after"))) for s in given}).static_order()
-            ]
+            after = {s: _words(self.source.at(("steps", s, "after"))) for s in given}
+            order = [step for step in TopologicalSorter(after).static_order() if step in given]
         except CycleError as error:
             self.source.fault(("steps",), f"steps come after each other in a circle: {_circle(error)}")
             return []
+        before: dict[str, set[str]] = {}
+        for step in order:
+            before[step] = {step}.union(*(before.get(x, set()) for x in after[step]))
+        for step in order:
+            for resource, until in self.mapping(("steps", step, "until")).items():
+                if step not in before.get(str(until), {step}):
+                    self.source.fault(("steps", step, "until", resource), f"'{until}' does not come after '{step}'")
+        return order
 
     def known(self, path: Path, word: Data, among: Any, what: str) -> None:
         """Complain of a name that does not exist."""
@@ -228,9 +236,9 @@ class _Reading:
                 text = self.source.at(("steps", step, "takes"))
                 if step in cells:
                     read_one = partial(with_unit, unit=units[step])
-                    takes = self.cell(cells, step, at, lambda x: fields.duration(read_one(x)), fields.Fixed(0))  # noqa: B023
+                    takes = self.cell(cells, step, at, lambda x: fields.duration(read_one(x)), Fixed(0))  # noqa: B023
                 else:
-                    takes = self.take(("steps", step, "takes"), lambda x: fields.duration(str(x)), fields.Fixed(0))
+                    takes = self.take(("steps", step, "takes"), lambda x: fields.duration(str(x)), Fixed(0))
                     if text is None:
                         self.source.fault(at, f"neither column nor step says what '{step}' takes", mark=row[0].mark)
                 after = [(number[block, s], 0) for s in _words(self.source.at(("steps", step, "after")))]
@@ -248,10 +256,10 @@ class _Reading:
             self.source.fault(("blocks",), f"blocks come after each other in a circle: {circle}", mark=mark)
         return tuple(made), blocks
 
-    def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: T) -> T:
+    def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
         """What `of` makes of a cell."""
         found = cells.get(column)
-        return self.take((*at, column), of, usual, found.mark, found.text) if found else usual
+        return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
 
     def erection(self, steps: list[str]) -> tuple[list[str], list[str]]:
         """The steps that begin the erection of a block, and those that end it."""
