@@ -208,11 +208,13 @@ class _Reading:
                 self.source.fault(
                     ("blocks",), f"there is no column '{name}'", closest(name, sorted(columns)), mark=column.mark
                 )
-        blocks = [row[0].text for row in rows]
-        found = dict.fromkeys(blocks)
+        blocks = list[str]()
         for row in rows:
-            if blocks.count(row[0].text) > 1 and found.pop(row[0].text, 0) is None:
+            if row[0].text in blocks:
                 self.source.fault(("blocks",), f"the block '{row[0].text}' is given twice", mark=row[0].mark)
+            blocks.append(row[0].text)
+        if self.source.faults:
+            return (), blocks
         calendars = {
             s: self.calendar(("steps", s), _words(self.source.at(("steps", s, "works"))) or [""], shifts) for s in steps
         }
