@@ -3,6 +3,7 @@
     load("vlcc.yaml", ["rule=latest finish"])     -> Yard; raises SceneError with all errors at file, row, column
     yard("vlcc.yaml", [], 7)                      -> Coupled to be run; seed 0 takes expected durations
 
+beginning     whether a file is one of a yard
 reading       the file and its table of blocks
 fields        dates, shifts, predecessors and durations as they are written
 calendars     working time: shifts across midnight, holidays

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from datetime import date, datetime, timedelta
+from functools import lru_cache
 
 from heavylift.kernel.errors import HeavyliftError, closest
 from heavylift.nodes.queueing.distributions import (
@@ -38,6 +39,7 @@ KINDS = {  # the words of each, and how many times
 }
 
 
+@lru_cache(4096)  # blocks share what their steps take
 def duration(text: str) -> Distribution:
     """A distribution of durations [s], such as `6 h` or `triangular 4 h 6 h 12 h`."""
     word, _, rest = text.strip().partition(" ")

@@ -24,10 +24,10 @@ from heavylift.nodes.scene.text.table_files import TableCell, table, with_unit
 from heavylift.nodes.scene.text.units import RATIO
 
 from . import fields
+from .beginning import HEAD
 from .calendars import Calendar, Shift, public_holidays, working
 from .network import RULES, Activity, Need, Yard
 
-HEAD = "heavylift yard"
 KEYS = {
     *(HEAD, "name", "start", "calendar", "resources", "blocks", "steps", "erection", "rule", "order", "contract"),
     "quantile",
@@ -40,16 +40,6 @@ REMARKS = {"mass", "size", "com", "lugs", "stage", "remark"}
 NAME = r"[A-Za-z0-9_-]+"
 DELIVERY = "delivery"
 T = TypeVar("T")
-
-
-def is_yard(path: str | FilePath) -> bool:
-    """Whether a file begins as one of a yard does."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            lines = (line.strip() for line in file)
-            return next((line for line in lines if line and line[0] != "#"), "").startswith(f"{HEAD}:")
-    except (OSError, ValueError):
-        return False
 
 
 def load(path: str | FilePath, settings: Sequence[str] = ()) -> Yard:
