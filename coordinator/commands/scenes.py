@@ -13,6 +13,7 @@ from heavylift.kernel.errors import SceneError
 
 @app.command()
 def check(
+    context: typer.Context,
     scene: o.Scene,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
@@ -22,8 +23,18 @@ def check(
 ) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift
 
-    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders.
+    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders. Of a yard
+    file: its schedules with expected durations.
     """
+    if o.yard_file(context, scene, {"sets"}):
+        from heavylift.nodes.yard.answers import examined
+        from heavylift.nodes.yard.reading import load as load_yard
+
+        sheet = examined(load_yard(scene, sets or []))
+        o.tell(sheet, as_json)
+        if o.fails(sheet.state, strict, fail_on or "red"):
+            raise typer.Exit(1)
+        return
     from heavylift.coordinator.ladder.choosing import known
     from heavylift.coordinator.participants.mechanics_at import check_steps
     from heavylift.coordinator.transport.placement import Placement
