@@ -6,7 +6,7 @@ Drawn from what the recording holds for any viewer: boxes of /scene, frames of /
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.description.findings import clock
@@ -23,7 +23,9 @@ from .paper import FORMATS, on_paper, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 Floats = NDArray[np.float64]
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
@@ -60,11 +62,38 @@ class _Drawing:
         self._ropes, self._stages = _ropes(rec, self.times, self._poses), rec.stages()
         self._scene = rec.run.get("scene", "")
 
-    def draw(self, ax: "Axes", i: int) -> None:
-        t = self.times[i]
-        _frame(ax, t, self._poses, self._boxes, self._ropes[i])
-        stage = next((name for at, name in reversed(self._stages) if at <= t), self._scene)
-        ax.set_title(f"{stage}, {clock(t)}", fontsize=9, loc="left")
+    def title(self, i: int) -> str:
+        """Stage and time of an instant."""
+        stage = next((name for at, name in reversed(self._stages) if at <= self.times[i]), self._scene)
+        return f"{stage}, {clock(self.times[i])}"
+
+    def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
+        """Faces (4, 2) from far to near with their colours, and rope lines (n, 2, 2) of an instant, along x."""
+        faces = []
+        for box, world in self._boxes:
+            if box.body in self._poses:
+                pose = self._poses[box.body]
+                row = pose.values[min(int(np.searchsorted(pose.t, self.times[i])), len(pose.t) - 1)]
+                world = turned(row[3:], world) + row[:3]
+            faces += [(world[list(f), 0].mean(), world[list(f), 1:], box.colour) for f in FACES]
+        faces.sort(key=lambda face: -face[0])
+        return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]
+
+    def draw(self, ax: "Axes", i: int) -> "tuple[PolyCollection, LineCollection, Text]":
+        """One instant: faces, then ropes, and its title."""
+        from matplotlib.collections import LineCollection, PolyCollection
+
+        faces, colours, lines = self.seen(i)
+        bodies = PolyCollection(faces, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.3)
+        ropes = LineCollection(list(lines), colors="0.15", linewidths=0.8)
+        ax.add_collection(bodies)
+        ax.add_collection(ropes)
+        ax.axhline(0.0, color="0.5", linewidth=1.0)
+        ax.set_aspect("equal")
+        ax.autoscale_view()
+        ax.margins(0.03)
+        ax.set_axis_off()
+        return bodies, ropes, ax.set_title(self.title(i), fontsize=9, loc="left")
 
 
 def _figure(drawing: _Drawing, frames: int) -> "Figure":
@@ -84,25 +113,26 @@ def _figure(drawing: _Drawing, frames: int) -> "Figure":
 
 def _film(drawing: _Drawing) -> bytes:
     """All instants in one frame, one after another."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Canvas
     from PIL import Image
 
     figure = Canvas(figsize=(6.4, 4.8), dpi=100, layout="constrained")
-    ax = figure.subplots()
-    limits = []
-    for i in range(len(drawing.times)):
-        ax.clear()
-        drawing.draw(ax, i)
-        limits.append([*ax.get_xlim(), *ax.get_ylim()])
-    (left, _, low, _), (_, right, _, high) = np.min(limits, axis=0), np.max(limits, axis=0)
-    pictures = []
-    for i in range(len(drawing.times)):
-        ax.clear()
-        drawing.draw(ax, i)
-        ax.set(xlim=(left, right), ylim=(low, high))
-        drawn = io.BytesIO()
-        figure.savefig(drawn, format="png")
-        pictures.append(Image.open(drawn).convert("RGB").convert("P", palette=Image.Palette.ADAPTIVE))
+    canvas, ax = FigureCanvasAgg(figure), figure.subplots()
+    instants = [drawing.seen(i) for i in range(len(drawing.times))]
+    bodies, ropes, title = drawing.draw(ax, 0)
+    places = np.concatenate([x.reshape(-1, 2) for faces, _, lines in instants for x in (*faces, lines)])
+    ax.update_datalim(places)
+    ax.autoscale_view()
+    pictures = list[Image.Image]()
+    for i, (faces, colours, lines) in enumerate(instants):
+        bodies.set(verts=faces, facecolors=colours)
+        ropes.set_segments(list(lines))
+        title.set_text(drawing.title(i))
+        canvas.draw()
+        figure.set_layout_engine("none")  # as it is now
+        picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        pictures.append(picture.quantize(palette=pictures[0], dither=0) if pictures else picture.quantize())
     data = io.BytesIO()
     message = {"comment": GENERATOR.encode(), "duration": FRAME_ms, "loop": 0}
     pictures[0].save(data, "gif", save_all=True, append_images=pictures[1:], **message)
@@ -141,28 +171,3 @@ def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: 
     row = poses[body].values[i] if body in poses else np.array((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
     out: Floats = turned(row[3:], np.array(p)) + row[:3]
     return out
-
-
-def _frame(ax: "Axes", t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:
-    """One instant: faces from far to near, then ropes, seen along x."""
-    from matplotlib.collections import LineCollection, PolyCollection
-
-    faces = []
-    for box, world in boxes:
-        if box.body in poses:
-            pose = poses[box.body]
-            row = pose.values[min(int(np.searchsorted(pose.t, t)), len(pose.t) - 1)]
-            world = turned(row[3:], world) + row[:3]
-        faces += [(world[list(f), 0].mean(), world[list(f), 1:], box.colour) for f in FACES]
-    faces.sort(key=lambda face: -face[0])
-    ax.add_collection(
-        PolyCollection(
-            [f[1] for f in faces], facecolors=[f[2] for f in faces], edgecolors=(0, 0, 0, 0.25), linewidths=0.3
-        )
-    )
-    ax.add_collection(LineCollection(list(lines[:, :, 1:]), colors="0.15", linewidths=0.8))
-    ax.axhline(0.0, color="0.5", linewidth=1.0)
-    ax.set_aspect("equal")
-    ax.autoscale_view()
-    ax.margins(0.03)
-    ax.set_axis_off()
