@@ -12,7 +12,7 @@ import numpy as np
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import GENERATOR
-from heavylift.recordings.format.viewer_messages import Box, corners, turned
+from heavylift.recordings.format.viewer_messages import corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path

@@ -1,0 +1,52 @@
+"""The kernel of a run that stays in memory: it keeps its samples, and the clock may end it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.parts import KernelConfig
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.islands.dense_output import DenseRows
+from heavylift.kernel.simulation.commands import LiftRowsView
+from heavylift.kernel.simulation.native.samples import published
+from numpy.typing import NDArray
+
+from .in_memory import CUT
+
+
+class KeepingKernel(KernelNode):
+    """A kernel whose samples stay in this process and whose run can be ended by the clock."""
+
+    def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float) -> None:
+        super().__init__(config, lambda batch: None)
+        self.looks = DenseRows(self.simulation, instants)
+        self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
+        self.sentences: list[tuple[int, str]] = []
+        self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
+        self._allowed, self._deadline = allowed, time.perf_counter() + allowed
+
+    def _pause(self) -> None:
+        super()._pause()
+        if time.perf_counter() > self._deadline:
+            raise KernelError(f"{CUT} {self._allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run")
+
+    def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
+        self.kept += [(self.simulation.method, row) for row in rows]
+        self.sentences += [(t_ns, sentence) for _, t_ns, sentence in notes]
+
+    def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
+        shown = published(lift.method, np.array([row for _, row in rows]))
+        self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
+
+    def table(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Times (n,) [ns] and rows (n, width) of all samples."""
+        parts = []
+        for _, group in groupby(self.kept, key=lambda x: id(x[0])):
+            some = list(group)
+            method: object = some[0][0]
+            parts.append(published(method, np.array([row for _, (_, row) in some])))  # type: ignore[arg-type]
+        return np.array([t for _, (t, _) in self.kept], np.int64), np.concatenate(parts)
