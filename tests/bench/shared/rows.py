@@ -29,6 +29,7 @@ class Row(msgspec.Struct, forbid_unknown_fields=True):
     peer_value: float | None
     ratio: float | None
     target: float | None
+    bound: str  # of what the target is: ">=", "<="
     met: bool | None  # None: no target, or its peer is not installed
 
 
@@ -69,11 +70,12 @@ def row(
     if target is not None and checked is not None:
         met = bool(checked >= target if at_most is None else checked <= target)
     figures = [None if x is None else float(f"{x:.6g}") for x in (value, peer_value, ratio, target)]
-    message = Row(name, figures[0] or 0.0, unit, peer, *figures[1:], met)
-    print(msgspec.json.encode(message).decode() if JSON else _line(message, at_most is None), flush=True)
+    message = Row(name, figures[0] or 0.0, unit, peer, *figures[1:], "<=" if at_least is None else ">=", met)
+    print(msgspec.json.encode(message).decode() if JSON else line(message), flush=True)
 
 
-def _line(row: Row, from_below: bool) -> str:
+def line(row: Row) -> str:
+    """A figure as text."""
     message = f"{row.name:<62} {row.value:>10.4g} {row.unit:<9}"
     if row.peer_value is not None:
         message += f" {row.peer} {row.peer_value:.4g}" + (f", ratio {row.ratio:.3g}" if row.ratio is not None else "")
@@ -81,5 +83,5 @@ def _line(row: Row, from_below: bool) -> str:
         message += f" {row.peer}: not measured"
     if row.target is not None:
         verdict = {True: "met", False: "MISSED", None: "not checked"}[row.met]
-        message += f"  target {'>=' if from_below else '<='} {row.target:.4g}: {verdict}"
+        message += f"  target {row.bound} {row.target:.4g}: {verdict}"
     return message.rstrip()
