@@ -30,7 +30,8 @@ LIFT, END, TIMES = ("lift", ["end=10 s"], 1) if SHORT else ("turnover", [], 3)
 CHECKED = "lift"  # two cranes
 OBSTACLES = "\n".join(f"  shed-{i}: {{box: [8 m, 20 m, 9 m], at: [{40 + 12 * i} m, 110 m, 4.5 m]}}" for i in range(4))
 COLD_s, WARM_s, GRANT_COLD_s, GRANT_WARM_s = 3.0, 1.3, 3.0, 1.5
-IMPORT_s, HELP_s, VERDICT_s, PATH_s, DOCUMENT_s, CHECK_s, OBSTACLES_s, AGAIN_ms = 0.1, 0.3, 0.3, 1.0, 2.0, 0.5, 1.0, 20.0
+IMPORT_s, HELP_s, CHECK_s, OBSTACLES_s = 0.1, 0.3, 0.5, 1.0
+VERDICT_s, PATH_s, DOCUMENT_s, AGAIN_ms = 0.3, 1.0, 2.0, 20.0
 
 
 def least(measure: Callable[[], float], times: int = TIMES) -> float:
