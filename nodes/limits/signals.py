@@ -56,6 +56,13 @@ class SignalColumns:
             return self.named[k]
         return next((name for start, name in reversed(self.stages) if start <= t), "")
 
+    def within(self, stage: str) -> NDArray[np.bool_]:
+        """The instants (n,) in a stage."""
+        if self.named:
+            return np.array([name == stage for name in self.named], dtype=bool)
+        at = np.searchsorted([start for start, _ in self.stages], self.t, side="right")
+        return np.array([False, *(name == stage for _, name in self.stages)], dtype=bool)[at]
+
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
         """The lugs of a sling, each with the samples (n,) at which it was hooked there."""
         return self.once(("lugs", sling), lambda: self._lugs(sling))

@@ -29,7 +29,6 @@ class Row(msgspec.Struct, forbid_unknown_fields=True):
     peer_value: float | None
     ratio: float | None
     target: float | None
-    bound: str  # of what the target is: ">=", "<="
     met: bool | None  # None: no target, or its peer is not installed
 
 
@@ -70,12 +69,15 @@ def row(
     if target is not None and checked is not None:
         met = bool(checked >= target if at_most is None else checked <= target)
     figures = [None if x is None else float(f"{x:.6g}") for x in (value, peer_value, ratio, target)]
-    message = Row(name, figures[0] or 0.0, unit, peer, *figures[1:], "<=" if at_least is None else ">=", met)
-    print(msgspec.json.encode(message).decode() if JSON else line(message), flush=True)
+    message = Row(name, figures[0] or 0.0, unit, peer, *figures[1:], met)
+    print(
+        msgspec.json.encode(message).decode() if JSON else line(message, "<= " if at_least is None else ">= "),
+        flush=True,
+    )
 
 
-def line(row: Row) -> str:
-    """A figure as text."""
+def line(row: Row, bound: str = "") -> str:
+    """A figure as text; `bound`: the sign of its target."""
     message = f"{row.name:<62} {row.value:>10.4g} {row.unit:<9}"
     if row.peer_value is not None:
         message += f" {row.peer} {row.peer_value:.4g}" + (f", ratio {row.ratio:.3g}" if row.ratio is not None else "")
@@ -83,5 +85,5 @@ def line(row: Row) -> str:
         message += f" {row.peer}: not measured"
     if row.target is not None:
         verdict = {True: "met", False: "MISSED", None: "not checked"}[row.met]
-        message += f"  target {row.bound} {row.target:.4g}: {verdict}"
+        message += f"  target {bound}{row.target:.4g}: {verdict}"
     return message.rstrip()
