@@ -57,5 +57,7 @@ def _twice(simulator: Simulator) -> list[Event]:
     simulator._spoken = False
     if simulator.outputs() != first:
         path, tag = simulator.model.path, simulator.next_time
-        raise ModelError(f"{path} at {tag}: output() says something else when called again; let it change nothing")
+        raise ModelError(
+            f"{path} at {tag}: output() sends something else when called again; it must not change the model"
+        )
     return first

@@ -92,7 +92,7 @@ def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
     """The joint with parent and child exchanged; raises KernelError if its coordinates would differ."""
     if JOINTS[j.kind].axes > 1 or JOINTS[j.kind].quaternion is not None or {j.parent, j.child} & set(flexible):
         raise KernelError(
-            f"joint '{j.name}': nothing but it holds its parent '{j.parent}', and a joint carries its child; "
+            f"joint '{j.name}': only this joint holds its parent '{j.parent}', and a joint carries its child; "
             "exchange its parent and child"
         )
     x, y, z = j.axis
@@ -119,6 +119,6 @@ def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> 
         )
     if j.name in acted:
         raise KernelError(
-            f"joint '{j.name}': it closes a loop, so that '{acted[j.name]}' finds no coordinate in it; "
-            "every other joint of the loop is in use, too: free one of them of its laws"
+            f"joint '{j.name}': it closes a loop, so that '{acted[j.name]}' has no coordinate in it; "
+            "every other joint of the loop has laws, too: remove those of one of them"
         )

@@ -238,7 +238,7 @@ class Coupled(Model):
         if child.name in self.children:
             raise ModelError(f"{self.path}: two children are called {child.name}, rename one of them")
         if child.parent is not None or child is self:
-            raise ModelError(f"{self.path}: {child.path} already has its place and cannot be added here")
+            raise ModelError(f"{self.path}: {child.path} already has a parent and cannot be added here")
         child.parent = self
         self.children[child.name] = child
 

@@ -156,8 +156,8 @@ class OutPort(Port[Message], Generic[Sent]):
         present = owner._present
         if present.speaker is not owner:
             if present.speaker is None:
-                raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
-            raise ModelError(f"{self!r} was sent to by another model: output() may only speak by its own ports")
+                raise ModelError(f"port {self.name} was sent to outside output(): only output() may send")
+            raise ModelError(f"{self!r} was sent to by another model: output() may send to its own ports only")
         if value is not self._sent:  # what is sent over and over is looked at once
             if type(value) is not self.type or not value.__plain__():
                 if not isinstance(value, self.type):

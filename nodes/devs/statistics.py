@@ -24,12 +24,16 @@ class Tally:
 
     def add(self, x: float) -> None:
         """Add an observation; raises ModelError if it is not finite."""
-        _finite(x)
+        if not isfinite(x):
+            raise _no_observation(x)
         self.count += 1
         off = x - self.mean if self.count > 1 else 0.0
         self.mean = self.mean + off / self.count if self.count > 1 else float(x)
         self._squares += off * (x - self.mean)
-        self.least, self.most = min(self.least, x), max(self.most, x)
+        if x < self.least:
+            self.least = x
+        if x > self.most:
+            self.most = x
 
     @property
     def deviation(self) -> float:
@@ -41,7 +45,8 @@ class TimeWeighted:
     """A piecewise constant `value` with time average, minimum and maximum."""
 
     def __init__(self, value: float = 0.0, since_ns: int = 0) -> None:
-        _finite(value)
+        if not isfinite(value):
+            raise _no_observation(value)
         self.value = self.least = self.most = value
         self.since = self._changed = since_ns
         self._area = 0.0  # [ns] times value
@@ -49,10 +54,13 @@ class TimeWeighted:
     def set(self, value: float, now: Tag) -> None:
         """Set the value at a time; raises ModelError if it is not finite or the time is earlier than the last
         change."""
-        _finite(value)
-        self._area, self._changed = self._until(now), now.t
-        self.value = value
-        self.least, self.most = min(self.least, value), max(self.most, value)
+        if not isfinite(value):
+            raise _no_observation(value)
+        self._area, self._changed, self.value = self._until(now), now.t, value
+        if value < self.least:
+            self.least = value
+        elif value > self.most:
+            self.most = value
 
     def mean(self, now: Tag) -> float:
         """Time average until now; NaN before time has passed."""
@@ -70,6 +78,5 @@ def stream(seed: int, name: str) -> Random:
     return Random(f"{seed}/{name}")
 
 
-def _finite(x: float) -> None:
-    if not isfinite(x):
-        raise ModelError(f"{x} is no observation: give a finite number")
+def _no_observation(x: float) -> ModelError:
+    return ModelError(f"{x} is no observation: give a finite number")

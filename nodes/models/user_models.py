@@ -85,7 +85,9 @@ class Delay(Atomic):
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:
-                    raise ModelError("set-points come more often than one in a period; say less, or shorten the period")
+                    raise ModelError(
+                        "set-points come more often than one in a period; send fewer, or shorten the period"
+                    )
                 self.point = point
                 self.hold_in(self.wait)
             self.heard += 1

@@ -239,7 +239,7 @@ class StaticRun:
             part, name = min(found)
             self.states.append(dataclasses.replace(there(before, state, part), event=f"{name} touches"))
             at = f"at {self.states[-1].t:.1f} s" if state.t else "at the start"
-            raise KernelError(f"'{name}' touches {at}, and with what rigid contacts press no rest is followed")
+            raise KernelError(f"'{name}' touches {at}; an equilibrium with pressed rigid contacts is not followed")
 
     def _state(self, rest: PathPoint, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row

@@ -4,9 +4,9 @@
 
 CPU time of this thread, engines in turn and the best of all rounds, so that a busy machine slows all alike. Atomics do
 nothing but pass on one event, in every engine; a transition is a change of state (a confluent one counts twice).
-Ours runs with its trace on where the name says so, peers run without. Peers: xdevs, flattened (extra `bench`), and the
-minimal kernel of PythonPDEVS, which no registry has: clone it (Van Tendeloo, University of Antwerp), make it Python 3
-with `2to3 -w -n src/pypdevs/minimal.py src/pypdevs/schedulers`, and put its `src` on the path.
+Ours runs with its trace on where the name says so, peers run without. Peers: xdevs, flattened, and SimPy for queues
+(extra `bench`), and the minimal kernel of PythonPDEVS, which no registry has: clone it (Van Tendeloo, University of
+Antwerp), make it Python 3 with `2to3 -w -n src/pypdevs/minimal.py src/pypdevs/schedulers`, put its `src` on the path.
 """
 
 import gc
@@ -14,7 +14,8 @@ import time
 from collections.abc import Callable
 
 from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Simulator, Trace
-from shared.devs_peers import Run, pdevs_sparse, pdevs_stone, xdevs_stone
+from heavylift.nodes.queueing import Erlang, Exponential, Failures, LogNormal, Server, Sink, Source
+from shared.devs_peers import Run, pdevs_sparse, pdevs_stone, simpy_shop, xdevs_stone
 from shared.rows import SHORT, options, row
 
 ROUNDS, W, MANY = (1, 10, 50) if SHORT else (7, 50, 1000)
@@ -22,6 +23,9 @@ D = W
 TRANSITIONS = 2 * (1 + (D - 1) * W * (W - 1) // 2)  # of DEVStone HI, internal and external
 PERIODS, SPAN = [1_000_003 + 7 * n for n in range(MANY)], 60_000_000
 TICKS = sum((SPAN - 1) // period for period in PERIODS)
+
+
+JOBS = 500 if SHORT else 20_000  # of a G/G/3 with priorities and failures, one a second
 
 
 class Item(Message):
@@ -103,6 +107,17 @@ def sparse() -> Coupled:
     return root
 
 
+def shop() -> Coupled:
+    """A G/G/3 whose first priority interrupts the second, and whose units fail."""
+    net = Coupled("shop")
+    jobs, done = net.add(Source("jobs", Erlang(2, 1.0), weights=(0.2, 0.8))), net.add(Sink("done"))
+    failures = Failures(Exponential(200.0), Exponential(10.0))
+    crew = net.add(Server("crew", LogNormal(2.4, 1.2), 3, "priority", preemptive=True, failures=failures))
+    net.connect(jobs.out, crew.into)
+    net.connect(crew.done, done.into)
+    return net
+
+
 def ours(simulator: Simulator, until: int, traced: bool) -> Run:
     simulator.trace = Trace() if traced else None
     simulator.start()
@@ -135,6 +150,8 @@ def main() -> None:
             "sparse": lambda: ours(generators, SPAN, False),
             "sparse traced": lambda: ours(generators, SPAN, True),
             "pdevs sparse": lambda: pdevs_sparse(PERIODS, SPAN),
+            "shop": lambda: ours(Simulator(shop()), JOBS * 10**9, False),
+            "simpy shop": lambda: simpy_shop(float(JOBS)),
             "build": lambda: lambda: Simulator(seeded(W, D)),
             "build 4": lambda: lambda: Simulator(seeded(2 * W, 2 * D)),
         }
@@ -148,6 +165,8 @@ def main() -> None:
     ):
         other = n / t[theirs] / 1e6 if theirs in t else None
         row(name, n / t[mine] / 1e6, "M transitions/s", peer, other, at_least=target)
+    other = JOBS / t["simpy shop"] / 1e3 if "simpy shop" in t else None
+    row("G/G/3, priorities and failures", JOBS / t["shop"] / 1e3, "thousand jobs/s", "SimPy", other, at_least=0.67)
     row("overhead of the trace on DEVStone", 100 * (t["traced"] / t["stones"] - 1), "%", at_most=12.0)
     row(f"DEVStone {2 * W}x{2 * D}, built and flattened", t["build 4"], "s", at_most=0.3)
     row("building 4 times as many atomics takes", t["build 4"] / t["build"], "times as long", at_most=6.0)

@@ -46,7 +46,7 @@ def refused(*actions: str) -> str:
 
 
 @pytest.mark.parametrize("way", [-25.0, -10.0, 8.0])
-def test_luffing_moves_the_hook_by_the_rope_that_the_drum_way_takes(way: float) -> None:
+def test_luffing_moves_the_hook_by_the_rope_length_that_the_drum_path_takes_up(way: float) -> None:
     """L0 (1 + T / EA) = falls below the tip + way to the drum / falls, whatever the angle."""
     scene = jib("legs: unhook", "jib main: hoist 10 m/min by 10 m", f"jib: luff 1 deg/s by {way} deg")
     first, last = scene.statics.states[0], scene.statics.states[-1]
@@ -95,7 +95,7 @@ def test_slewing_leaves_the_swing_of_duhamels_integral(tmp_path: Path) -> None:
     assert far.min() == pytest.approx(abs(parts[0] - parts[1]), abs=LINEAR * far.max())
 
 
-def test_the_chart_refuses_a_radius_and_names_the_line() -> None:
+def test_the_chart_refuses_a_radius_beyond_its_range_and_names_the_line() -> None:
     """22 t hang on the hook: 24 t may at 30 m, 20 t at 34 m, and between them 20 t."""
     up = ("jib main: hoist 1 m/min until all slings taut", "jib main: hoist 1 m/min until lifted")
     out = [degrees_at(r) for r in (29.9, 30.1)]
@@ -122,7 +122,7 @@ def degrees_at(radius: float) -> float:
         ("block: turn 1 deg/s to 30 deg", "'block' cannot turn"),
     ],
 )
-def test_orders_that_the_machine_cannot_carry_out(order: str, told: str) -> None:
+def test_orders_that_the_machine_cannot_carry_out_are_refused(order: str, told: str) -> None:
     assert told in refused(order)
 
 
@@ -137,7 +137,7 @@ def test_the_upper_limit_switch_stops_with_its_own_deceleration(tmp_path: Path) 
     assert z == pytest.approx(17.0 + (5 / 60) ** 2 / (2 * 0.5), abs=2e-3)
 
 
-def test_the_hall_is_crossed_without_a_swing(tmp_path: Path) -> None:
+def test_the_hall_is_crossed_without_residual_swing(tmp_path: Path) -> None:
     run(load("hall"), tmp_path / "hall.mcap", in_process=True)
     recording = Recording(tmp_path / "hall.mcap")
     begun = {name: t for t, name in recording.stages()}

@@ -49,7 +49,7 @@ def test_a_crate_slides_down_its_ramp(tmp_path: Path) -> None:
     assert force == pytest.approx(np.full(len(force), 4000.0 * G * 0.8), rel=1e-6)
 
 
-def test_contacts_are_written_as_boxes_balls_points_and_planes(tmp_path: Path) -> None:
+def test_contacts_can_be_written_as_boxes_balls_points_and_planes(tmp_path: Path) -> None:
     lid = "{body: lid, box: [1 m, 1 m, 1 m]}"
     more = f"  contacts:\n    top: {{body: crate, radius: 20 cm, at: [0, 0, 2 m], against: {lid}}}\n"
     bodies = "    lid: {mass: 1 t, inertia: [1 t m2, 1 t m2, 1 t m2]}\n  joints:\n"

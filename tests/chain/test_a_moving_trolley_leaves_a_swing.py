@@ -61,7 +61,7 @@ def after_the_move(folder: Path, a: float, v: float, d: float, seconds: float) -
     return np.array([residual(*now) for now in zip(angle[after], rate[after], strict=True)])
 
 
-def test_a_trapezoid_of_forty_metres_leaves_one_degree(tmp_path: Path) -> None:
+def test_a_move_of_forty_metres_by_a_trapezoid_leaves_a_swing_of_one_degree(tmp_path: Path) -> None:
     form = CLOSED_FORMS["C05"]
     given, expected = form["given"], form["expected"]
     want = nonlinear(given["a"], given["ta"], given["tc"])

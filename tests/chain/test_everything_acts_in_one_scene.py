@@ -110,7 +110,7 @@ def test_bits_do_not_depend_on_grants(story: Simulation) -> None:
 
 
 @pytest.mark.large
-def test_floats_take_the_same_way() -> None:
+def test_floats_give_the_same_results_as_native_code() -> None:
     """Through the impacts of the crate and the snatch of the sling, at a coarse tolerance: floats are slow."""
     native, oracle = (Simulation(system(), tolerance=1e-4, sample_ns=MS, native=n) for n in (True, False))
     for s in (native, oracle):
@@ -123,7 +123,7 @@ def test_floats_take_the_same_way() -> None:
 
 
 @pytest.mark.large
-def test_processes_and_one_process_put_the_same_on_record(tmp_path: Path) -> None:
+def test_distributed_runs_and_runs_in_one_process_record_the_same(tmp_path: Path) -> None:
     one, many = (play(tmp_path, SCENE, in_process=here) for here in (True, False))
     assert one.result["digest"] == many.result["digest"]
     assert float(one.result["energy_error"]) < CLOSES

@@ -74,7 +74,7 @@ def test_check_reports_that_the_chart_stops_it() -> None:
     assert message == [STOPPED]
 
 
-def test_hoisting_and_luffing_out_are_barred_and_lowering_is_free(tmp_path: Path) -> None:
+def test_hoisting_and_luffing_out_are_blocked_and_lowering_is_allowed(tmp_path: Path) -> None:
     more = ("{when: luff stopped, crawler main: hoist 1 m/min by 0.5 m, crawler: luff 0.3 deg/s by -1 deg}",)
     scene = crawler(*UP, OUT, *more, "{when: moves stopped, crawler main: lower 1 m/min by 0.5 m}")
     rec = recorded(scene, tmp_path)
@@ -84,14 +84,14 @@ def test_hoisting_and_luffing_out_are_barred_and_lowering_is_free(tmp_path: Path
     assert rec.result["status"] == "finished"
 
 
-def test_bypassed_it_reports_and_stops_nothing(tmp_path: Path) -> None:
+def test_a_bypassed_interlock_is_reported_and_stops_nothing(tmp_path: Path) -> None:
     rec = recorded(crawler(*UP, "crawler moment: bypass", OUT, "crawler moment: restore"), tmp_path)
     would = STOPPED.replace("stopped", "would have stopped, had it not been bypassed,")
     assert findings(rec) == [would, STOPPED, "the interlock crawler.moment was bypassed"], "restored, it stops again"
     assert not [value for _, value in said(rec, "Limit") if value["actor"] == "crawler.luffer"]
 
 
-def test_what_no_interlock_guards_is_refused_as_ever() -> None:
+def test_actions_without_an_interlock_are_refused_as_before() -> None:
     with pytest.raises(SceneError, match=r"would carry 42\.0 t of 24 t"):
         parse("extends: jib\nname: jib\nblock: {mass: 40 t}\n", "scene.yaml", passing=True)
 
@@ -124,7 +124,7 @@ ORDERS = {
 
 
 @pytest.mark.parametrize(("given", "told"), BAD.items())
-def test_a_bad_interlock_gets_its_sentence_and_its_line(given: str, told: str) -> None:
+def test_a_bad_interlock_is_reported_with_its_line(given: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         crawler("wait: 1 s", more=f"interlocks:\n  limit: {given}\n")
     assert told in str(error.value)
@@ -132,7 +132,7 @@ def test_a_bad_interlock_gets_its_sentence_and_its_line(given: str, told: str) -
 
 
 @pytest.mark.parametrize(("order", "told"), ORDERS.items())
-def test_a_bad_order_gets_its_sentence_and_its_line(order: str, told: str) -> None:
+def test_a_bad_order_is_reported_with_its_line(order: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         crawler(order)
     assert told in str(error.value)

@@ -34,7 +34,7 @@ def test_shares_at_every_angle_are_those_of_the_lever_arms(turned: LoadedScene) 
     assert any(80.0 < angle < 90.0 for angle in seen)
 
 
-def test_it_lies_on_its_other_face_in_the_end(turned: LoadedScene) -> None:
+def test_the_block_lies_on_its_other_face_in_the_end(turned: LoadedScene) -> None:
     assert turned.statics.known
     last = turned.statics.states[-1]
     assert last.grounded

@@ -168,7 +168,7 @@ actions:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_what_levels_counts_the_tilt_of_any_block(seed: int) -> None:
+def test_levelling_counts_the_tilt_of_any_block(seed: int) -> None:
     """However the block is turned and slews, the places differ in height by the sine of its tilt."""
     rng = np.random.default_rng(seed)
     u, v, turned, slews, tilt = (*rng.uniform(2.0, 9.0, 2), *rng.uniform(-pi, pi, 2), rng.uniform(-0.3, 0.3))
@@ -198,11 +198,11 @@ def test_what_levels_counts_the_tilt_of_any_block(seed: int) -> None:
         ("crane: travel 10 m/min to above P1", "after 'above' '[' must follow"),
     ],
 )
-def test_what_cannot_be_meant_is_reported(order: str, told: str) -> None:
+def test_a_levelling_order_without_meaning_is_reported(order: str, told: str) -> None:
     assert_refused("lift", order, told)
 
 
-def test_lugs_beyond_its_reach_are_reported() -> None:
+def test_lugs_out_of_reach_are_reported() -> None:
     with pytest.raises(SceneError, match=r"jib\.luffer does not come above N2"):
         scene(
             "jib",
@@ -215,7 +215,7 @@ def test_lugs_beyond_its_reach_are_reported() -> None:
 # hold
 
 
-def test_what_holds_stops_and_then_its_brake_engages() -> None:
+def test_a_drive_that_holds_a_position_stops_and_then_its_brake_engages() -> None:
     """A cart that runs stops with its emergency deceleration; the brake closes when it stands."""
     text = """\
 heavylift: 1

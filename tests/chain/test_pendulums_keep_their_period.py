@@ -69,7 +69,7 @@ mechanism:
 """
 
 
-def test_a_trolley_that_is_free_to_roll_shortens_the_swing_and_keeps_the_momentum(tmp_path: Path) -> None:
+def test_a_trolley_that_is_free_to_roll_shortens_the_period_and_keeps_the_momentum(tmp_path: Path) -> None:
     want = CLOSED_FORMS["C04"]["expected"]
     trolley, load_mass, link = 400e3, 450e3, 50.0
 

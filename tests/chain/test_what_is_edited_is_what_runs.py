@@ -42,7 +42,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_an_action_that_is_removed_is_missed(tmp_path: Path, whole: Recording, stage: str) -> None:
+def test_removing_an_action_changes_the_run(tmp_path: Path, whole: Recording, stage: str) -> None:
     assert stages(whole)[:4] == list(STAGES)
 
     poorer = play(tmp_path, without(LIFT, stage))
@@ -51,7 +51,7 @@ def test_an_action_that_is_removed_is_missed(tmp_path: Path, whole: Recording, s
     assert np.abs(last_place(poorer) - last_place(whole)).max() > SEEN
 
 
-def test_a_longer_way_in_the_action_list_is_gone(tmp_path: Path, whole: Recording) -> None:
+def test_a_shorter_way_in_the_action_list_shortens_the_run(tmp_path: Path, whole: Recording) -> None:
     further = play(tmp_path, LIFT, ["actions.3.trolleys=traverse 20 m/min by 3 m"])
 
     for trolley in ("upper", "lower"):
@@ -60,7 +60,7 @@ def test_a_longer_way_in_the_action_list_is_gone(tmp_path: Path, whole: Recordin
         assert far[-1] - near[-1] == pytest.approx(1.0, abs=GIVES_WAY)
 
 
-def test_an_action_list_in_another_order_runs_in_that_order(tmp_path: Path, whole: Recording) -> None:
+def test_reordered_actions_run_in_their_new_order(tmp_path: Path, whole: Recording) -> None:
     head, *actions = LIFT.split("  - stage: ")
     actions[2], actions[3] = actions[3], actions[2]
 

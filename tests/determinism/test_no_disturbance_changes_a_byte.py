@@ -13,7 +13,7 @@ from disturbances import LEVELS, Case, digests, pairwise
 MODEL = "random_models:build(9) 60"
 
 
-def test_the_cases_cover_all_pairs() -> None:
+def test_the_cases_cover_all_pairs_of_disturbances() -> None:
     cases = pairwise(MODEL)
     for a, b in combinations(LEVELS, 2):
         assert {(getattr(c, a), getattr(c, b)) for c in cases} == set(product(LEVELS[a], LEVELS[b]))
@@ -45,14 +45,16 @@ def test_a_scene_has_one_digest(what: str) -> None:
     ],
 )
 @pytest.mark.large(beyond=1)
-def test_a_model_that_depends_on_it_is_found_out(kind: str, first: dict[str, int], second: dict[str, int]) -> None:
+def test_a_model_that_depends_on_a_disturbance_is_found(
+    kind: str, first: dict[str, int], second: dict[str, int]
+) -> None:
     what = f"sloppy:group({kind!r}) 200"
     one, other = Case(what, **first), Case(what, **second)
     found = digests([one]) | digests([other])
     assert found[one] != found[other]
 
 
-def test_a_careful_model_is_not() -> None:
+def test_a_model_without_such_a_dependence_passes() -> None:
     what = "sloppy:group('careful') 200"
     cases = [Case(what), Case(what, hash_seed=1, processes=2, start=1, delay=1, cut=1)]
     assert len(set(digests(cases).values())) == 1

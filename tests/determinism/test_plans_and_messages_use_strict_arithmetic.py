@@ -100,7 +100,7 @@ def used(tree):
 
 
 @pytest.mark.parametrize("path", sources())
-def test_nothing_that_a_library_decides(path):
+def test_nodes_use_no_function_whose_bits_depend_on_a_library(path):
     allowed = ALLOWED.get(path, {})
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in allowed})
@@ -109,7 +109,7 @@ def test_nothing_that_a_library_decides(path):
 
 
 @pytest.mark.parametrize("path", [p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "kernel").rglob("*.py"))])
-def test_the_kernel_leaves_decisions_to_its_own_algebra(path):
+def test_the_kernel_computes_decisions_by_its_own_algebra(path):
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in {"@", "**"}})
     found = [(line, name) for line, name in found if name.removeprefix("np.") not in ELEMENTS]
@@ -129,7 +129,7 @@ def test_constants_of_flexible_bodies_are_products_in_a_stated_order(path):
     assert bool(found) == (path in FLEXIBLE), f"{path} {found}: see kernel/algebra/arrays.py"
 
 
-def test_the_search_finds_what_it_looks_for():
+def test_the_search_finds_forbidden_functions():
     text = "from scipy.linalg import eigh\nimport math\nfrom math import cos\n"
     text += "x = math.hypot(1, 2) + cos(1) + y**0.5 + 2**3\n"
     text += "z = np.linalg.solve(A, b) @ c"

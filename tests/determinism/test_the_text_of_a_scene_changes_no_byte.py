@@ -66,7 +66,7 @@ TURNS = [(KINDS[(i + turn) % len(KINDS)], name) for turn in range(len(KINDS)) fo
 
 @pytest.mark.parametrize(("kind", "name"), TURNS)
 @pytest.mark.large(beyond=len(NAMES))
-def test_every_text_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) -> None:
+def test_every_spelling_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) -> None:
     want = placeless(load(name).plan)
     for seed in seeds:
         found = placeless(parse(REWRITTEN[kind](text(name), Random(seed)), f"text-{seed}.yaml").plan)
@@ -82,13 +82,13 @@ def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Pat
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x in LARGE else []) for x in NAMES])
-def test_a_scene_has_the_digest_that_is_stored(name: str) -> None:
+def test_stored_scenes_have_their_stored_digest(name: str) -> None:
     """After a change that is meant: python tests/determinism/digests.py."""
     assert own(name) == stored()[name]
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[] if x in SHORT else [pytest.mark.large]) for x in NAMES])
-def test_another_text_has_the_same_digest(name: str) -> None:
+def test_another_spelling_has_the_same_digest(name: str) -> None:
     assert digest(everything(name)) == own(name)
 
 
@@ -99,7 +99,7 @@ def everything(name: str, seed: int = 1) -> LoadedScene:
     return parse(block(given, random), "elsewhere.yaml")
 
 
-def test_no_message_names_a_file_or_a_line(tmp_path: Path) -> None:
+def test_no_message_contains_a_file_or_line(tmp_path: Path) -> None:
     """Orders and stages tell their numbers, by which the plan tells their lines."""
     run(load("lift"), tmp_path / "lift.mcap", in_process=True)
     recording = Recording(tmp_path / "lift.mcap")

@@ -30,7 +30,7 @@ def test_a_rope_that_rattles_goes_on_without_events_and_reports_so(method):
     assert float(s.row().tension[0]) == pytest.approx(LIGHT * G, rel=1e-2), "at rest in the end"
 
 
-def test_twice_the_same_bits():
+def test_a_run_with_a_rattling_rope_repeats_its_bits():
     one, two = (started(rattling_scene(), sample_ns=SECOND // 100) for _ in range(2))
     for s in (one, two):
         hand_over(s, SECOND // 20)
@@ -39,7 +39,7 @@ def test_twice_the_same_bits():
     assert one.notes == two.notes
 
 
-def test_a_snapshot_keeps_a_calm_rope():
+def test_a_snapshot_keeps_a_damped_rope():
     whole = started(rattling_scene(), sample_ns=SECOND // 100)
     hand_over(whole, SECOND // 20)
     whole.settle()
@@ -51,7 +51,7 @@ def test_a_snapshot_keeps_a_calm_rope():
     assert whole.state.tobytes() == other.state.tobytes()
 
 
-def test_hooked_anew_it_has_events_and_its_own_damping_again():
+def test_a_rope_hooked_again_has_events_and_its_own_damping():
     s = started(rattling_scene(), sample_ns=SECOND // 100)
     hand_over(s, SECOND // 10)
     assert s.switches.rope_numbers("rope")[1] > 0.0
@@ -98,7 +98,7 @@ def test_a_calm_rope_closes_its_energy_balance():
     assert imbalance(s) < 1e-6
 
 
-def test_the_mass_that_a_rope_feels_is_that_of_two_bodies_in_series():
+def test_the_effective_mass_of_a_rope_is_that_of_two_bodies_in_series():
     line = Line(Point("a"), Point("b"))
     scene = System(
         (Body("a", 300.0), Body("b", 600.0)),

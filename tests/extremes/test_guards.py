@@ -18,18 +18,18 @@ TOO_LONG = r"too long for method 'rk4', since 'load' on 'rope' swings at 1\.32 H
 # ---- largest frequency, at every change of topology ---------------------------------------------------------
 
 
-def test_the_step_is_looked_at_before_the_run():
+def test_a_fixed_step_is_checked_before_the_run():
     with pytest.raises(KernelError, match=r"step 0\.5 s at 0\.000 s: " + TOO_LONG):
         started(hung(LENGTH + 0.1), **STEP)
 
 
-def test_and_when_a_rope_becomes_taut():
+def test_a_fixed_step_is_checked_when_a_rope_becomes_taut():
     s = started(hung(LENGTH - 0.1), **STEP)
     with pytest.raises(KernelError, match=r"step 0\.5 s at 0\.143 s: " + TOO_LONG):
         hand_over(s, SECOND)
 
 
-def test_and_when_a_rope_is_hooked():
+def test_a_fixed_step_is_checked_when_a_rope_is_hooked():
     s = started(hung(LENGTH, hooked=False), **STEP)
     hand_over(s, SECOND)
     s.hook("rope", L0=-float(s.state[0]))
@@ -38,7 +38,7 @@ def test_and_when_a_rope_is_hooked():
         hand_over(s, 2 * SECOND)
 
 
-def test_and_when_one_is_unhooked_that_held_the_other_slack():
+def test_a_fixed_step_is_checked_when_another_rope_is_unhooked():
     """The upper rope lets the load into the second one, which is shorter than its way down."""
     scene = hung(LENGTH + 0.05)
     soft = replace(scene.ropes[0], name="soft", EA=0.002 * EA, L0=LENGTH - 1.0, damping=0.0)
@@ -49,7 +49,7 @@ def test_and_when_one_is_unhooked_that_held_the_other_slack():
         hand_over(s, SECOND)
 
 
-def test_and_when_a_contact_closes():
+def test_a_fixed_step_is_checked_when_a_contact_closes():
     stop = Stop("ground", "load-guide", -1.0, 100.0, EA / LENGTH, 0.0)
     s = started(replace(slider(), stops=(stop,)), **STEP)
     with pytest.raises(KernelError, match=r"since 'load' on 'ground' swings at 1\.32 Hz"):
@@ -57,7 +57,7 @@ def test_and_when_a_contact_closes():
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_and_when_a_joint_is_locked_or_freed(first):
+def test_a_fixed_step_is_checked_when_a_joint_is_locked_or_freed(first):
     """A light body on a stiff spring: locked it has no mode; freed it has, and the step is too long."""
     light = Joint("light-guide", "prismatic", "load", "light", axis=X)
     scene = slider(axis=X)
@@ -76,7 +76,7 @@ def test_and_when_a_joint_is_locked_or_freed(first):
         s.settle()
 
 
-def test_and_when_a_winch_has_made_the_rope_short():
+def test_a_fixed_step_is_checked_when_a_winch_has_shortened_the_rope():
     """No event tells of it: 60 m of rope become 33 m, and nearly twice as stiff against the step."""
     s = started(hung(LENGTH * (1 + MASS * G / EA), winch=True), method="rk4", step=0.1, sample_ns=SECOND // 10)
     s.references.set_profile("rope", 0, -1.0, 0.1, None)
@@ -85,7 +85,7 @@ def test_and_when_a_winch_has_made_the_rope_short():
         hand_over(s, 70 * SECOND)
 
 
-def test_what_a_stable_step_does_not_follow_is_said():
+def test_modes_that_a_stable_step_does_not_follow_are_noted():
     at_rest = hung(LENGTH * (1.0 + MASS * G / EA))
     s = started(at_rest, method="radau5", step=0.5)
     assert [note.sentence for note in s.notes] == [
@@ -98,7 +98,7 @@ def test_what_a_stable_step_does_not_follow_is_said():
 
 
 @pytest.mark.parametrize(("method", "step"), [("radau5", 0.5), ("rk4", 0.25)])
-def test_what_moves_and_is_not_followed_is_refused(method, step):
+def test_moving_modes_that_a_step_does_not_follow_are_refused(method, step):
     """The same load let go 10 cm too high: all that moves would be wrong within two swings."""
     with pytest.raises(KernelError) as e:
         started(hung(LENGTH + 0.1), method=method, step=step)
@@ -111,7 +111,7 @@ def test_what_moves_and_is_not_followed_is_refused(method, step):
     started(hung(LENGTH + 0.1), method=method, step=advised)
 
 
-def test_a_small_part_that_is_not_followed_is_a_note():
+def test_a_small_energy_that_is_not_followed_is_a_note():
     """The hook between rope and sling trembles; what is asked of the load does not suffer."""
     line = [(Line(Point("world"), Point("hook")),), (Line(Point("hook"), Point("load")),)]
     rest = LENGTH + (MASS + 450.0) * G * LENGTH / EA
@@ -166,7 +166,7 @@ def test_energy_out_of_nothing_ends_a_run_of_any_method():
             bit_by_bit(s, 4, 9)
 
 
-def test_energy_that_is_gone_without_heat_ends_a_controlled_run():
+def test_energy_that_vanishes_without_heat_ends_a_run_with_error_control():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, sample_ns=SECOND // 20)
@@ -197,7 +197,7 @@ def test_a_bounce_between_two_readings_is_no_energy_out_of_nothing():
     assert column(s, "rope/peak")[1].max() == pytest.approx(2.0 * MASS * G, rel=0.05)
 
 
-def test_a_tolerance_too_loose_for_a_stiff_rope_is_said():
+def test_a_tolerance_too_loose_for_a_stiff_rope_is_reported():
     """A thousandth of 60 m are 6 cm, and the rope stretches by less: dopri5 swings up at its limit of stability."""
     scene = hung(LENGTH)
     scene = replace(scene, ropes=(replace(scene.ropes[0], EA=100.0 * EA),))
@@ -212,7 +212,7 @@ def test_a_tolerance_too_loose_for_a_stiff_rope_is_said():
 # ---- steps that collapse ------------------------------------------------------------------------------------
 
 
-def test_a_collapsed_step_names_mode_body_and_law():
+def test_a_collapsed_step_is_reported_with_mode_body_and_law():
     """1 g on a spring of 1e25 N/m, which starts 1 m away: no step follows that."""
     scene = slider(mass=1e-3, axis=Z, q0=1.0)
     scene = replace(scene, springs=(JointSpring("spring", "load-guide", 1e25),))

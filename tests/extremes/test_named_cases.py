@@ -67,7 +67,7 @@ def test_a_symmetric_scene_stays_symmetric_bit_for_bit():
     assert [float(x) for x in y[[0, 1, 3, 4, 5, 7, 8, 10, 11, 12]]] == [0.0] * 10
 
 
-def test_statically_indeterminate_pads_open_where_statics_says():
+def test_statically_indeterminate_pads_open_where_statics_predicts():
     """A stiff block on four springy pads, lifted off its centre: two pads open, at one instant, at F = W/(1 + a/s)."""
     W, half, lateral, k, v = MASS * G, 5.0, 1.0, 5e8, 2e-2
     pads = tuple(
@@ -138,7 +138,7 @@ def test_a_spike_of_20_ms_between_two_samples_is_in_the_peaks(method):
     assert peaks.max() == pytest.approx(want, rel=1e-4)
 
 
-def test_a_sling_breaks_at_full_load():
+def test_a_sling_breaks_at_its_full_load():
     """480 t on seven slings, one breaks: the others share anew as a stiff plate on springs says, after the bounce."""
     m, L, EA_, broken = 4.8e5, 20.0, 6e8, 2
     at = [(-9.0, -4.0), (-9.0, 4.0), (-3.0, -4.0), (-3.0, 4.0), (3.0, -4.0), (3.0, 4.0), (9.0, 0.0)]

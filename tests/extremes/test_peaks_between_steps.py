@@ -68,7 +68,7 @@ def draw(seed: int, low: float, high: float) -> float:
 
 
 @pytest.mark.parametrize("scene", [hung(LENGTH), swung(2)], ids=["guided", "turning"])
-def test_a_search_changes_nothing_but_the_peaks(scene):
+def test_a_search_changes_peaks_only(scene):
     """Bit for bit, however the time is handed over, and where commands discard the step in which the peak was."""
     whole, parts, calm = (started(scene, method="dop853", sample_ns=SECOND // 20) for _ in range(3))
     calm.X[calm.native.at["top"]] = np.inf  # nothing can be higher
@@ -139,7 +139,7 @@ def test_searches_in_a_swing_without_end_cost_a_tenth_of_the_evaluations(method,
     assert s["searched"] * inner <= part * steps
 
 
-def test_what_is_remembered_of_steps_agrees_in_native_code_and_on_floats_and_is_kept():
+def test_the_step_history_agrees_in_native_code_and_on_floats_and_in_snapshots():
     """A simulation that goes on in the middle of hills finds the same ones."""
     whole, oracle, twin = (
         started(hung(LENGTH), method="dop853", tolerance=1e-6, sample_ns=SECOND, native=n) for n in (True, False, True)
@@ -165,7 +165,7 @@ TOLERANCES = {
 
 @pytest.mark.parametrize("method", TOLERANCES)
 @pytest.mark.parametrize("seed", range(3))
-def test_the_error_of_a_snatch_is_that_of_the_tolerance(method, seed):
+def test_the_error_of_a_snatch_is_within_the_tolerance(method, seed):
     """A load falls into its rope: T = m g (1 + sqrt(1 + 2 h k / m g)), the tops of its swings between many short steps
     as between few long ones."""
     fall, stiffer = draw(seed, 0.0, 0.1), 10.0 ** draw(seed, 0.0, 1.5)
@@ -179,7 +179,7 @@ def test_the_error_of_a_snatch_is_that_of_the_tolerance(method, seed):
 
 
 @pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("semi-implicit-euler", 1)])
-def test_with_fixed_steps_it_is_that_of_the_steps(method, order):
+def test_with_fixed_steps_the_error_is_that_of_the_steps(method, order):
     errors = []
     for step in (8e-3, 4e-3, 2e-3):
         s = started(hung(LENGTH - 0.05), method=method, step=step, sample_ns=SECOND // 7)
@@ -192,7 +192,7 @@ def test_with_fixed_steps_it_is_that_of_the_steps(method, order):
 
 @pytest.mark.parametrize("method", TOLERANCES)
 @pytest.mark.parametrize("seed", range(2))
-def test_the_error_of_a_swing_is_that_of_the_tolerance(method, seed):
+def test_the_error_of_a_swing_is_within_the_tolerance(method, seed):
     """A load let go aside of its rope bounces while it swings, against the samples of a run that is nearly exact; the
     motion until then is itself no better."""
     scene = swung(seed)

@@ -46,17 +46,17 @@ BYTES = "recordings/test_any_bytes_end_in_a_sentence.py"
 FOLDER = "nodes/scene/test_a_scene_reads_its_own_folder_within_bounds.py"
 PAGE = "recordings/test_a_page_shows_a_run_that_goes_on.py"
 STORIES = {  # files of a kind, and what of them --short plays
-    "code in scenes and recordings": ([CODE, TRUST], f"{TRUST}::test_all_that_lies_in_it_is_trusted"),
-    "files of other folders": ([FOLDER], f"{FOLDER}::test_what_a_scene_may_not_extend"),
+    "code in scenes and recordings": ([CODE, TRUST], f"{TRUST}::test_everything_inside_a_trusted_folder_is_trusted"),
+    "files of other folders": ([FOLDER], f"{FOLDER}::test_forbidden_files_cannot_be_extended"),
     "bounded reading": ([BYTES], f"{BYTES}::test_nested_text_does_not_exhaust_the_stack"),
     "the cache of others": ([OWNER], OWNER),
-    "certificates and joins": ([JOINS, YARD], f"{JOINS}::test_a_name_belongs_to_its_certificate"),
+    "certificates and joins": ([JOINS, YARD], f"{JOINS}::test_a_certificate_may_use_its_own_name_only"),
     "host, origin, word of a page": (
         [PAGE],
-        f"{PAGE}::test_who_does_not_know_the_word_or_comes_from_elsewhere_is_refused",
+        f"{PAGE}::test_clients_without_the_token_or_of_another_origin_are_refused",
     ),
     "sockets and passwords": ([PRIVATE], f"{PRIVATE}::test_a_node_with_a_wrong_password_is_refused"),
-    "frames sent again": ([AGAIN], f"{AGAIN}::test_of_an_earlier_incarnation_it_is_dropped"),
+    "frames sent again": ([AGAIN], f"{AGAIN}::test_a_frame_of_an_earlier_incarnation_is_dropped"),
 }
 FUZZED = 40  # cases of each kind of file
 

@@ -11,7 +11,9 @@ from page_blocks import blocks, follow
 PAGE = "coordinator/HOWTO.md"
 
 
-def test_all_blocks_work(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_command_and_example_of_a_how_to_works(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     for package in ("pandas", "cryptography"):
         pytest.importorskip(package, reason=f"no package {package}")
     done = follow(PAGE, tmp_path, capfd, monkeypatch)

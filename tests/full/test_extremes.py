@@ -21,7 +21,7 @@ PHASE, ENERGY = 2e-4, 2e-7  # drift in 1e6 s: in periods, and of what swings; me
 
 @pytest.mark.parametrize("integrator", [*INTEGRATORS, *PEERS], ids=lambda i: i.name)
 @pytest.mark.parametrize("extreme", EXTREMES, ids=lambda x: x.name)
-def test_no_finite_wrong_answer_without_a_word(extreme, integrator):
+def test_no_case_of_the_table_gives_a_finite_wrong_answer_without_a_warning(extreme, integrator):
     found = cell(extreme, integrator)
     assert found.right(integrator.bound), found
 

@@ -19,7 +19,7 @@ RUNS = ("run pendulum -o x.mcap --deadline 5s", "run lift --set end=3s -o x.mcap
 LIMITS = (64, 128, *range(200, 1000, 50))  # MB
 
 
-def test_what_is_a_lack_of_memory() -> None:
+def test_a_lack_of_memory_is_recognised() -> None:
     unmapped = "libscipy_openblas.so: failed to map segment from shared object"
     hidden = OSError("Could not find/load shared object file 'libllvmlite.so'")
     hidden.__context__ = OSError(unmapped)
@@ -35,7 +35,7 @@ def test_what_is_a_lack_of_memory() -> None:
 @pytest.mark.large
 @pytest.mark.parametrize("line", [*RUNS, *(f"{line} --in-process" for line in RUNS)])
 @pytest.mark.parametrize("limit_MB", LIMITS)
-def test_a_run_within_a_limit(tmp_path: Path, line: str, limit_MB: int) -> None:
+def test_a_run_reports_that_its_memory_is_limited(tmp_path: Path, line: str, limit_MB: int) -> None:
     def bounded() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit_MB * MB, limit_MB * MB))
 

@@ -85,7 +85,7 @@ def test_tackle_loses_at_each_sheave(tmp_path: Path) -> None:
     assert dead / lead == pytest.approx(np.full(len(lead), 0.97**3), rel=1e-6)
 
 
-def test_linkage_stands_while_it_is_locked(tmp_path: Path) -> None:
+def test_linkage_stands_still_while_it_is_locked(tmp_path: Path) -> None:
     recording = played(tmp_path, "linkage")
     (locked,) = [e for e in recording.events(source="kernel") if e.type == "StateEvent" and e.value["what"] == "locked"]
     assert locked.t_ns == 2_500_000_000

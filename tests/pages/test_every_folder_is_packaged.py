@@ -15,14 +15,14 @@ FACE = "coordinator.face"  # what `import heavylift` gives: the package above al
 MOST, AT_THE_TOP = 16, 5  # modules of a folder; of a room, besides its table of contents
 
 
-def test_the_list_of_packages_is_that_of_the_folders() -> None:
+def test_the_list_of_packages_is_complete() -> None:
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     names = [".".join(folder.parts) for folder in FOLDERS]
     assert listed == ["heavylift", *(f"heavylift.{name}" for name in names if name != FACE)]
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=str)
-def test_a_folder_is_seen_at_once(folder: Path) -> None:
+def test_a_new_folder_is_noticed(folder: Path) -> None:
     modules = sorted(p.name for p in (ROOT / folder).glob("*.py"))
     assert len(modules) <= MOST
     if len(folder.parts) == 1:
@@ -30,7 +30,7 @@ def test_a_folder_is_seen_at_once(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=str)
-def test_a_table_of_contents_names_what_there_is(folder: Path) -> None:
+def test_a_table_of_contents_names_existing_parts(folder: Path) -> None:
     there = [p.stem for p in (ROOT / folder).glob("*.py") if p.stem != "__init__"]
     text = ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text())) or ""
     assert [name for name in sorted(there) if name not in text.replace("`", " ")] == []

@@ -26,17 +26,17 @@ def test_a_quick_command_works(command: str, folder: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize("pattern", EXCEPTIONS)
-def test_no_exception_is_left_over(pattern: str) -> None:
+def test_every_exception_of_the_list_is_needed(pattern: str) -> None:
     assert any(re.match(pattern, text.removeprefix("heavylift ")) for text in printed())
 
 
-def test_what_a_reason_names_is_there() -> None:
+def test_the_reasons_of_exceptions_name_existing_things() -> None:
     named = [path for why in EXCEPTIONS.values() for path in re.findall(r"tests/[\w/.]*\w", why)]
     assert [path for path in named if not (ROOT / path).exists()] == []
 
 
 @pytest.mark.parametrize("page", ["README.md", "coordinator/DESIGN.md", "CONTRIBUTING.md"])
-def test_tests_and_benches_that_a_page_names_are_there(page: str) -> None:
+def test_tests_and_benches_that_pages_name_exist(page: str) -> None:
     """They are run as tests, and by .ci/run."""
     for typed in TYPED.findall((ROOT / page).read_text()):
         paths = [word for word in shlex.split(typed)[1:] if word.startswith("tests")]

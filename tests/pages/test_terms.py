@@ -92,7 +92,7 @@ def test_no_name_has_a_word_of_the_list() -> None:
     assert found == []
 
 
-def test_words_and_phrases_are_found() -> None:
+def test_the_search_finds_words_and_phrases() -> None:
     tree = ast.parse("class Desk:\n    def exit_told(self, vigil):\n        self.rung = [tape for tape in vigil]\n")
     assert [x.partition(":")[0] for x in misnamed(names(tree))] == ["1", "2", "2", "3", "3"]
     assert [*phrases(iter([(7, "the error is told at its line"), (8, "it is told that")]))] == [
@@ -100,7 +100,7 @@ def test_words_and_phrases_are_found() -> None:
     ]
 
 
-def test_the_table_has_the_terms() -> None:
+def test_the_table_of_terms_is_complete() -> None:
     page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     for term in ("utilisation", "off-lead", "block support", "level of fidelity", "error estimate", "lookahead"):
         assert term in page, term

@@ -62,7 +62,7 @@ def coloured(hsv: NDArray[np.float64], hue: tuple[float, float]) -> NDArray[np.i
 
 
 @pytest.mark.large
-def test_the_same_instant_is_the_same_picture(browser: Chromium, lift: Path) -> None:
+def test_the_same_instant_gives_the_same_picture(browser: Chromium, lift: Path) -> None:
     pictures = []
     for _ in range(2):
         browser.open(f"{lift.as_uri()}#t=40")
@@ -74,7 +74,7 @@ def test_the_same_instant_is_the_same_picture(browser: Chromium, lift: Path) -> 
     assert all(request.startswith("file:") for request in browser.requests), "nothing is asked of any network"
 
 
-def test_block_portal_trolleys_and_ropes_are_seen_and_move(browser: Chromium, lift: Path) -> None:
+def test_block_portal_trolleys_and_ropes_are_visible_and_move(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=0&view=along")
     before = pixels(browser.picture("#stage"))
     browser.open(f"{lift.as_uri()}#t=60&view=along")
@@ -90,7 +90,7 @@ def test_block_portal_trolleys_and_ropes_are_seen_and_move(browser: Chromium, li
 
 
 @pytest.mark.large
-def test_light_dark_and_paper(browser: Chromium, lift: Path) -> None:
+def test_pages_have_light_dark_and_print_colours(browser: Chromium, lift: Path) -> None:
     values = {}
     for theme in ("light", "dark"):
         browser.open(f"{lift.as_uri()}#t=40&theme={theme}")
@@ -109,7 +109,7 @@ def test_light_dark_and_paper(browser: Chromium, lift: Path) -> None:
 
 
 @pytest.mark.large
-def test_each_chart_has_the_line_of_the_common_time(browser: Chromium, lift: Path) -> None:
+def test_each_chart_shows_the_common_time(browser: Chromium, lift: Path) -> None:
     lines = "[...document.querySelectorAll('.now')].filter(x => !x.hidden).map(x => x.getBoundingClientRect().x)"
     browser.open(f"{lift.as_uri()}#t=40")
     first = browser.run(lines)
@@ -123,7 +123,7 @@ def test_each_chart_has_the_line_of_the_common_time(browser: Chromium, lift: Pat
     assert browser.run(lines)[0] > first[0]
 
 
-def test_a_scene_that_is_no_yard_fills_its_picture(browser: Chromium, pendulum: Path) -> None:
+def test_a_scene_without_a_yard_fills_its_picture(browser: Chromium, pendulum: Path) -> None:
     browser.open(f"{pendulum.as_uri()}#t=0&view=across")
     hsv = pixels(browser.picture("#stage"))
     ball = coloured(hsv, BLUE)
@@ -135,7 +135,7 @@ def test_a_scene_that_is_no_yard_fills_its_picture(browser: Chromium, pendulum: 
     assert 0.1 < ball[:, 1].mean() / columns < 0.9
 
 
-def test_keys_and_clicks(browser: Chromium, lift: Path) -> None:
+def test_keys_and_clicks_work(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=0")
     browser.key("?")
     assert browser.run("document.getElementById('help').open")
@@ -153,7 +153,7 @@ def test_keys_and_clicks(browser: Chromium, lift: Path) -> None:
     assert not browser.run("heavylift.player.playing")
 
 
-def test_a_run_is_seen_while_it_goes_on_and_to_its_end(browser: Chromium, tmp_path: Path) -> None:
+def test_a_run_is_followed_live_to_its_end(browser: Chromium, tmp_path: Path) -> None:
     with LivePage() as page:
         begun = threading.Thread(
             target=run,
@@ -192,7 +192,7 @@ def test_names_loads_and_dimensions_are_written_over_the_scene(browser: Chromium
 
 
 @pytest.mark.large
-def test_views_from_a_side_are_in_parallels_and_hold_all(browser: Chromium, lift: Path) -> None:
+def test_side_views_are_parallel_projections_and_show_everything(browser: Chromium, lift: Path) -> None:
     inside = """[0, 1, 2, 3, 4, 5, 6, 7].every(k => {
       const { stage } = heavylift, p = stage.box.low.clone();
       if (k & 1) p.x = stage.box.high.x; if (k & 2) p.y = stage.box.high.y; if (k & 4) p.z = stage.box.high.z;
@@ -218,7 +218,7 @@ def test_the_camera_follows_the_block(browser: Chromium, lift: Path) -> None:
 
 
 @pytest.mark.large
-def test_the_picture_is_saved_with_a_line_that_reports_what_it_is(browser: Chromium, lift: Path) -> None:
+def test_a_saved_picture_has_a_caption(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40")
     browser.run("HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href] }")
     browser.key("s")
@@ -239,7 +239,7 @@ def test_nothing_is_cut_at_the_width_of_a_phone(browser: Chromium, lift: Path) -
     browser("Emulation.setDeviceMetricsOverride", width=1200, height=800, deviceScaleFactor=1, mobile=False)
 
 
-def test_a_long_recording_is_seen_at_once_and_then_in_full(
+def test_a_long_recording_is_shown_at_once_and_completed_later(
     browser: Chromium, lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = lift.with_suffix(".mcap")

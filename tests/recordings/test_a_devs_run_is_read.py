@@ -82,7 +82,7 @@ def test_the_events_are_a_table_with_a_column_for_each_field(recorded: Path, tmp
     assert [row[:2] for row in rows[1::2]] == [["0.001", "0"], ["0.001", "1"], ["0.003", "0"], ["0.005", "0"]]
 
 
-def test_ports_and_fields_are_chosen_and_parquet_has_the_same(recorded: Path, tmp_path: Path) -> None:
+def test_ports_and_fields_can_be_selected_and_parquet_has_the_same(recorded: Path, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     table = parquet.read_table(export(recorded, tmp_path / "run.parquet", ["clock0/told/n", "clock0/*level"]))
     assert table.column_names[6:] == ["n", "inner.level"]
@@ -100,7 +100,7 @@ def test_ports_are_drawn_each_in_a_panel(recorded: Path, tmp_path: Path) -> None
     assert "inner.level" not in page
 
 
-def test_too_many_ports_and_none_are_reported(tmp_path: Path) -> None:
+def test_too_many_or_unknown_ports_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "many.mcap"
     run_models(f"{Path(__file__)}:clocks(9)", until=0.002, output=path, in_process=True)
     with pytest.raises(RecordingError, match=r"18 ports in one figure; name some of them, such as 'clock0/bell', '"):
@@ -112,14 +112,12 @@ def test_too_many_ports_and_none_are_reported(tmp_path: Path) -> None:
     assert json.dumps(info_data(tmp_path / "none.mcap"))
 
 
-def test_what_is_all_stated_at_one_instant_is_drawn_without_a_warning(
-    tmp_path: Path, recwarn: pytest.WarningsRecorder
-) -> None:
+def test_events_of_one_instant_are_drawn_without_a_warning(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
     run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)
     assert plot(tmp_path / "run.mcap", tmp_path / "run.png").exists()
     assert [warning for warning in recwarn if warning.category is UserWarning] == []
 
 
-def test_it_has_no_lift_to_report(recorded: Path, tmp_path: Path) -> None:
+def test_a_recording_of_models_has_no_lift_report(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"a DEVS model lifts nothing to report; `heavylift info` prints"):
         report(recorded, tmp_path / "report.html")

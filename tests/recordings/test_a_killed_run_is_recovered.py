@@ -26,7 +26,7 @@ def killed(recorded: Path, tmp_path: Path) -> Path:
     return part
 
 
-def test_all_that_was_flushed_is_there_again(killed: Path, recorded: Path, tmp_path: Path) -> None:
+def test_everything_that_was_flushed_is_recovered(killed: Path, recorded: Path, tmp_path: Path) -> None:
     found = recover(killed)
     assert found.path == tmp_path / "killed-recovered.mcap"
     assert found.sim_s == 4.0
@@ -40,14 +40,14 @@ def test_all_that_was_flushed_is_there_again(killed: Path, recorded: Path, tmp_p
         assert np.array_equal(new.signal(name).t, old.signal(name).t)
 
 
-def test_the_result_reports_that_the_run_was_cut_off(killed: Path, recorded: Path) -> None:
+def test_the_result_states_that_the_run_was_cut_off(killed: Path, recorded: Path) -> None:
     new = Recording(recover(killed).path)
     assert new.result["status"] == "cut off"
     assert new.result["reason"].startswith("recovered from killed.mcap.part: ")
     assert new.fact("peaks") == Recording(recorded).fact("peaks")
 
 
-def test_what_was_recovered_is_recovered_again(killed: Path, tmp_path: Path) -> None:
+def test_a_recovered_recording_is_recovered_again(killed: Path, tmp_path: Path) -> None:
     first = recover(killed).path
     (tmp_path / "again.mcap").write_bytes(first.read_bytes()[:-1])
     again = recover(tmp_path / "again.mcap")
@@ -56,7 +56,7 @@ def test_what_was_recovered_is_recovered_again(killed: Path, tmp_path: Path) -> 
     assert Recording(again.path).topics.keys() == Recording(first).topics.keys()
 
 
-def test_a_damaged_chunk_is_passed_over_and_named(recorded: Path, tmp_path: Path) -> None:
+def test_a_damaged_chunk_is_skipped_and_named(recorded: Path, tmp_path: Path) -> None:
     (chunk,) = Recording(recorded)._file.summary.chunk_indexes
     data = bytearray(recorded.read_bytes())
     data[chunk.chunk_start_offset + chunk.chunk_length - 5] ^= 0xFF
@@ -66,7 +66,7 @@ def test_a_damaged_chunk_is_passed_over_and_named(recorded: Path, tmp_path: Path
         recover(damaged)
 
 
-def test_what_is_lost_is_reported_in_seconds_of_the_run(tmp_path: Path) -> None:
+def test_lost_data_are_reported_in_seconds_of_the_run(tmp_path: Path) -> None:
     with Recorder(tmp_path / "run.mcap", {"scene": "lift"}) as rec:
         for t in range(4):
             rec.log(t * SECOND, "info", "x", "x")
@@ -98,7 +98,7 @@ def test_the_source_is_never_overwritten(killed: Path) -> None:
     assert killed.read_bytes() == before
 
 
-def test_files_without_a_run(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+def test_files_without_a_run_are_refused(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
     photo = tmp_path / "photo.mcap"
     photo.write_bytes(b"\x89PNG\r\n\x1a\n" * 20)
     with pytest.raises(RecordingError, match="is not a recording"):

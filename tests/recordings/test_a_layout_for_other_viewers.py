@@ -41,7 +41,7 @@ def test_every_panel_that_is_placed_is_described(attached: dict[str, Any]) -> No
     assert set(attached) == {"configById", "globalVariables", "userNodes", "playbackConfig", "layout"}
 
 
-def test_the_scene_stands_in_the_frame_that_all_poses_have(recorded: Recording, attached: dict[str, Any]) -> None:
+def test_the_scene_uses_the_frame_of_all_poses(recorded: Recording, attached: dict[str, Any]) -> None:
     scene = attached["configById"]["3D!scene"]
     assert scene["fixedFrame"] == scene["followTf"] == "world"
     for topic, shown in scene["topics"].items():
@@ -51,7 +51,7 @@ def test_the_scene_stands_in_the_frame_that_all_poses_have(recorded: Recording, 
     assert attached["configById"]["RosOut!log"]["topicToRender"] in recorded.topics
 
 
-def test_each_curve_is_the_rope_that_its_label_says(recorded: Recording, attached: dict[str, Any]) -> None:
+def test_each_curve_is_the_rope_of_its_label(recorded: Recording, attached: dict[str, Any]) -> None:
     paths = attached["configById"]["Plot!tension"]["paths"]
     if "rope/tension" not in recorded.signals():
         assert paths == []

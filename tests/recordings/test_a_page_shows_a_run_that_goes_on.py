@@ -71,7 +71,7 @@ def stage(live: LivePage, second: int, name: str) -> None:
     live.event(second * SECOND, "commander", "stage", "Stage", msgspec.msgpack.encode({"name": name, "number": 1}))
 
 
-def test_who_does_not_know_the_word_or_comes_from_elsewhere_is_refused(live: LivePage) -> None:
+def test_clients_without_the_token_or_of_another_origin_are_refused(live: LivePage) -> None:
     url = urlsplit(live.url)
     assert url.hostname == "127.0.0.1"
     assert len(url.path) >= 32
@@ -103,7 +103,7 @@ def test_it_listens_on_this_machine_only(live: LivePage) -> None:
 
 
 @pytest.mark.usefixtures("begin")
-def test_two_browsers_see_the_same_whenever_they_come(
+def test_two_browsers_see_the_same_whenever_they_connect(
     live: LivePage, batch: Callable[[int, int], bytes], rows: NDArray[np.float64]
 ) -> None:
     early = Browser(live)
@@ -146,7 +146,7 @@ def test_two_browsers_see_the_same_whenever_they_come(
 
 
 @pytest.mark.usefixtures("begin")
-def test_a_browser_that_never_reads_holds_up_nobody(live: LivePage, rows: NDArray[np.float64]) -> None:
+def test_a_browser_that_never_reads_delays_no_other(live: LivePage, rows: NDArray[np.float64]) -> None:
     url = urlsplit(live.url)
     frozen = socket.create_connection((url.hostname, url.port), timeout=PATIENCE_s)
     frozen.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -165,13 +165,13 @@ def test_a_browser_that_never_reads_holds_up_nobody(live: LivePage, rows: NDArra
     frozen.close()
 
 
-def test_a_page_that_nobody_opened_and_a_run_that_failed_early_end_at_once() -> None:
+def test_a_page_that_nobody_opened_or_whose_run_failed_ends_at_once() -> None:
     with pytest.raises(ZeroDivisionError), LivePage():
         raise ZeroDivisionError
 
 
 @pytest.mark.usefixtures("begin")
-def test_what_a_scene_reports_stays_within_its_message(live: LivePage) -> None:
+def test_text_of_a_scene_stays_within_its_message(live: LivePage) -> None:
     status, body = ask(live)
     assert status == 200
     assert body.count(b"<script") == 2

@@ -23,7 +23,7 @@ Stage = Callable[[Recorder, int, str], None]
 SECOND = 1_000_000_000
 
 
-def test_the_file_has_its_name_only_when_it_is_whole(begin: Begin, tmp_path: Path) -> None:
+def test_a_recording_gets_its_name_when_it_is_complete(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     assert [path.name for path in tmp_path.iterdir()] == ["run.mcap.part"]
     assert rec.close() == tmp_path / "run.mcap"
@@ -31,7 +31,7 @@ def test_the_file_has_its_name_only_when_it_is_whole(begin: Begin, tmp_path: Pat
     assert rec.close() == tmp_path / "run.mcap"
 
 
-def test_the_facts_are_on_disk_at_once(begin: Begin, tmp_path: Path) -> None:
+def test_metadata_are_on_disk_at_once(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     with (tmp_path / "run.mcap.part").open("rb") as stream:
         records = iter(StreamReader(stream).records)
@@ -42,7 +42,7 @@ def test_the_facts_are_on_disk_at_once(begin: Begin, tmp_path: Path) -> None:
     rec.close()
 
 
-def test_once_a_second_what_is_settled_goes_to_disk(
+def test_settled_data_are_flushed_once_a_second(
     begin: Begin, batch: Batch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = 0.0
@@ -68,7 +68,9 @@ def test_once_a_second_what_is_settled_goes_to_disk(
     rec.close()
 
 
-def test_samples_and_events_that_come_apart_are_written_in_order(begin: Begin, batch: Batch, stage: Stage) -> None:
+def test_samples_and_events_that_arrive_separately_are_written_in_order(
+    begin: Begin, batch: Batch, stage: Stage
+) -> None:
     rec = begin()
     stage(rec, 1, "hoist")
     stage(rec, 3, "lower")
@@ -96,7 +98,7 @@ def test_samples_and_events_that_come_apart_are_written_in_order(begin: Begin, b
     ]
 
 
-def test_a_long_batch_fills_several_chunks_row_after_row(begin: Begin) -> None:
+def test_a_long_batch_fills_several_chunks_row_by_row(begin: Begin) -> None:
     n = 2000
     rows = np.zeros((n, 20))
     rows[:, 0], rows[:, 6], rows[:, (12, 19)] = np.arange(n), np.arange(n), 1.0
@@ -122,7 +124,7 @@ def test_a_long_batch_fills_several_chunks_row_after_row(begin: Begin) -> None:
     assert np.array_equal(Recording(path).signal("rope/tension").values[:, 0], np.arange(n))
 
 
-def test_a_run_that_raises_leaves_a_whole_file(begin: Begin, stage: Stage, tmp_path: Path) -> None:
+def test_a_run_that_raises_leaves_a_complete_file(begin: Begin, stage: Stage, tmp_path: Path) -> None:
     def run() -> None:
         with begin() as rec:
             stage(rec, 0, "take up")
@@ -162,7 +164,7 @@ def test_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> None:
     rec.close()
 
 
-def test_repeated_samples_are_passed_over_and_missing_ones_refused(begin: Begin, batch: Batch) -> None:
+def test_repeated_samples_are_skipped_and_missing_ones_refused(begin: Begin, batch: Batch) -> None:
     rec = begin()
     rec.samples(batch(0, 3))
     rec.samples(batch(1, 4))
@@ -195,7 +197,7 @@ def test_notes_come_with_samples_and_are_written_once(begin: Begin, batch: Batch
     assert found == [(0.5, "a rope rattles"), (3.0, "a mode is missed")]
 
 
-def test_ropes_follow_a_change_from_its_time_on(begin: Begin, batch: Batch) -> None:
+def test_rope_lines_change_from_their_time_on(begin: Begin, batch: Batch) -> None:
     rec = begin()
     line = RopeLine("r", "block", (0, 0, 0), "hook", (0, 0, 0))
     rec.ropes(0, [line])
@@ -217,7 +219,7 @@ def test_protocol_traffic_is_logged_at_the_recorders_time(begin: Begin, stage: S
     assert (raw.log_time, raw.publish_time) == (3 * SECOND, SECOND)
 
 
-def test_places_that_cannot_be_written_are_refused_at_the_start(tmp_path: Path) -> None:
+def test_unwritable_places_are_refused_at_the_start(tmp_path: Path) -> None:
     cases = {
         tmp_path: f"{tmp_path}: is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
         tmp_path / "no" / "run.mcap": f"{tmp_path}/no/run.mcap: the folder {tmp_path}/no does not exist; "
@@ -231,7 +233,7 @@ def test_places_that_cannot_be_written_are_refused_at_the_start(tmp_path: Path) 
         assert str(error.value) == sentence
 
 
-def test_a_full_disk_is_stated_in_one_sentence(begin: Begin, tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     rec = begin()
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, hard))
@@ -245,7 +247,7 @@ def test_a_full_disk_is_stated_in_one_sentence(begin: Begin, tmp_path: Path) -> 
     )
 
 
-def test_what_was_not_announced_is_refused(begin: Begin, batch: Batch, tmp_path: Path) -> None:
+def test_messages_that_were_not_announced_are_refused(begin: Begin, batch: Batch, tmp_path: Path) -> None:
     rec = begin()
     refused: dict[str, Callable[[], None]] = {
         "event of west.moved: this port was not announced; call add_port first": lambda: rec.event(

@@ -67,7 +67,7 @@ class Cells(HTMLParser):
 
 @settings(max_examples=60, deadline=None)
 @given(tables())
-def test_every_form_has_the_same_cells(table: Table) -> None:
+def test_every_format_has_the_same_cells(table: Table) -> None:
     from openpyxl import load_workbook
 
     sheet = Sheet("title", "lead", "red", (table, Notes("notes", ("a <b>note",)), Chart("chart", "<svg></svg>")))
@@ -89,7 +89,7 @@ def test_every_form_has_the_same_cells(table: Table) -> None:
                 assert value == (pytest.approx(cell) if column.numeric and cell is not None else cell)
 
 
-def test_what_others_wrote_runs_nowhere() -> None:
+def test_foreign_text_is_escaped_in_every_format() -> None:
     """No formula in a workbook or CSV, no tag on a page."""
     from openpyxl import load_workbook
 
@@ -110,7 +110,7 @@ def test_columns_without_a_cell_are_left_out() -> None:
     assert trimmed(made).rows == (("x", 0.0), ("y", None))
 
 
-def test_a_chart_without_end_and_a_value_beyond_any_are_words() -> None:
+def test_values_that_are_not_finite_are_words() -> None:
     column = Column("use", "%", 1)
     shown = [column.text(x) for x in (float("inf"), float("nan"), -0.04, Marked(99.96))]
     assert shown == ["beyond any", "", "0.0", "100.0"]

@@ -29,7 +29,7 @@ FILES, SHARDS = 300, 3
 
 @pytest.mark.parametrize("shard", range(SHARDS))
 @pytest.mark.large(beyond=1)
-def test_spoiled_files_end_in_a_sentence(recorded: Path, tmp_path: Path, shard: int) -> None:
+def test_corrupt_files_end_in_a_sentence(recorded: Path, tmp_path: Path, shard: int) -> None:
     data, rng = recorded.read_bytes(), random.Random(shard)
     path, sentences = tmp_path / "spoiled.mcap", []
     for number in range(FILES // SHARDS):
@@ -83,7 +83,7 @@ class _Raw:
         builder.write(struct.pack("<BQ", self._opcode, len(self._body)) + self._body)  # type: ignore[attr-defined]
 
 
-def test_what_would_unpack_to_very_much_is_refused_at_once(tmp_path: Path) -> None:
+def test_data_that_would_expand_beyond_bounds_are_refused_at_once(tmp_path: Path) -> None:
     path = tmp_path / "bomb.mcap"
     bombs(path, 400, 48 << 20)
     assert path.stat().st_size < 1 << 20
@@ -143,7 +143,7 @@ CRAFTED: dict[str, Callable[[Path], None]] = {
 
 @pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 @pytest.mark.parametrize("kind", CRAFTED)
-def test_a_bomb_takes_no_memory(kind: str, recorded: Path, tmp_path: Path) -> None:
+def test_a_decompression_bomb_takes_no_memory(kind: str, recorded: Path, tmp_path: Path) -> None:
     path = tmp_path / "bomb.mcap"
     CRAFTED[kind](path)
     peak_kB()

@@ -61,7 +61,7 @@ def test_a_browser_draws_a_chart_per_panel(recorded: Path, tmp_path: Path) -> No
     assert page.count("<canvas") == 2
 
 
-def test_two_recordings_lie_over_one_another(recorded: Path, tmp_path: Path) -> None:
+def test_two_recordings_are_drawn_in_one_chart(recorded: Path, tmp_path: Path) -> None:
     other = shutil.copy(recorded, tmp_path / "other.mcap")
     out = overlay(recorded, other, tmp_path / "x.svg", ["rope/tension/west.H1"])
     assert "rope/tension/west.H1: largest difference 0 kN at 0.000 s, RMS 0 kN" in words(out)
@@ -71,7 +71,7 @@ def test_two_recordings_lie_over_one_another(recorded: Path, tmp_path: Path) -> 
     assert len(panels) == 4, "one of each signal"  # type: ignore[arg-type]
 
 
-def test_what_cannot_be_drawn_is_said(recorded: Path, tmp_path: Path) -> None:
+def test_data_that_cannot_be_drawn_are_reported(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(
         RecordingError, match=r"x\.pdf: a figure is written as \.png, \.svg or \.html; give it one of these"
     ):

@@ -91,7 +91,7 @@ def places(data: bytes, rng: random.Random) -> list[int]:
     return sorted({*some, len(data) - 1, len(data) - len(MAGIC)})
 
 
-def test_cuts_anywhere(several: bytes, tmp_path: Path) -> None:
+def test_cuts_anywhere_are_recovered(several: bytes, tmp_path: Path) -> None:
     data, rng = several, random.Random(1)
     end = next(place for opcode, place, _ in records(data) if opcode == DATA_END)
     for place in places(data, rng):
@@ -105,7 +105,7 @@ def test_cuts_anywhere(several: bytes, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("turned", [0x01, 0x55, 0x80])
 @pytest.mark.large(beyond=1)
-def test_a_byte_turned_anywhere(turned: int, several: bytes, tmp_path: Path) -> None:
+def test_a_changed_byte_anywhere_is_recovered_or_refused(turned: int, several: bytes, tmp_path: Path) -> None:
     data, rng = several, random.Random(turned)
     end = next(place for opcode, place, _ in records(data) if opcode == DATA_END)
     for place in places(data, rng):
@@ -119,12 +119,12 @@ def test_a_byte_turned_anywhere(turned: int, several: bytes, tmp_path: Path) -> 
             assert saved.result["status"] == "damaged"
 
 
-def test_zeros_after_a_power_cut(several: bytes, tmp_path: Path) -> None:
+def test_zeros_after_a_power_cut_are_recovered(several: bytes, tmp_path: Path) -> None:
     for count in (1, 8, 29, 200, 1000, 2000):
         check(several, several[:-count] + bytes(count), tmp_path / "zeros.mcap")
 
 
-def test_a_length_that_leads_astray_loses_its_own_chunk_at_most(several: bytes, tmp_path: Path) -> None:
+def test_a_corrupt_length_loses_its_own_chunk_at_most(several: bytes, tmp_path: Path) -> None:
     chunks = [(place, length) for opcode, place, length in records(several) if opcode == CHUNK]
     for place, length in chunks[1:]:
         for wrong in (0, 5, length + 3, length * 2, 2**40, 2**63):

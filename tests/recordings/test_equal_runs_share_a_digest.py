@@ -44,7 +44,7 @@ def test_the_order_of_arrival_does_not_matter() -> None:
         assert digest(events, rows) == expected
 
 
-def test_every_part_of_an_event_and_of_a_row_counts() -> None:
+def test_every_part_of_an_event_and_of_a_row_changes_the_digest() -> None:
     changed = [
         *(
             [(*EVENTS[0][:i], other, *EVENTS[0][i + 1 :]), *EVENTS[1:]]
@@ -67,7 +67,7 @@ def test_the_digest_can_be_read_while_it_grows() -> None:
     assert out.hexdigest() == digest(EVENTS[:1], []) != empty
 
 
-def test_traffic_and_log_stay_outside(
+def test_traffic_and_log_are_not_part_of_the_digest(
     begin: Callable[[], Recorder],
     batch: Callable[[int, int], bytes],
     stage: Callable[[Recorder, int, str], None],
@@ -92,7 +92,7 @@ def test_the_file_holds_everything_the_digest_covers(recorded: Path, rows: NDArr
     assert out.hexdigest() == rec.result["digest"]
 
 
-def test_what_waits_in_a_file_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pending_data_in_a_file_give_the_same_digest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a long run events wait on disk, and those that come late are put in their places."""
     events = [(t, k, "west", "report", 0, "Done", bytes(100)) for t in range(300) for k in range(3)]
     rows = [(n, n, bytes(8)) for n in range(1000)]
@@ -107,7 +107,7 @@ def test_what_waits_in_a_file_is_the_same(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.mark.filterwarnings("error")
-def test_python_has_no_open_file_to_warn_of() -> None:
+def test_no_open_file_is_left_to_the_garbage_collector() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         gc.collect()  # of what other tests left

@@ -11,7 +11,7 @@ NUMBERS = {"qx", "qy", "qz", "qw"}
 
 
 @pytest.mark.parametrize("kind", JOINTS)
-def test_a_coordinate_is_a_place_an_angle_or_a_number(kind: str) -> None:
+def test_a_coordinate_is_a_position_an_angle_or_a_number(kind: str) -> None:
     for name in JOINTS[kind].coordinates:
         expected = "m" if name in PLACES else "1" if name in NUMBERS else "rad"
         assert unit_of("m or rad", f"crane.boom.{name}") == expected
@@ -23,6 +23,6 @@ def test_a_pose_is_a_place_and_an_attitude() -> None:
     assert [unit_of(POSE_UNIT, x) for x in ("x", "y", "block.z", "qx", "block.qw")] == ["m", "m", "m", "1", "1"]
 
 
-def test_what_has_one_unit_keeps_it() -> None:
+def test_quantities_of_one_unit_keep_it() -> None:
     assert unit_of("N", "tension of w.angle") == "N"
     assert unit_of("N or m", "east.angle") == "N or m"

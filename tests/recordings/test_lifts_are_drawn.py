@@ -70,7 +70,7 @@ def test_heights_and_radii_are_those_of_the_instant(made: list[tuple[DrawnInstan
                     assert radius == pytest.approx(dimensions(drawing, view, "h")[0], abs=0.006)
 
 
-def test_no_text_lies_over_another_or_beyond_its_sheet(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_no_text_overlaps_another_or_leaves_its_sheet(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     for _, drawing in made:
         boxes = []
         for view in drawing.views:
@@ -87,7 +87,7 @@ def test_no_text_lies_over_another_or_beyond_its_sheet(made: list[tuple[DrawnIns
             assert apart, f"{drawing.title}: '{a}' lies over '{b}'"
 
 
-def test_a_page_and_a_cad_program_get_the_same(lift: Recording, tmp_path: Path) -> None:
+def test_svg_and_dxf_have_the_same_content(lift: Recording, tmp_path: Path) -> None:
     import ezdxf
 
     verdict = recorded_verdict(lift)
@@ -105,13 +105,13 @@ def test_a_page_and_a_cad_program_get_the_same(lift: Recording, tmp_path: Path) 
     assert measured == pytest.approx([float(x.words.rpartition(" ")[2]) for x in text], abs=0.006)
 
 
-def test_a_report_has_them_and_a_mechanism_has_none(lift: Recording, tmp_path: Path) -> None:
+def test_a_report_has_drawings_and_that_of_a_mechanism_has_none(lift: Recording, tmp_path: Path) -> None:
     text = report(lift, tmp_path / "report.html").read_text()
     assert text.count('class="drawing"') == len(drawings(lift, recorded_verdict(lift), PROJECT))
 
 
 @given(arrays(np.float64, (8, 2), elements=st.floats(-50, 50).map(lambda x: round(x, 3))))
-def test_an_outline_holds_all_its_points_and_is_cut_at_a_box(points: np.ndarray) -> None:
+def test_an_outline_contains_all_its_points_and_is_clipped_at_a_box(points: np.ndarray) -> None:
     outline = hull(points)
     if len(outline) > 2:
         assert all(within(outline, p + (outline.mean(axis=0) - p) * 1e-6) for p in points)

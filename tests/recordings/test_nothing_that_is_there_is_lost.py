@@ -110,9 +110,7 @@ def all_below(folder: Path) -> dict[str, tuple[int, bytes]]:
 @pytest.mark.parametrize("force", [False, True], ids=["", "forced"])
 @pytest.mark.parametrize("name", ["run.mcap", "tension.png", "table.csv"])
 @pytest.mark.parametrize("obstacle", OBSTACLES, ids=lambda f: f.__name__)
-def test_what_heavylift_has_not_made_stays(
-    obstacle: Obstacle, name: str, force: bool, recorded: Path, tmp_path: Path
-) -> None:
+def test_foreign_files_are_kept(obstacle: Obstacle, name: str, force: bool, recorded: Path, tmp_path: Path) -> None:
     out = tmp_path / "out" / name
     out.parent.mkdir()
     obstacle(out)
@@ -126,7 +124,9 @@ def test_what_heavylift_has_not_made_stays(
 @pytest.mark.parametrize(
     "name", [x if QUICK & {x} else pytest.param(x, marks=pytest.mark.large(beyond=1)) for x in WRITERS]
 )
-def test_an_earlier_output_stays_and_the_next_one_gets_the_next_name(name: str, recorded: Path, tmp_path: Path) -> None:
+def test_an_earlier_output_is_kept_and_the_next_one_gets_the_next_name(
+    name: str, recorded: Path, tmp_path: Path
+) -> None:
     write, out = WRITERS[name], tmp_path / "out" / name
     out.parent.mkdir()
     assert write(recorded, out, False) == out
@@ -142,7 +142,7 @@ def test_an_earlier_output_stays_and_the_next_one_gets_the_next_name(name: str, 
 
 
 @pytest.mark.parametrize("name", ["run.txt", "run", "run.yaml", "run.mcap.part"])
-def test_a_recording_has_the_ending_of_one(name: str, tmp_path: Path) -> None:
+def test_a_recording_gets_its_ending(name: str, tmp_path: Path) -> None:
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / name)
     assert str(error.value) == f"{tmp_path / name}: a recording is written as .mcap; give it this ending"
@@ -151,7 +151,7 @@ def test_a_recording_has_the_ending_of_one(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("ending", [".part", ".commands"])
 @pytest.mark.parametrize("force", [False, True], ids=["", "forced"])
-def test_no_link_is_followed_beside_a_recording(ending: str, force: bool, tmp_path: Path) -> None:
+def test_no_symbolic_link_is_followed(ending: str, force: bool, tmp_path: Path) -> None:
     is_link(tmp_path / f"run.mcap{ending}")
     before = all_below(tmp_path)
     with pytest.raises(OutputError, match=rf"run.mcap{ending}: is a link and stays as it is"):
@@ -159,7 +159,7 @@ def test_no_link_is_followed_beside_a_recording(ending: str, force: bool, tmp_pa
     assert all_below(tmp_path) == before
 
 
-def test_what_a_killed_run_has_left_stays_even_if_its_name_is_forced(begin: Begin, tmp_path: Path) -> None:
+def test_the_rest_of_a_killed_run_is_kept_even_if_its_name_is_forced(begin: Begin, tmp_path: Path) -> None:
     part, orders = tmp_path / "run.mcap.part", tmp_path / "run.mcap.commands"
     with begin() as rec:
         left = part.read_bytes()
@@ -177,7 +177,7 @@ def test_what_a_killed_run_has_left_stays_even_if_its_name_is_forced(begin: Begi
 
 
 @pytest.mark.parametrize("size", [0, 60, 80])
-def test_a_beginning_that_holds_no_run_yet_is_replaced(size: int, begin: Begin, tmp_path: Path) -> None:
+def test_an_output_without_a_run_is_replaced(size: int, begin: Begin, tmp_path: Path) -> None:
     part = tmp_path / "run.mcap.part"
     with begin() as rec:
         left = part.read_bytes()
@@ -188,7 +188,7 @@ def test_a_beginning_that_holds_no_run_yet_is_replaced(size: int, begin: Begin, 
     assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
 
 
-def test_runs_that_write_at_once_write_side_by_side(begin: Begin, tmp_path: Path) -> None:
+def test_concurrent_runs_write_separate_files(begin: Begin, tmp_path: Path) -> None:
     recorders = [begin() for _ in range(4)]
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / "run.mcap", force=True)
@@ -201,7 +201,7 @@ def test_runs_that_write_at_once_write_side_by_side(begin: Begin, tmp_path: Path
 
 
 @pytest.mark.parametrize("come", [is_foreign, is_folder, is_dangling_link, recorded_at], ids=lambda f: f.__name__)
-def test_what_comes_to_stand_there_meanwhile_stays(come: Obstacle, begin: Begin, tmp_path: Path) -> None:
+def test_a_file_created_meanwhile_is_kept(come: Obstacle, begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     come(tmp_path / "come.mcap")
     (tmp_path / "come.mcap").rename(tmp_path / "run.mcap")
@@ -211,7 +211,7 @@ def test_what_comes_to_stand_there_meanwhile_stays(come: Obstacle, begin: Begin,
     assert Recording(tmp_path / "run-2.mcap").result["status"] == "finished"
 
 
-def test_a_place_without_files_that_have_no_name_will_do(
+def test_a_file_system_without_unnamed_files_works(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "O_TMPFILE")
@@ -274,7 +274,7 @@ NOTICED = {
 
 @pytest.mark.parametrize("at", ["the next flush", "the end"])
 @pytest.mark.parametrize("harm", NOTICED, ids=lambda f: f.__name__)
-def test_what_happens_to_the_file_meanwhile_is_noticed(
+def test_changes_of_the_file_meanwhile_are_noticed(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":
@@ -291,7 +291,7 @@ def test_what_happens_to_the_file_meanwhile_is_noticed(
     assert all_below(tmp_path).keys() == harmed.keys()
 
 
-def test_who_touches_or_reads_the_file_does_no_harm(begin: Begin, tmp_path: Path) -> None:
+def test_touching_or_reading_the_file_does_no_harm(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     part = tmp_path / "run.mcap.part"
     part.read_bytes()

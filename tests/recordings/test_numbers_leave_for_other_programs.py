@@ -24,7 +24,7 @@ def test_a_table_with_units_and_all_digits(recorded: Path, tmp_path: Path) -> No
     assert np.array_equal(numbers[:, 14:21], rec.signal("pose/hook").values)
 
 
-def test_only_what_is_asked_for(recorded: Path, tmp_path: Path) -> None:
+def test_only_the_selected_part_is_exported(recorded: Path, tmp_path: Path) -> None:
     with export(recorded, tmp_path / "run.csv", ["rope/*/west.H2", "rope/peak"]).open(newline="") as file:
         head = next(csv.reader(file))
     assert head == [
@@ -43,7 +43,7 @@ def test_parquet_holds_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
     assert np.array_equal(table["rope/tension/west.H2 [N]"].to_numpy(), tension[:, 1])
 
 
-def test_what_cannot_be_written_is_said(recorded: Path, tmp_path: Path) -> None:
+def test_data_that_cannot_be_exported_are_reported(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         export(recorded, tmp_path / "run.xlsx")
     assert str(error.value) == (

@@ -61,7 +61,7 @@ def test_the_page_holds_the_recording(page: Path, tmp_path: Path) -> None:
     assert content(rec)["peaks"][0]["rated"] == 9e5
 
 
-def test_an_hour_is_thinned_to_its_peaks() -> None:
+def test_an_hour_is_reduced_to_its_peaks() -> None:
     load = np.sin(np.arange(72_000) / 7.0)
     load[31_234], load[50_001] = 9.0, -9.0
     kept = thinned([load], 1000)
@@ -72,14 +72,14 @@ def test_an_hour_is_thinned_to_its_peaks() -> None:
     assert thinned([load[:900]], 1000).tolist() == list(range(900))
 
 
-def test_nothing_is_fetched_from_anywhere(page: Path) -> None:
+def test_the_page_loads_nothing_from_elsewhere(page: Path) -> None:
     text = re.sub(r"<script(?: id=\"run\"[^>]*)?>.*?</script>", "", page.read_text(), flags=re.DOTALL)
     assert "src=" not in text
     assert "href=" not in text
     assert "url(" not in text
 
 
-def test_what_a_scene_reports_cannot_become_markup(page: Path) -> None:
+def test_text_of_a_scene_cannot_become_markup(page: Path) -> None:
     text = page.read_text()
     assert text.count("<script") == 2
     assert "<img src" not in text
@@ -102,7 +102,7 @@ def test_a_browser_shows_the_instant_in_the_address(page: Path) -> None:
     assert "<canvas" in dom
 
 
-def test_what_cannot_be_shown_is_said(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+def test_recordings_that_cannot_be_shown_are_reported(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
     with begin() as rec:
         path = rec.close()
     with pytest.raises(RecordingError) as error:
@@ -115,7 +115,7 @@ def test_what_cannot_be_shown_is_said(tmp_path: Path, begin: Callable[[], Record
         view(path, tmp_path / "run.pdf")
 
 
-def test_another_run_stands_beside_it_as_glass_and_dashed_curves(
+def test_another_run_is_shown_as_glass_and_dashed_curves(
     begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], page: Path, tmp_path: Path
 ) -> None:
     with begin() as rec:

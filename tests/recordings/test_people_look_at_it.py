@@ -18,7 +18,7 @@ from heavylift.recordings.render import outline, spread
 from heavylift.recordings.render.plot import FINE, _most_used
 
 
-def test_info_reports_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
+def test_info_shows_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
     text = info(recorded)
     rec = Recording(recorded)
     assert text.splitlines()[:4] == [
@@ -63,7 +63,9 @@ def test_the_plot_is_a_picture_of_the_asked_kind(recorded: Path, tmp_path: Path)
     assert svg.read_bytes() == again.read_bytes()
 
 
-def test_what_cannot_be_plotted_is_said(recorded: Path, begin: Callable[[], Recorder], tmp_path: Path) -> None:
+def test_recordings_that_cannot_be_plotted_are_reported(
+    recorded: Path, begin: Callable[[], Recorder], tmp_path: Path
+) -> None:
     cases: list[tuple[Path, Path, dict[str, str] | None, str]] = [
         (
             recorded,
@@ -112,12 +114,12 @@ def test_the_band_of_a_long_recording_is_drawn_in_steps_finer_than_a_pixel() -> 
     assert [*map(list, outline(t[:9], low[:9], high[:9]))] == [list(t[:9]), list(low[:9]), list(high[:9])]
 
 
-def test_the_ropes_that_are_used_most_are_drawn_first_and_those_without_a_rating_last() -> None:
+def test_the_most_utilised_ropes_are_drawn_first_and_unrated_ones_last() -> None:
     peaks = np.array([[1.0, 50.0, 3.0, 9.0], [4.0, 40.0, 9.0, 10.0]])
     assert _most_used(["a", "b", "c", "d"], peaks, {"a": 5.0, "c": 10.0}) == ["c", "a", "b", "d"]
 
 
-def test_figures_of_one_recording_have_names_of_their_own(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_figures_of_one_recording_have_distinct_names(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
     files.plot(recorded)
     files.plot(recorded, lift=True)
     files.plot(recorded, ["rope/tension/*"])
@@ -125,7 +127,7 @@ def test_figures_of_one_recording_have_names_of_their_own(recorded: Path, capsys
     assert message == [f"{recorded.parent}/run{ending}" for ending in (".png", "-lift.png", "-signals.png")]
 
 
-def test_the_lift_is_a_film(recorded: Path, tmp_path: Path) -> None:
+def test_the_lift_is_rendered_as_a_film(recorded: Path, tmp_path: Path) -> None:
     from PIL import Image
 
     with Image.open(storyboard(recorded, tmp_path / "lift.gif")) as film:

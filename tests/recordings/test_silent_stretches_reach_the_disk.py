@@ -48,7 +48,7 @@ def test_rows_do_not_wait_for_the_next_event(in_process: bool, tmp_path: Path, m
         assert max(rows) > ROWS - BATCH
 
 
-def test_rows_of_a_rest_neither_wait_nor_travel_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_of_a_rest_are_written_in_batches_without_delay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A lift to which nobody gives an order: its last 2000 rows are made when the run ends."""
     text = unstated(bundled()["lift"].read_text())
     lift = parse(
@@ -69,7 +69,7 @@ def test_rows_of_a_rest_neither_wait_nor_travel_one_by_one(tmp_path: Path, monke
     assert sum(sizes) < 8 * 2 * BATCH * len(found.t), "a tenth of what each by itself would take"
 
 
-def test_what_is_written_is_on_disk_before_the_next_is_said(tmp_path: Path) -> None:
+def test_data_are_on_disk_before_the_next_command(tmp_path: Path) -> None:
     with Recorder(tmp_path / "run.mcap", {"scene": "x"}) as rec:
         part = rec._sink._file.part
         rec.log(10**9, "info", "x", "said")
@@ -81,7 +81,7 @@ def test_what_is_written_is_on_disk_before_the_next_is_said(tmp_path: Path) -> N
         assert recover(part, tmp_path / "saved.mcap").messages == 1
 
 
-def test_a_refusal_that_the_thread_has_met_is_reported_to_who_writes_next(
+def test_an_error_of_the_writing_thread_reaches_the_next_caller(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(file: McapFile) -> None:

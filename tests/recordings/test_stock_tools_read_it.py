@@ -128,7 +128,7 @@ def test_events_follow_their_json_schema(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("topic", ["/scene", "/ropes"])
-def test_nothing_is_drawn_that_was_not_given(recorded: Path, topic: str) -> None:
+def test_only_given_data_are_drawn(recorded: Path, topic: str) -> None:
     with recorded.open("rb") as stream:
         assert list(make_reader(stream).iter_messages(topics=[topic])) == []
 

@@ -120,7 +120,7 @@ def test_it_is_printed_where_a_browser_is(recorded: Path, tmp_path: Path, monkey
     )
 
 
-def test_a_mechanism_without_ropes_and_stages_has_a_report_as_well(tmp_path: Path) -> None:
+def test_a_mechanism_without_ropes_and_stages_has_a_report_too(tmp_path: Path) -> None:
     run(load("pendulum", ["end=2 s"]), tmp_path / "pendulum.mcap", in_process=True)
     text = report(tmp_path / "pendulum.mcap", tmp_path / "pendulum.html").read_text()
     assert "<h2>Scene</h2>" in text
@@ -129,7 +129,7 @@ def test_a_mechanism_without_ropes_and_stages_has_a_report_as_well(tmp_path: Pat
 
 
 @pytest.mark.parametrize("name", CRANES)
-def test_each_item_has_one_largest_value_whatever_crane_lifts_it(lifts: dict[str, Path], name: str) -> None:
+def test_each_item_has_one_largest_value_on_any_crane(lifts: dict[str, Path], name: str) -> None:
     found = facts(Recording(lifts[name]))
     assert found.verdict is not None
     titles = {table.title for table in tables_of(found)}
@@ -148,7 +148,7 @@ def test_each_item_has_one_largest_value_whatever_crane_lifts_it(lifts: dict[str
     assert min(column(table(found, "Smallest clearances"), "smallest")) == least
 
 
-def test_a_table_that_only_the_scene_can_make_is_printed_with_the_others(recorded: Path) -> None:
+def test_tables_that_need_the_scene_are_printed_too(recorded: Path) -> None:
     verdict = msgspec.convert(
         {"red": False, "line": "GREEN", "tables": [{"title": "Mats", "columns": [{"name": "mat"}], "rows": [["A"]]}]},
         RecordedVerdict,
@@ -156,7 +156,7 @@ def test_a_table_that_only_the_scene_can_make_is_printed_with_the_others(recorde
     assert column(table(facts(Recording(recorded), verdict), "Mats"), "mat") == ["A"]
 
 
-def test_two_alternatives_stand_beside_each_other(lifts: dict[str, Path], tmp_path: Path, monkeypatch) -> None:
+def test_two_alternatives_are_compared(lifts: dict[str, Path], tmp_path: Path, monkeypatch) -> None:
     a, b = (facts(Recording(lifts[name])) for name in ("crawler", "hall"))
     sheet = alternatives(a, b)
     assert (sheet.title, sheet.state) == ("crawler and hall", "red")
@@ -194,7 +194,7 @@ def test_the_document_has_room_for_signatures(lifts: dict[str, Path]) -> None:
     assert issue.rows[3][1:] == ("", "", "")
 
 
-def test_without_the_library_the_way_out_is_said(recorded: Path, tmp_path: Path, monkeypatch) -> None:
+def test_a_missing_library_is_reported_with_its_extra(recorded: Path, tmp_path: Path, monkeypatch) -> None:
     for library, ending, message in (("openpyxl", ".xlsx", "xlsx"), ("ezdxf", ".dxf", "drawings")):
         monkeypatch.setitem(sys.modules, library, None)
         with pytest.raises(RecordingError, match=rf"need.? {library}: pip install 'heavylift\[{message}\]'"):

@@ -31,7 +31,7 @@ def test_every_block_of_the_page_runs(recorded: Path, monkeypatch: pytest.Monkey
         exec(compile(block, str(PAGE), "exec"), names)
 
 
-def test_only_what_is_asked_for_is_read(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_requested_data_are_read(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec = Recording(recorded)
     asked: list[str] = []
     plain = rec.numbers
@@ -42,7 +42,7 @@ def test_only_what_is_asked_for_is_read(recorded: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_some_samples_are_those_of_all_and_other_chunks_stay_packed(
+def test_selected_samples_equal_those_of_all_and_other_chunks_stay_compressed(
     seed: int, begin: Callable[[], Recorder], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(mcapfile, "CHUNK", 4096)
@@ -61,7 +61,7 @@ def test_some_samples_are_those_of_all_and_other_chunks_stay_packed(
     assert len(unpacked) <= 2 * len(chosen) < len(rec._file.summary.chunk_indexes)
 
 
-def test_what_blocks_have_kept_is_not_read_again(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_data_kept_by_blocks_are_not_read_again(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec, whole = Recording(recorded), Recording(recorded).signal("rope/peak")
     assert sum(len(times) for times, _ in rec.blocks(["rope/peak", "pose/hook"], keep=["rope/peak"])) == 6
     monkeypatch.setattr(rec, "messages", None)
@@ -69,7 +69,7 @@ def test_what_blocks_have_kept_is_not_read_again(recorded: Path, monkeypatch: py
     assert rec.signal("rope/peak").t.tolist() == whole.t.tolist()
 
 
-def test_parts_report_what_they_have(recorded: Path) -> None:
+def test_parts_have_short_descriptions(recorded: Path) -> None:
     rec = Recording(recorded)
     block, rope = rec["block"], rec["west.H1"]
     assert isinstance(block, RecordedPart)

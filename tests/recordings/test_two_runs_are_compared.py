@@ -67,7 +67,7 @@ def test_each_signal_reports_its_largest_difference_and_rms(write: Write) -> Non
     assert second.most == 0.0
 
 
-def test_what_is_zero_but_for_rounding_does_not_stand_first(write: Write) -> None:
+def test_differences_of_rounding_size_do_not_come_first(write: Write) -> None:
     one, other = TENSION.copy(), TENSION.copy()
     one[:, 1], other[:, 1] = 1e-9, 2e-9
     other[2, 0] += 4.5e3
@@ -76,14 +76,14 @@ def test_what_is_zero_but_for_rounding_does_not_stand_first(write: Write) -> Non
     assert " 1 %" in next(line for line in lines if "west.H1" in line)
 
 
-def test_other_sample_times_are_met_by_straight_lines(write: Write) -> None:
+def test_other_sample_times_are_interpolated_linearly(write: Write) -> None:
     fewer = np.array([[0.0, 0.0], [10.0, 0.0]])
     found = compare(write("a.mcap", fewer, []), write("b.mcap", TENSION, []))
     assert found.first == "rope/tension at 0.000000000 s"
     assert [(d.most, d.when) for d in found.differences] == [(299990.0, 1.0), (2e5, 0.0)]
 
 
-def test_a_run_that_ends_before_the_other(write: Write) -> None:
+def test_a_run_that_ends_earlier_is_reported(write: Write) -> None:
     found = compare(write("a.mcap", TENSION, []), write("b.mcap", TENSION[:4], []))
     assert found.first == "rope/tension at 3.000000000 s; b.mcap ends before"
     assert [d.most for d in found.differences] == [0.0, 0.0]

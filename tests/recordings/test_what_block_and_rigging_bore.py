@@ -29,7 +29,7 @@ def found(lift: Path) -> Facts:
     return facts(Recording(lift))
 
 
-def test_a_lug_bears_what_its_sling_pulls(found: Facts) -> None:
+def test_a_lug_carries_the_force_of_its_sling(found: Facts) -> None:
     peaks = {name: peak.tension for name, peak in found.peaks.items()}
     hooked = {lug: sling.name for sling in found.loads.slings for lug in sling.lugs}
     assert hooked == {f"{lug}{i}": f"loader-{n}.sling-{i}" for n, lug in ((1, "P"), (2, "Q"), (3, "R")) for i in (1, 2)}
@@ -47,7 +47,7 @@ def test_supports_carry_the_block(found: Facts) -> None:
     assert supports["block.lower-1"] == pytest.approx(weight / 4, rel=1e-3)
 
 
-def test_each_stage_reports_where_the_block_was(found: Facts) -> None:
+def test_each_stage_reports_the_position_of_the_block(found: Facts) -> None:
     first, *_, last = found.stages
     assert first.com == pytest.approx((40.0, 75.0, 5.995), abs=0.01)
     assert last.com is not None

@@ -36,7 +36,7 @@ def library_frames(t_ns: int, bodies: list[str], poses: NDArray[np.float64]) -> 
     return out
 
 
-def test_frames_decode_to_what_the_library_would_write() -> None:
+def test_frames_decode_as_the_library_would_write_them() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
     poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)
@@ -48,13 +48,13 @@ def test_frames_decode_to_what_the_library_would_write() -> None:
     assert np.array_equal(fourth, poses[:, 3])
 
 
-def test_a_zero_decodes_to_the_same_frames() -> None:
+def test_a_zero_gives_the_same_frames() -> None:
     poses = np.array([[0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0]])
     (data,) = frames_template(["block"]).encode([7], poses)
     assert FrameTransforms.FromString(data.tobytes()) == library_frames(7, ["block"], poses)
 
 
-def test_frames_of_another_form_are_refused() -> None:
+def test_invalid_frames_are_refused() -> None:
     message = library_frames(7, ["hook"], np.zeros((1, 7))).SerializeToString()
     with pytest.raises(ValueError, match="not of the form of its channel"):
         frames_template(["block"]).decode(np.frombuffer(message, np.uint8)[None])
@@ -71,7 +71,7 @@ def test_samples_equal_the_library_byte_for_byte(counts: list[int]) -> None:
         assert data.tobytes() == message.SerializeToString()
 
 
-def test_any_topic_becomes_a_field_of_its_own() -> None:
+def test_any_topic_becomes_a_field() -> None:
     topics = ["rope/peak_time", "rope/peak/time", "2nd law", "größe"]
     fields = sample_fields([SampleChannel(topic, ["x"], "1", 0, 1) for topic in topics])
     assert [field.field for field in fields] == ["rope_peak_time", "rope_peak_time_2", "x2nd_law", "gr__e"]

@@ -134,7 +134,7 @@ TOOLS = (
 
 
 @pytest.mark.parametrize("reference", TOOLS)
-def test_what_is_trusted_lends_no_tools(heavylift: Command, tmp_path: Path, reference: str) -> None:
+def test_a_trusted_folder_offers_no_tools(heavylift: Command, tmp_path: Path, reference: str) -> None:
     """Neither Python, nor heavylift itself, nor what a trusted file imports is there to be called by data."""
     law(tmp_path)
     (tmp_path / "safe").mkdir()

@@ -28,11 +28,11 @@ def test_no_attack_on_whole_commands_succeeds(attack, tmp_path: Path) -> None:
     assert [what for what, promised in attack(tmp_path, False) if not promised] == []
 
 
-def test_each_command_is_attacked() -> None:
+def test_each_command_has_an_attack() -> None:
     assert set(attacks.LINES) <= set(attacks.commands())
 
 
-def test_each_character_that_is_none_is_shown_and_json_stays_json() -> None:
+def test_control_characters_are_shown_escaped_and_json_stays_valid() -> None:
     for code in range(0x20, 0x110000):
         shown = printable(chr(code), keep=SPACES)
         assert shown == chr(code) or shown.isascii()
@@ -41,7 +41,7 @@ def test_each_character_that_is_none_is_shown_and_json_stays_json() -> None:
             assert json.loads(f'"{shown}"') == chr(code)
 
 
-def test_a_row_of_a_stranger_is_one_or_is_refused() -> None:
+def test_a_foreign_row_is_valid_or_is_refused() -> None:
     random, variant = Random(1), Variant(3, (), ())
     values = [3, 4, -1, 1 << 63, 0.5, float("nan"), "done", "\x1b[2J", b"x", [1], {"a": 1}, None, True, "x" * 200_000]
     names = ["number", "status", "sentence", "digest", "use", "input/x", "recording", "\n", "host", "limit"]

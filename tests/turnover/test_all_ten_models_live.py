@@ -58,12 +58,12 @@ def test_the_run_has_ten_models_and_the_kernel(reading: Reading, sent: dict[str,
 
 
 @pytest.mark.parametrize("model", SENT)
-def test_each_model_speaks(sent: dict[str, Counter[str]], model: str) -> None:
+def test_each_model_sends(sent: dict[str, Counter[str]], model: str) -> None:
     assert set(sent[model]) >= SENT[model]
 
 
 @pytest.mark.parametrize("model", HEARD)
-def test_each_model_is_spoken_to(reading: Reading, model: str) -> None:
+def test_each_model_receives(reading: Reading, model: str) -> None:
     ports = {f"order_{model}", f"state_{model}", *({"report"} if model == "commander" else ())}
     assert {_kind(e) for e in reading.events if e["port"] in ports} >= HEARD[model]
 

@@ -40,14 +40,14 @@ def test_every_sample_of_every_tension_follows_from_poses_lengths_and_rates(
         assert np.max(np.abs(expected - message)) < TENSION * largest, name
 
 
-def test_the_damping_matters_to_that(mechanics: Mechanics) -> None:
+def test_the_damping_matters_for_that(mechanics: Mechanics) -> None:
     """Without the rates the same recomputation would be wrong by far more than its tolerance."""
     heating = max(pull.heating.max() for pull in mechanics.pulls.values())
     assert heating > 1.0
 
 
 @pytest.mark.parametrize("stage", ["settle", "settle on A", "rigging", "settle on A and C", "settle 2", "rest"])
-def test_while_still_the_vertical_forces_on_the_block_are_its_weight(
+def test_at_rest_the_vertical_forces_on_the_block_equal_its_weight(
     mechanics: Mechanics, stages: dict[str, Stage], stage: str
 ) -> None:
     weight = mechanics.bodies["block"].mass * mechanics.g
@@ -67,7 +67,7 @@ def test_the_common_centre_accelerates_by_the_sum_of_forces_over_mass(fine: Mech
     assert np.abs(from_place).max() < NEWTON * largest
 
 
-def test_so_it_does_sideways_through_the_whole_lift(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
+def test_it_does_so_sideways_through_the_whole_lift(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
     """Two samples a second resolve the swing along rails and girders, from the travel to the lowering."""
     _, p, _ = mechanics.common
     a = mechanics.acceleration

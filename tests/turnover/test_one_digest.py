@@ -37,7 +37,7 @@ def test_turnover_in_one_process_is_turnover_in_twelve(lift: Lift, tmp_path: Pat
     assert alone.energy_error == lift.result.energy_error
 
 
-def test_the_recording_reports_the_digest_of_the_run(lift: Lift, reading: Reading) -> None:
+def test_the_recording_has_the_digest_of_the_run(lift: Lift, reading: Reading) -> None:
     assert reading.metadata["result"]["digest"] == lift.result.digest
 
 

@@ -42,7 +42,7 @@ def turned_over(reading: Reading) -> float:
     return float(np.abs(np.diff(values[:, works], axis=0)).sum() + energy[-1, 4] + np.ptp(energy[:, 0]))
 
 
-def test_the_balance_of_the_lift_closes(lift: Lift, reading: Reading) -> None:
+def test_the_energy_balance_of_the_lift_closes(lift: Lift, reading: Reading) -> None:
     message = reading.metadata["result"]
     assert lift.result.energy_error < CLOSES
     assert json.loads(message["energy_error"]) == lift.result.energy_error
@@ -57,7 +57,7 @@ def test_the_accounts_add_up_to_work_and_heat(reading: Reading) -> None:
         assert np.abs(total - reading.column("/energy", what)).max() < EXACT * turned_over(reading)
 
 
-def test_own_sums_over_bodies_and_ropes_agree(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
+def test_sums_over_bodies_and_ropes_agree(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
     reading = mechanics.reading
     scale = EXACT * turned_over(reading)
     assert np.abs(mechanics.kinetic - reading.column("/energy", "kinetic")).max() < scale
@@ -67,7 +67,7 @@ def test_own_sums_over_bodies_and_ropes_agree(mechanics: Mechanics, stages: dict
     assert np.abs(stored - reading.column("/energy", "stored"))[air].max() < scale
 
 
-def test_own_integrals_of_power_agree(fine: Mechanics) -> None:
+def test_integrals_of_power_agree(fine: Mechanics) -> None:
     """What winches put in and ropes lose, from tensions and rates alone, up to the free-hanging block."""
     reading = fine.reading
     for name in fine.hook_ropes:
@@ -80,7 +80,7 @@ def test_own_integrals_of_power_agree(fine: Mechanics) -> None:
         )
 
 
-def test_up_to_the_landing_it_closes_far_better(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_up_to_the_landing_the_balance_closes_far_better(reading: Reading, stages: dict[str, Stage]) -> None:
     air = slice(0, stages["set down"].samples[0])
     assert imbalance(reading)[air].max() < CLOSES_IN_THE_AIR * turned_over(reading)
 
@@ -100,7 +100,7 @@ def test_an_uncounted_b_sling_is_noticed(reading: Reading, stages: dict[str, Sta
     _noticed(reading, stages, sling)
 
 
-def test_the_audit_itself_fails_when_dampers_make_heat_that_it_is_not_reported(reading: Reading) -> None:
+def test_the_balance_fails_when_heat_of_dampers_is_left_out(reading: Reading) -> None:
     """The audit of the runner, fed with the recorded rows: with all accounts it closes, without heat it does not."""
     energy, accounts = reading.values["/energy"], reading.values["/account"]
     layout = SampleLayout([

@@ -107,7 +107,7 @@ def test_supports_only_push_and_bear_nothing_in_the_air(reading: Reading, stages
     assert force[air].max() == 0.0
 
 
-def test_the_stages_wait_for_states_and_not_for_times(tmp_path: Path) -> None:
+def test_stages_wait_for_states_and_not_for_times(tmp_path: Path) -> None:
     """With 0.1 m more slack the same list loads 20 s later, to the nanosecond of the longer creep."""
     begins = []
     for slack in ("0.3 m", "0.4 m"):

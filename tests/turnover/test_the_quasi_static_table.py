@@ -86,7 +86,7 @@ def test_on_the_supports_the_slings_are_taut_at_the_table_s_lengths(reading: Rea
         ("settle 2", 61.0, 19.4, 14.6, -12.0),
     ],
 )
-def test_where_a_stage_ends(
+def test_stages_end_at_the_tabulated_states(
     reading: Reading, stages: dict[str, Stage], stage: str, L_A: float, L_B: float, y_A: float, y_B: float
 ) -> None:
     k = stages[stage].samples[-1]
@@ -130,7 +130,7 @@ def test_through_the_turn_ropes_and_trolleys_follow_the_commanded_angle(
         (180.0, -1, 61.0, 19.4, 14.6, -12.0, 101.6, 246.9),
     ],
 )
-def test_the_rows_of_the_table(
+def test_the_table_is_reproduced_row_by_row(
     reading: Reading,
     mechanics: Mechanics,
     stages: dict[str, Stage],
@@ -166,7 +166,9 @@ def test_the_shares_are_right_at_every_measured_angle(
         assert np.abs(carried(mechanics, B)[k].sum(axis=1) - 2 * b).max() < SHARE * LOAD, stage
 
 
-def test_hanging_from_a_alone_each_a_loader_carries_a_quarter(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
+def test_hanging_from_a_alone_each_loader_of_a_carries_a_quarter(
+    mechanics: Mechanics, stages: dict[str, Stage]
+) -> None:
     k = stages["settle on A"].last(10.0)
     assert carried(mechanics, A)[k] == pytest.approx(225.0, abs=SHARE * LOAD)
     assert np.all(carried(mechanics, B)[k] == 0.0)
@@ -188,7 +190,7 @@ def test_b_goes_slack_when_the_block_stands_on_edge(
 
 
 @pytest.mark.parametrize("stage", STILL)
-def test_while_still_the_hook_ropes_hang_plumb(mechanics: Mechanics, stages: dict[str, Stage], stage: str) -> None:
+def test_at_rest_the_hook_ropes_hang_plumb(mechanics: Mechanics, stages: dict[str, Stage], stage: str) -> None:
     k = stages[stage].last(20.0)
     for name in mechanics.hook_ropes:
         for u in mechanics.pulls[name].directions:

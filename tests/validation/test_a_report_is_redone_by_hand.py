@@ -29,7 +29,7 @@ def printed(
     return {title: [dict(zip(heads[title], row, strict=True)) for row in rows[title]] for title in rows}
 
 
-def test_each_use_is_its_value_over_its_limit(printed: dict[str, list[dict[str, Any]]]) -> None:
+def test_each_utilisation_is_its_value_over_its_limit(printed: dict[str, list[dict[str, Any]]]) -> None:
     seen = 0
     for title, rows in printed.items():
         for row in rows:

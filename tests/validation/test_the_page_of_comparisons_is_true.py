@@ -17,7 +17,7 @@ EACH = [pytest.param(case, id=case.name, marks=SLOW if case.full else ()) for ca
 
 
 @pytest.mark.parametrize("case", EACH)
-def test_rows_are_what_is_computed(case: Case) -> None:
+def test_rows_are_the_computed_ones(case: Case) -> None:
     assert stale(case, PAGE.read_text()) == []
 
 
@@ -34,7 +34,7 @@ def test_the_summary_counts_the_rows_of_the_page() -> None:
     assert all(number == within + missed for number, within, missed in counted)
 
 
-def test_every_case_with_a_miss_reports_why() -> None:
+def test_every_case_with_a_miss_states_why() -> None:
     text = PAGE.read_text()
     for case in CASES:
         part = text.partition(f"| [{case.source}](")[2].partition("\n| [")[0].partition("\n\n")[0]
@@ -43,7 +43,7 @@ def test_every_case_with_a_miss_reports_why() -> None:
         assert case.why or not missed
 
 
-def test_a_figure_that_has_changed_is_seen() -> None:
+def test_a_changed_figure_is_found() -> None:
     case = Case("t", "s", "tests/x.py", lambda: iter([Row("q", 2.0, 2.1, 0.01, "m")]), False, "y")
     page = made([(case, case.lines())])
     (row, line), *_ = case.lines()
@@ -73,6 +73,6 @@ def test_scipy_swings_as_the_runs_of_the_crane_do(run: Run) -> None:
     assert ours[2] == pytest.approx(free, abs=0.1)
 
 
-def test_an_option_that_is_not_known_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_option_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--chekc"]) == 2
     assert "--check" in capsys.readouterr().err

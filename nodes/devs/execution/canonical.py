@@ -111,7 +111,7 @@ class Freezer:
 
     def _object(self, x: Any, kind: type) -> Iterator[object]:
         if not _plain(kind):
-            raise TypeError(f"a {kind.__name__} cannot be kept")
+            raise TypeError(f"a {kind.__name__} cannot be saved")
         if hasattr(kind, "__setstate__"):
             _restoring(kind)
             yield from ("state", *_name(kind), self.fold(x.__getstate__()))
@@ -134,7 +134,7 @@ class _Thawer:
         if kind == "@":
             made = self._made[rest[0]]
             if made is _OPEN:
-                raise TypeError("a tuple or message that holds itself cannot be kept")
+                raise TypeError("a tuple or message that contains itself cannot be saved")
             return made
         number = len(self._made)
         self._made.append(_OPEN)
@@ -178,7 +178,7 @@ class _Thawer:
                 return np.frombuffer(rest[2], rest[0]).reshape(rest[1]).copy()
             case "state" | "object":
                 return self._object(number, kind, rest)
-        raise TypeError(f"{kind!r} is no kind of a kept value")
+        raise TypeError(f"{kind!r} is not a type of saved value")
 
     def _filled(self, number: int, kind: str, rest: list[Any]) -> object:
         if kind == "set":
@@ -241,7 +241,7 @@ def _value(module: str, name: str) -> tuple[str, str]:
     computes = (module in _COMPUTING and "." not in name) or name in _BUILTIN.get(module, ())
     if isinstance(found, type | FunctionType | BuiltinFunctionType) and (own or types or computes):
         return module, name
-    raise TypeError(f"{name} of {module} cannot be kept, it is no part of a model")
+    raise TypeError(f"{name} of {module} cannot be saved, it is not part of a model")
 
 
 def _method(owner: object, name: str) -> object:
@@ -257,7 +257,7 @@ def _method(owner: object, name: str) -> object:
 def _restoring(cls: Any) -> None:
     """Raise TypeError for a class that restores its state by a method of its own, unless it is a model."""
     if not _of_models(getattr(cls.__setstate__, "__module__", None) or ""):
-        raise TypeError(f"a {cls.__name__} cannot be kept")
+        raise TypeError(f"a {cls.__name__} cannot be saved")
 
 
 def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
@@ -272,7 +272,7 @@ def _name(x: type | FunctionType | BuiltinFunctionType) -> tuple[str, str]:
     """Module and qualified name of a class or function; raises TypeError if it cannot be found by them."""
     module, name = getattr(x, "__module__", None) or "", x.__qualname__
     if "<" in name or _found(module, name) is not x:
-        raise TypeError(f"{name} cannot be kept, it has no name in a module")
+        raise TypeError(f"{name} cannot be saved, it has no name in a module")
     return module, name
 
 

@@ -67,7 +67,7 @@ class Orders(Atomic):
         """Order a speed of a user model's actuator, unless it has it already."""
         move, who = led.move, self.plan.leader(led.move.actuator)
         if not isfinite(speed):
-            raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; say a finite number")
+            raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; send a finite number")
         if move.speed and abs(speed) > move.speed * (1.0 + ROUNDING):
             most = f"{move.speed:g} m/s or rad/s"
             raise ModelError(

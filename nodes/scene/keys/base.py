@@ -37,7 +37,7 @@ def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Check that a chart has increasing arguments; raises ValueError otherwise."""
     for (one, _), (next_, _) in pairwise(chart):
         if next_ <= one:
-            raise ValueError(f"the places of a chart rise, but {next_:g} m comes after {one:g} m")
+            raise ValueError(f"the places of a chart must increase, but {next_:g} m comes after {one:g} m")
     return chart
 
 

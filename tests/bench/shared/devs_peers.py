@@ -1,12 +1,16 @@
-"""The same models in other engines, for `tests/bench/devs.py`: DEVStone HI and sparse generators.
+"""The same models in other engines, for `tests/bench/devs.py`: DEVStone HI, sparse generators, a shop.
 
 Each function prepares a run and returns what is to be timed, or None where the engine is not installed.
 """
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
+from random import Random
 from typing import Any
+
+from heavylift.nodes.devs import Tag, Tally, TimeWeighted, seconds
+from heavylift.nodes.queueing import Erlang, LogNormal
 
 from .rows import peer_module
 
@@ -113,3 +117,58 @@ def _xdevs() -> Any:
 @cache
 def _pdevs() -> Any:
     return peer_module("pypdevs.minimal", "PythonPDEVS", "a clone, as `tests/bench/devs.py` describes")
+
+
+def simpy_shop(until: float) -> Run | None:
+    """A G/G/3 whose first priority interrupts the second and whose units fail, with the same statistics."""
+    if (simpy := _simpy()) is None:
+        return None
+    random, instant, waits, stays = Random(1), simpy.Environment(), Tally(), Tally()
+    crew, line, busy = simpy.PreemptiveResource(instant, 3), TimeWeighted(), TimeWeighted()
+    service, every = LogNormal(2.4, 1.2), Erlang(2, 1.0)
+
+    def now() -> Tag:
+        return Tag(seconds(instant.now))
+
+    def job(priority: int) -> Iterator[object]:
+        born, remaining = instant.now, -1.0
+        while True:
+            line.set(line.value + 1, now())
+            with crew.request(priority=priority) as request:
+                yield request
+                line.set(line.value - 1, now())
+                busy.set(busy.value + 1, now())
+                if remaining < 0:
+                    waits.add(instant.now - born)
+                    remaining = service.draw(random)
+                began = instant.now
+                try:
+                    yield instant.timeout(remaining)
+                    stays.add(instant.now - born)
+                    return
+                except simpy.Interrupt:
+                    remaining -= instant.now - began
+                finally:
+                    busy.set(busy.value - 1, now())
+
+    def jobs() -> Iterator[object]:
+        while True:
+            yield instant.timeout(every.draw(random))
+            instant.process(job(int(random.random() >= 0.2)))
+
+    def failing() -> Iterator[object]:
+        while True:
+            yield instant.timeout(random.expovariate(1 / 200.0))
+            with crew.request(priority=-1) as request:
+                yield request
+                yield instant.timeout(random.expovariate(1 / 10.0))
+
+    instant.process(jobs())
+    for _ in range(3):
+        instant.process(failing())
+    return lambda: instant.run(until)
+
+
+@cache
+def _simpy() -> Any:
+    return peer_module("simpy", "SimPy", "pip install '.[bench]'")

@@ -59,13 +59,13 @@ def test_the_schema_reports_units_defaults_and_meanings() -> None:
     assert off_lead["description"].startswith("of ropes that carry a load; assumed")
 
 
-def test_the_installation_is_looked_at() -> None:
+def test_doctor_checks_the_installation() -> None:
     found = {finding.what: finding for finding in findings()}
     assert {found[name].state for name in ("heavylift", "eclipse-zenoh", "ruamel.yaml", "cache")} == {"ok"}
     assert found["a short run"].message.startswith("21 samples of a pendulum in ")
 
 
-def test_what_is_broken_ends_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broken_installation_ends_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     message = [
         HealthFinding("numpy", "ok", "2"),
         HealthFinding("browser", "missing", "none"),

@@ -38,21 +38,21 @@ def on(monkeypatch: pytest.MonkeyPatch) -> Callable[[Machine], Machine]:
     return there
 
 
-def test_the_fastest_is_taken_and_all_are_reported(on):
+def test_the_fastest_number_of_processes_is_taken_and_all_are_reported(on):
     machine = on(Machine({1: 0.25, 2: 0.15, 4: 0.1, 6: 0.2}))
     found = "1 process takes 1.25 s for the first 5 s of the run, 2 take 0.75 s, 4 take 0.50 s, 6 take longer"
     assert process_count.paying(machine.run, 8, most=6) == (4, found)
     assert machine.tried == [1, 2, 4, 6]
 
 
-def test_a_gain_within_noise_is_none(on):
+def test_a_gain_within_noise_counts_as_none(on):
     machine = on(Machine({1: 0.25, 2: 0.24}))
     assert process_count.paying(machine.run, 8, most=2) == (
         1, "1 process takes 1.25 s for the first 5 s of the run, 2 take 1.20 s",
     )  # fmt: skip
 
 
-def test_a_run_of_less_than_a_second_needs_one_process(on):
+def test_a_run_of_less_than_a_second_gets_one_process(on):
     machine = on(Machine({1: 0.25}, events=3))
     assert process_count.paying(machine.run, 8, most=4) == (1, "1 process takes 0.75 s for all of the run")
     assert machine.tried == [1]
@@ -64,7 +64,7 @@ def test_no_more_processes_are_tried_than_there_are_models(on):
     assert machine.tried == [1, 2, 3]
 
 
-def test_models_that_work_before_they_say_anything_have_all_cores(on):
+def test_models_that_work_before_their_first_output_use_all_cores(on):
     machine = on(Machine({}))
 
     def silent(count: int, watch: RunObserver) -> None:
@@ -75,7 +75,7 @@ def test_models_that_work_before_they_say_anything_have_all_cores(on):
     assert process_count.paying(silent, 8, most=4) == (4, "its models work for 1 s before anything is said")
 
 
-def test_a_run_that_fails_is_left_to_fail_where_it_is_recorded(on):
+def test_a_run_that_fails_fails_again_when_it_is_recorded(on):
     on(Machine({}))
 
     def failing(count: int, watch: RunObserver) -> None:

@@ -30,7 +30,7 @@ print(json.dumps(helps))
 """
 FEW = """
 import runpy, sys
-sys.modules.update(dict.fromkeys(("xdevs", "pypdevs"), None))
+sys.modules.update(dict.fromkeys(("xdevs", "simpy", "pypdevs"), None))
 sys.argv = ["devs.py", "--json", "--short"]
 runpy.run_path("devs.py", run_name="__main__")
 """
@@ -82,7 +82,7 @@ def test_a_row_has_eight_keys_and_its_target_bounds_the_ratio_to_the_peer() -> N
     ]
 
 
-def test_what_is_no_row_is_named() -> None:
+def test_an_object_that_is_no_bench_row_is_named() -> None:
     good = {"name": "a", "value": 1.0, "unit": "s", "peer": "b", "peer_value": 2.0, "ratio": 0.5, "target": None}
     good["met"] = None
     bad = [
@@ -106,13 +106,14 @@ def test_what_is_no_row_is_named() -> None:
     ]
 
 
-def test_a_peer_that_is_not_installed_is_one_sentence_and_no_figure() -> None:
+def test_a_peer_that_is_not_installed_gives_one_sentence_and_no_figure() -> None:
     done = python(FEW)
     other = [row for row in map(json.loads, done.stdout.splitlines()) if row["peer"]]
-    assert [(row["peer_value"], row["ratio"], row["met"]) for row in other] == [(None, None, None)] * 4
+    assert [(row["peer_value"], row["ratio"], row["met"]) for row in other] == [(None, None, None)] * 5
     assert [line.partition(" (")[0] for line in done.stderr.splitlines()] == [
         "xdevs is left out",
         "PythonPDEVS is left out",
+        "SimPy is left out",
     ]
 
 

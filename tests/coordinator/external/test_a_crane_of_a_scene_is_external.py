@@ -49,6 +49,6 @@ def test_the_digest_is_that_of_a_run_without_it(guest, tmp_path: Path) -> None:
     assert shared.digest == run(LIFT, tmp_path / "alone.mcap", in_process=True).digest
 
 
-def test_the_mechanics_are_not() -> None:
+def test_external_mechanics_have_another_digest() -> None:
     with pytest.raises(SceneError, match="--external 'kernel': the mechanics are heavylift's own"):
         place(node_names(LIFT.plan), {}, external=["kernel"])

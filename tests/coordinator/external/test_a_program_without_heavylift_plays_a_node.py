@@ -30,7 +30,7 @@ def reference(ticket: Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen([sys.executable, "-I", NODE, ticket])
 
 
-def test_it_is_short_and_imports_only_the_bus_and_its_words() -> None:
+def test_the_program_is_short_and_imports_only_zenoh_and_msgpack() -> None:
     text = NODE.read_text()
     found = [x for x in ast.walk(ast.parse(text)) if isinstance(x, ast.Import | ast.ImportFrom)]
     names = {alias.name for x in found if isinstance(x, ast.Import) for alias in x.names}
@@ -49,7 +49,7 @@ def test_the_digest_is_that_of_a_run_without_it(guest, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []  # the ticket has gone with the run
 
 
-def test_nobody_comes_and_the_run_ends_with_a_sentence(tmp_path: Path, monkeypatch, capsys) -> None:
+def test_a_run_without_its_external_node_ends_with_a_sentence(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", RING, "--external", "s1", "--deadline", "1 s"])
     with pytest.raises(SystemExit) as left:
@@ -64,7 +64,7 @@ def test_nobody_comes_and_the_run_ends_with_a_sentence(tmp_path: Path, monkeypat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_stands_in_the_place_of_the_ticket_stays(tmp_path: Path, monkeypatch, guest) -> None:
+def test_an_existing_file_in_the_place_of_the_ticket_is_kept(tmp_path: Path, monkeypatch, guest) -> None:
     path = tmp_path / "s1.ticket"
     path.write_text("a ticket for the theatre")
     with pytest.raises(OutputError, match="no ticket of a run that has ended; move it"):
@@ -79,7 +79,7 @@ def test_what_stands_in_the_place_of_the_ticket_stays(tmp_path: Path, monkeypatc
         "--external s1 --in-process": "--in-process: process s1 is a program of its own, leave out one of the two",
     }.items(),
 )
-def test_what_cannot_be_external_is_refused_before_anything_starts(monkeypatch, capsys, more: str, said: str) -> None:
+def test_models_that_cannot_be_external_are_refused_before_the_run(monkeypatch, capsys, more: str, said: str) -> None:
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", RING, *more.split()])
     with pytest.raises(SystemExit) as left:
         main()
@@ -88,7 +88,7 @@ def test_what_cannot_be_external_is_refused_before_anything_starts(monkeypatch, 
 
 
 @pytest.mark.large
-def test_a_killed_one_has_a_successor_that_is_reported_everything_again(guest, tmp_path: Path) -> None:
+def test_a_killed_program_has_a_successor_that_receives_the_whole_history(guest, tmp_path: Path) -> None:
     message: list[str] = []
 
     class Listening(RunObserver):

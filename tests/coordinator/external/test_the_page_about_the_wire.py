@@ -59,7 +59,7 @@ def test_the_program_reads_and_writes_the_same_bytes(kind: str) -> None:
     assert tuple(rows[kind].split(", ")) == message.__struct_fields__
 
 
-def test_alive_and_a_config_are_what_the_program_makes_them() -> None:
+def test_the_program_creates_the_liveliness_token_and_its_config_as_documented() -> None:
     assert msgspec.msgpack.decode(dump("alive")[1], type=m.Alive) == m.Alive(12)
     model = ring(stations=4, tokens=2, hold=5_000_000)
     wires = [(a.owner.name, a.name, b.owner.name, b.name) for a, b in model.couplings]
@@ -70,7 +70,7 @@ def test_alive_and_a_config_are_what_the_program_makes_them() -> None:
     assert msgspec.msgpack.decode(welcome.config, type=parts.ExternalPart).models["s1"].out == {"out": ("Token", 0)}
 
 
-def test_the_frame_is_opened_by_its_table() -> None:
+def test_a_frame_is_decoded_by_the_table_of_the_page() -> None:
     frame, done = dump("frame")[1], dump("done")[1]
     rows = re.findall(r"^\| (\d+) \| (\d+) \| (.*?) \|$", PAGE, re.M)
     assert [int(offset) + int(size) for offset, size, _ in rows[:-1]] == [int(offset) for offset, _, _ in rows[1:]]
@@ -83,7 +83,7 @@ def test_the_frame_is_opened_by_its_table() -> None:
     assert (reader.open(first), writer.frame(done), reader.open(frame)) == (b"", frame, done)
 
 
-def test_the_ticket_is_read_and_written_as_it_stands() -> None:
+def test_the_ticket_is_read_and_written_as_documented() -> None:
     text = re.search(r"^```json\n(.*?)\n```", PAGE, re.M | re.S)
     assert text is not None
     ticket = msgspec.json.decode(text[1], type=Ticket)

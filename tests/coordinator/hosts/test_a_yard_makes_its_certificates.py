@@ -51,7 +51,7 @@ def test_the_coordinator_is_reached_by_its_addresses(keys: Path) -> None:
     assert names.get_values_for_type(x509.IPAddress) == [ip_address(a) for a in addresses]
 
 
-def test_what_is_there_is_kept(tmp_path: Path) -> None:
+def test_existing_keys_are_kept(tmp_path: Path) -> None:
     make_certificates(tmp_path, ["west"])
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert [path.name for path in make_certificates(tmp_path, ["west", "east"])] == ["east.pem", "east.key"]
@@ -65,7 +65,7 @@ def refusal(directory: Path, name: str) -> str:
     return str(error.value)
 
 
-def test_missing_foreign_and_open_files_are_named(tmp_path: Path) -> None:
+def test_missing_wrong_and_readable_key_files_are_named(tmp_path: Path) -> None:
     make_certificates(tmp_path, ["west", "east"])
     make_certificates(tmp_path / "other", ["west"])
     assert refusal(tmp_path, "north") == (
@@ -97,7 +97,7 @@ def test_an_expired_certificate_is_named_with_its_dates(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["yard", "observer", "afar", "a b", ""])
-def test_names_that_mean_something_else_are_refused(tmp_path: Path, name: str) -> None:
+def test_names_with_another_meaning_are_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(ProtocolError, match="cannot be used"):
         make_certificates(tmp_path, [name])
     assert not list(tmp_path.iterdir())

@@ -63,11 +63,11 @@ def over(cable: tuple[str, str], folder: Path, keys: Path) -> str:
 
 
 @pytest.mark.large
-def test_two_hosts_have_the_digest_of_one(cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str) -> None:
+def test_two_hosts_give_the_digest_of_one(cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str) -> None:
     assert over(cable, tmp_path, keys) == truth
 
 
-def test_a_line_that_delays_and_loses_packets_changes_no_byte(
+def test_a_link_that_delays_and_loses_packets_changes_no_byte(
     cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str
 ) -> None:
     for name, device in zip(cable, ("yard-a", "yard-b"), strict=True):
@@ -76,7 +76,9 @@ def test_a_line_that_delays_and_loses_packets_changes_no_byte(
     assert over(cable, tmp_path, keys) == truth
 
 
-def test_the_coordinator_is_received_at_its_address_only(cable: tuple[str, str], tmp_path: Path, keys: Path) -> None:
+def test_the_coordinator_is_reachable_at_its_own_address_only(
+    cable: tuple[str, str], tmp_path: Path, keys: Path
+) -> None:
     here, there = cable
     listen = f"tls/127.0.0.1:{PORT}"
     run = start(tmp_path, "run", "lift", "--remote", "block", "--listen", listen, "--certificates", keys, inside=here)

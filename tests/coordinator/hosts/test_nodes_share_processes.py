@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 LIFT = ("commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel")
 
 
-def test_nodes_are_dealt_out_and_the_kernel_has_a_process_to_itself() -> None:
+def test_nodes_are_distributed_over_processes_and_the_kernel_has_its_own() -> None:
     assert Placement.spread(LIFT, 4).processes == {
         "process-1": ("commander", "crane"),
         "process-2": ("loader-1", "loader-2"),
@@ -29,7 +29,7 @@ def test_nodes_are_dealt_out_and_the_kernel_has_a_process_to_itself() -> None:
 
 
 @pytest.mark.parametrize("count", [7, 12])
-def test_as_many_processes_as_nodes_are_one_for_each(count: int) -> None:
+def test_as_many_processes_as_nodes_means_one_each(count: int) -> None:
     assert Placement.spread(LIFT, count) == Placement.apart(LIFT)
 
 
@@ -83,7 +83,7 @@ def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -
 
 @pytest.mark.parametrize("command", [["run", "lift"], ["devs", "heavylift.nodes.zoo.multi_server_queue:mmc"]])
 @pytest.mark.parametrize("more", [["--processes", "2"], ["--place", "source=a"]])
-def test_one_process_and_several_are_not_both_meant(command: list[str], more: list[str]) -> None:
+def test_one_process_and_several_processes_exclude_each_other(command: list[str], more: list[str]) -> None:
     message = CliRunner().invoke(app, [*command, "--in-process", *more])
     assert message.exit_code == 2
     assert "leave out --processes and --place" in message.output
@@ -109,7 +109,7 @@ def test_a_scene_places_its_nodes() -> None:
         ("  a b: [crane]\n", 0, ":3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
     ],
 )
-def test_a_wrong_placement_in_a_scene_is_reported_where(placement: str, line: int, told: str) -> None:
+def test_a_wrong_placement_in_a_scene_is_reported_with_its_line(placement: str, line: int, told: str) -> None:
     """`line`: of the placement, from 0."""
     text = scene(placement)
     line += text[: text.index(placement)].count("\n") + 1
@@ -134,7 +134,7 @@ def test_the_number_of_processes_changes_no_byte(truth: str, tmp_path: Path, cou
 
 
 @pytest.mark.large
-def test_info_shows_who_shared_a_process(truth: str, tmp_path: Path) -> None:
+def test_info_shows_which_nodes_shared_a_process(truth: str, tmp_path: Path) -> None:
     path = str(tmp_path / "lift.mcap")
     message = CliRunner().invoke(app, ["run", "lift", "--place", "crane,kernel=a", "--place", "block=b", "-o", path])
     assert message.exit_code == 0, message.output

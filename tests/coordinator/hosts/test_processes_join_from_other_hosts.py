@@ -92,7 +92,7 @@ def plain_tcp(endpoint: str, keys: Path) -> dict[str, object]:
     return {"protocols": ["tcp"], "tls": {}, "endpoint": endpoint.replace("tls/", "tcp/")}
 
 
-def test_who_does_not_belong_is_refused_and_the_run_goes_on(tmp_path: Path, keys: Path, truth: str) -> None:
+def test_an_unauthorised_process_is_refused_and_the_run_goes_on(tmp_path: Path, keys: Path, truth: str) -> None:
     run, endpoint = coordinator(tmp_path, keys, "--remote", "block")
     until(run, "waiting for process block")
 
@@ -137,7 +137,7 @@ def test_who_does_not_belong_is_refused_and_the_run_goes_on(tmp_path: Path, keys
 BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block", "crane"}))
 
 
-def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_version_is_refused_and_nobody_joins_twice(keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     endpoint, text = f"tls/127.0.0.1:{free_port()}", list[str]()
     there = RemoteListener.at(endpoint, Credentials.load(keys, "block"))
     with (
@@ -245,7 +245,9 @@ def test_a_scene_may_place_several_nodes_and_the_kernel_on_another_host(
     assert Recording(tmp_path / "run.mcap").result["digest"] == alone.digest
 
 
-def test_without_a_coordinator_the_node_reports_so(tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_coordinator_the_node_ends_with_a_sentence(
+    tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 300)
     listener = RemoteListener.at(f"tls/127.0.0.1:{free_port()}", Credentials.load(keys, "block"))
     with pytest.raises(ProtocolError, match="nobody lets this process in at tls/"):

@@ -37,7 +37,7 @@ def test_samples_that_alias_are_reported() -> None:
     assert all(f.misread < 1e-3 * f.scale for f in true.values())
 
 
-def test_uses_of_limits_that_samples_miss_are_reported() -> None:
+def test_peak_utilisations_between_samples_are_reported() -> None:
     rough, fine = (play(load("lift", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.5 Hz", "40 Hz"))
     message, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
     assert message.keys() == true.keys()
@@ -47,7 +47,7 @@ def test_uses_of_limits_that_samples_miss_are_reported() -> None:
 
 
 @pytest.mark.parametrize("scene", ["lift", "hall", "spreader", "snatch", "arm", "floating", "jib"])
-def test_every_machine_shows_figures_of_finite_value_once(scene: str) -> None:
+def test_every_machine_has_finite_figures_and_each_of_them_once(scene: str) -> None:
     assert scene in bundled()
     found = figures(play(load(scene, ["end=12 s"]).plan), ASKABLE)
     names = [f.name for f in found]

@@ -38,7 +38,7 @@ def test_closed_forms_of_a_snatch() -> None:
     assert LOAD not in found.unstated
 
 
-def test_an_input_that_lets_a_second_rope_come_taut_is_tried_at_its_ends() -> None:
+def test_an_input_that_makes_a_second_rope_taut_is_tried_at_its_limits() -> None:
     second = "mechanism.ropes.second={start: {body: world}, end: {body: load}, length: 30.2 m +- 0.1 m, EA: 94 MN}"
     found = sensitivities(load("snatch", [*UNDAMPED, second]), at_once=0)
     effects = {f.name: found.effects[f.name][0] for f in found.figures if f.quantity == "rope tension"}
@@ -46,7 +46,7 @@ def test_an_input_that_lets_a_second_rope_come_taut_is_tried_at_its_ends() -> No
     assert effects["peak tension second"].moves > 0.3 * peak(10e3, 94e6)  # 30.1 m: carries as the first one does
 
 
-def test_a_value_that_makes_no_run_is_reported_and_counted_in_no_bar() -> None:
+def test_a_value_that_makes_no_run_is_reported_and_does_not_count() -> None:
     scene = load("snatch", [*UNDAMPED, f"{FALL}.winch.longest=30.2 m sd 0.3 m", f"{LOAD}=10 t +- 6 %"])
     found = sensitivities(scene, at_once=0)
     assert list(found.failed) == [f"{FALL}.winch.longest"]
@@ -62,12 +62,12 @@ def test_an_accuracy_finer_than_the_inputs_is_reported() -> None:
     assert not sensitivities(load("snatch", [*UNDAMPED, *asked, "accuracy=10 %"]), at_once=0).notes
 
 
-def test_a_scene_that_states_none_is_reported_how() -> None:
+def test_a_scene_without_uncertain_inputs_is_told_how_to_state_them() -> None:
     with pytest.raises(ModelError, match="states no uncertainty; write one behind a value"):
         sensitivities(load("snatch"), at_once=0)
 
 
-def test_the_command_runs_in_processes_of_its_own(
+def test_the_command_uses_several_processes(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sets = [x for s in UNDAMPED for x in ("--set", s)]

@@ -65,13 +65,13 @@ def test_cold_warm_and_damaged_caches_give_one_digest(kept: dict[str, bytes], tm
 @pytest.mark.parametrize(
     "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
 )
-def test_another_question_or_scene_has_an_answer_of_its_own(setting: str, kept: dict[str, bytes]) -> None:
+def test_another_question_or_scene_has_another_answer(setting: str, kept: dict[str, bytes]) -> None:
     chosen(load("lift", ASKED))
     chosen(load("lift", [*ASKED, setting]))
     assert len(kept) == 2
 
 
-def test_what_is_named_stays_as_named_and_its_error_is_reported(kept: dict[str, bytes]) -> None:
+def test_named_settings_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
     scene = chosen(load("lift", [*ASKED, "fidelity.girder=rigid", "method=dopri5", "accuracy=0.3 %"]))
     assert (scene.plan.fidelity.girder, scene.plan.method) == ("rigid", "dopri5")
     assert scene.answer is not None
@@ -79,7 +79,7 @@ def test_what_is_named_stays_as_named_and_its_error_is_reported(kept: dict[str, 
     assert max(scene.answer.errors.values()) > 0.003
 
 
-def test_models_of_a_user_are_not_run_to_measure() -> None:
+def test_models_of_users_are_not_run_for_measuring() -> None:
     scene = load("damper", ["ask=[position]"])
     assert chosen(scene).answer is not None
     assert "models of its own" in str(chosen(scene).answer)
@@ -101,7 +101,7 @@ def test_a_study_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
     assert row["digest"] == again.digest
 
 
-def test_a_study_of_a_scene_that_extends_another_does_so_too(tmp_path: Path) -> None:
+def test_a_study_of_an_extending_scene_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("heavylift: 1\nname: mine\nextends: lift\nask: [rope tension]\nend: 40 s\n")
     scene = level_of(load(path))
@@ -112,7 +112,7 @@ def test_a_study_of_a_scene_that_extends_another_does_so_too(tmp_path: Path) -> 
     assert again.question is None
 
 
-def test_check_reports_what_is_remembered(
+def test_check_reports_the_remembered_choice(
     kept: dict[str, bytes], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = ["end=80 s", *ASKED[1:]]  # which does not cut the lift

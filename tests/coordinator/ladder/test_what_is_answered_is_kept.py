@@ -27,7 +27,7 @@ FINER = {"ropes": ("rigid", "elastic", "massive"), "girder": ("rigid", "elastic"
     ("draw", "seed", "accuracy"),
     [(lift_of_kinds, SMALL, 0.1), (lift_of_the_world, 30_002, 0.1), (lift_of_the_world, 30_002, 0.01)],
 )
-def test_random_lifts_are_within_what_was_asked(draw: Draw, seed: int, accuracy: float) -> None:
+def test_random_lifts_are_within_the_requested_accuracy(draw: Draw, seed: int, accuracy: float) -> None:
     plan = parse(draw(seed).text, passing=True, followed=False).plan
     ladder, measuring = Ladder(plan), Measuring(MEANT)
     answer = choose(ladder, Question(MEANT, accuracy), measuring)
@@ -42,7 +42,7 @@ def test_random_lifts_are_within_what_was_asked(draw: Draw, seed: int, accuracy:
 @pytest.mark.parametrize(
     "named", [{}, {"girder": "rigid"}, {"ropes": "rigid", "slings": "rigid"}, {"rope_mass": "none"}]
 )
-def test_a_witness_puts_back_all_that_a_level_leaves_out(scene: str, named: dict[str, str]) -> None:
+def test_a_reference_run_restores_all_that_a_level_omits(scene: str, named: dict[str, str]) -> None:
     plan = load(scene).plan
     ladder = Ladder(at_level(plan, Fidelity(**named)), list(named))  # type: ignore[arg-type]
     for level in ladder.levels:
@@ -55,7 +55,7 @@ def test_a_witness_puts_back_all_that_a_level_leaves_out(scene: str, named: dict
                 assert len(ladder.full) == 1 or getattr(witness, key) == order[-1], "nothing is left out by both"
 
 
-def test_an_answer_that_does_not_converge_reports_so_with_the_spread() -> None:
+def test_an_answer_that_does_not_converge_reports_its_spread() -> None:
     plan = load("lift", ["end=40 s"]).plan
     answer = choose(Ladder(plan, ["ropes", "girder"]), Question(MEANT, 1e-3), Measuring(MEANT))
     assert answer.notes[0].startswith("not converged: asked to 0.1 %, what was run differs by ")

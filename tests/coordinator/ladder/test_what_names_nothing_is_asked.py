@@ -24,7 +24,7 @@ MOST = 5.0  # times what the errors of steps are, they may be reported to be whe
 
 @pytest.mark.parametrize("named", NAMED)
 @pytest.mark.parametrize("scene", ["lift", "turnover", "tandem"])
-def test_only_a_scene_that_names_none_of_six_keys_is_asked(scene: str, named: str) -> None:
+def test_only_a_scene_that_states_none_of_six_keys_is_asked_by_default(scene: str, named: str) -> None:
     assert load(scene).question == Question(MEANT, 0.01)
     assert load(scene, ["end=5 s", "samples=4 Hz", "seed=3"]).question == Question(MEANT, 0.01)
     given = load(scene, [named])
@@ -33,7 +33,7 @@ def test_only_a_scene_that_names_none_of_six_keys_is_asked(scene: str, named: st
     assert chosen(given).plan == given.plan
 
 
-def test_the_summary_has_one_line_of_what_is_answered(
+def test_the_summary_has_one_line_for_the_answered_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
@@ -83,7 +83,7 @@ class Falling(Measuring):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_what_is_left_of_errors_of_steps_is_bounded_and_not_by_much(seed: int) -> None:
+def test_the_estimated_step_errors_bound_the_true_ones_closely(seed: int) -> None:
     draw = Random(seed)
     order = draw.uniform(0.55, 1.2)
     measuring = Falling(
@@ -104,7 +104,7 @@ def test_what_is_left_of_errors_of_steps_is_bounded_and_not_by_much(seed: int) -
             assert most <= MOST
 
 
-def test_a_branch_has_errors_of_its_own(tmp_path: Path) -> None:
+def test_a_branch_has_its_own_error_estimates(tmp_path: Path) -> None:
     lift = run("lift", tmp_path / "lift.mcap", in_process=True).recording
     slower = ["stage up/all hooks=hoist 2 m/min by 1 m"]
     path = branch(Branch.of(lift, "stage up", slower), tmp_path / "slower.mcap").recording

@@ -19,7 +19,7 @@ def first_line(process: subprocess.Popen[str]) -> str:
     return process.stderr.readline()
 
 
-def test_a_paused_run_answers_when_it_goes_on(tmp_path: Path) -> None:
+def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
     """The pusher is busy for three seconds, then the run rests for an hour."""
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5"):
@@ -69,7 +69,7 @@ def test_a_command_reports_that_the_run_has_ended_before_it_was_answered(tmp_pat
 
 
 @pytest.mark.parametrize("wait", ["3 kg", "-1 s"])
-def test_how_long_it_waits_is_a_time(tmp_path: Path, wait: str) -> None:
+def test_the_waiting_time_of_a_command_must_be_a_time(tmp_path: Path, wait: str) -> None:
     called = [HEAVYLIFT, "command", "x.mcap", WORDS, f"--wait={wait}"]
     done = subprocess.run(called, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)

@@ -35,7 +35,7 @@ class Clock(RealTime):
         self.granted_at.append((self.time - 100.0, first.t))
 
 
-def test_the_clock_reaches_a_tag_when_its_nanosecond_is_over() -> None:
+def test_a_tag_is_reached_when_the_clock_has_passed_its_nanosecond() -> None:
     clock = Clock(2.0)
     assert clock.horizon(Tag(0)) == Tag(0)
     assert clock.wait(Tag(seconds(3.0) - 1)) == pytest.approx(1.5, abs=1e-12)
@@ -45,7 +45,7 @@ def test_the_clock_reaches_a_tag_when_its_nanosecond_is_over() -> None:
     assert clock.wait(FOREVER) == float("inf")
 
 
-def test_lateness_is_measured_and_time_stands_still_in_a_pause() -> None:
+def test_lateness_is_measured_and_a_pause_stops_the_clock() -> None:
     clock = Clock(1.0)
     clock.horizon(Tag(0))
     for late in (0.0, 0.002, 0.1):
@@ -69,7 +69,7 @@ def test_a_rate_is_positive_and_finite(rate: float) -> None:
         RealTime(rate)
 
 
-def test_a_run_is_the_same_at_any_rate_and_nothing_comes_early(tmp_path: Path) -> None:
+def test_a_run_has_the_same_events_at_any_rate_and_none_is_early(tmp_path: Path) -> None:
     plain = run(parse(SLEDGE), tmp_path / "plain.mcap", True)
     assert plain.lateness is None
     for rate, oversleeps in ((1.0, 0.0), (4.0, 0.025)):
@@ -84,7 +84,7 @@ def test_a_run_is_the_same_at_any_rate_and_nothing_comes_early(tmp_path: Path) -
         assert message == pytest.approx(paced.lateness._asdict())
 
 
-def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
+def test_pacing_in_slices_changes_no_event(tmp_path: Path) -> None:
     results = {
         run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest
         for ahead in (1, seconds(0.3), seconds(10))
@@ -92,7 +92,7 @@ def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
     assert len(results) == 1
 
 
-def test_events_are_reported_when_their_time_has_come(tmp_path: Path) -> None:
+def test_events_are_published_when_they_are_due(tmp_path: Path) -> None:
     from heavylift.coordinator.run import RunObserver
 
     clock, message = Clock(1.0), list[tuple[float, int]]()

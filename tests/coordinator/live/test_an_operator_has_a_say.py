@@ -37,7 +37,7 @@ def wait_for(run_: AnnouncedRun, port: str, name: str = "") -> None:
 
 
 @pytest.mark.large
-def test_what_an_operator_does_is_the_same_when_it_is_repeated(tmp_path: Path) -> None:
+def test_a_replay_repeats_the_actions_of_an_operator(tmp_path: Path) -> None:
     """Paused in the first three seconds, while the pusher is busy; stepped into the rest, in which it is not."""
     recorded = tmp_path / "sledge.mcap"
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
@@ -75,7 +75,7 @@ def test_what_an_operator_does_is_the_same_when_it_is_repeated(tmp_path: Path) -
     assert again.digest == recording.result["digest"]
 
 
-def test_a_command_gets_its_answer_and_a_stop_its_recording(tmp_path: Path) -> None:
+def test_a_command_is_answered_and_a_stop_completes_the_recording(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "20") as process:
         run_ = found(tmp_path / "sledge.mcap")
@@ -108,7 +108,7 @@ def test_a_command_outlives_a_killed_coordinator(tmp_path: Path) -> None:
     assert decode("OperatorCommand", given.payload).text == "pusher: drive 6 m/min by 1 m"  # type: ignore[attr-defined]
 
 
-def test_nobody_else_gives_orders_and_an_operator_gives_nothing_else() -> None:
+def test_only_the_operator_may_give_orders() -> None:
     with Hub(["west"]) as hub:
         heard: list[str] = []
 
@@ -132,7 +132,7 @@ def test_nobody_else_gives_orders_and_an_operator_gives_nothing_else() -> None:
 
 
 @pytest.mark.parametrize("arguments", [["--by", "3 kg"], ["--by", "0 s"]])
-def test_a_step_is_a_time(tmp_path: Path, arguments: list[str]) -> None:
+def test_the_size_of_a_step_must_be_a_time(tmp_path: Path, arguments: list[str]) -> None:
     code, _, error = said(tmp_path, "step", "x.mcap", *arguments)
     assert (code, error.count("\n")) == (1, 1)
     assert error.startswith("heavylift: --by")

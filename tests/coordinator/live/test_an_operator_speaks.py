@@ -28,7 +28,7 @@ def words(text: str) -> OperatorCommand:
     return OperatorCommand(text, msgspec.msgpack.encode(spoken(LIFT, text)))
 
 
-def test_a_command_means_what_the_same_words_mean_in_a_scene() -> None:
+def test_a_command_means_the_same_as_in_a_scene() -> None:
     (hoist,) = spoken(LIFT, "crane.H1: hoist 3 m/min by 0.5 m").orders
     assert hoist == Move(verb="hoist", model="crane", actuator="crane.H1", speed=0.05, accel=0.05, by=-0.5)
     hooks = spoken(LIFT, "all hooks:  lower 3 m/min until all slings slack").orders
@@ -65,7 +65,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("text", "sentence", "column", "hint"), MISTAKES)
-def test_a_mistake_is_a_sentence_with_a_caret(text: str, sentence: str, column: int, hint: str) -> None:
+def test_a_mistake_in_a_command_is_a_sentence_with_a_caret(text: str, sentence: str, column: int, hint: str) -> None:
     with pytest.raises(SceneError) as caught:
         spoken(LIFT, text)
     first, line, caret = str(caught.value).splitlines()
@@ -86,7 +86,7 @@ def commander(*given: tuple[int, OperatorCommand | Done | Lifted]):  # type: ign
     return [(tag.t / 1e9, message) for tag, _, message in text]
 
 
-def test_a_command_is_given_beside_the_action_list() -> None:
+def test_a_command_can_be_given_while_the_action_list_runs() -> None:
     text = commander((seconds(3), words("loader-2: lock")))
     assert [message for t, message in text if t == 3.0] == [
         OperatorAnswer("loader-2: lock", seconds(3)),
@@ -121,7 +121,9 @@ def test_a_refused_command_changes_nothing() -> None:
         ),
     ],
 )
-def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, text: str, sentence: str) -> None:
+def test_a_command_to_a_joint_that_the_level_of_fidelity_locks_is_refused(
+    setting: str, text: str, sentence: str
+) -> None:
     scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]", "end=60 s"])
     output = drive(build_one(scene.plan, "commander"), [(seconds(3), "command", words(text))])
     (answer,) = (message for _, _, message in output)

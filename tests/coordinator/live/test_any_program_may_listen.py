@@ -26,7 +26,7 @@ Heard = list[tuple[str, str, dict[str, float], bytes]]
 
 
 @pytest.mark.large
-def test_a_plain_session_with_the_ticket_receives_events_and_samples(tmp_path: Path) -> None:
+def test_a_plain_zenoh_session_with_the_ticket_receives_events_and_samples(tmp_path: Path) -> None:
     heard: Heard = []
     denied: Heard = []
 
@@ -105,13 +105,13 @@ def test_foxglove_and_lichtblick_are_served_and_the_digest_stays(tmp_path: Path)
     assert digests[0] == digests[1]
 
 
-def test_without_the_package_one_sentence_reports_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_one_sentence_that_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "websockets.sync.server", None)
     with pytest.raises(RecordingError, match=r"^--foxglove needs the package websockets: pip install 'heavylift\[fox"):
         FoxgloveServer("lift")
 
 
-def test_nothing_is_made_for_a_listener_who_does_not_listen() -> None:
+def test_no_data_is_produced_for_an_observer_without_subscription() -> None:
     class Deaf:
         def announce(self, topic: str, descriptor: object) -> None:
             raise AssertionError

@@ -77,7 +77,7 @@ def frozen_run(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-unt
 
 
 @pytest.mark.large
-def test_a_run_is_found_by_recording_id_and_scene(frozen_run) -> None:  # type: ignore[no-untyped-def]
+def test_a_run_is_found_by_its_recording_id_or_scene(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, process = frozen_run
     notice = run.notice
     assert (notice.scene, notice.pid) == ("lift", process.pid)
@@ -117,7 +117,7 @@ def test_a_killed_run_is_reported_to_those_who_watch_it(frozen_run) -> None:  # 
     assert error == f"heavylift: the run has failed at {seen[-1].t * 1e-9:.6f} s: its coordinator was killed\n"
 
 
-def test_nobody_watches_what_is_over(tmp_path: Path) -> None:
+def test_watching_a_finished_run_is_refused(tmp_path: Path) -> None:
     (tmp_path / "old.mcap").touch()
     code, _, error = said(tmp_path, "watch", "old.mcap")
     assert code == 1

@@ -14,7 +14,7 @@ from running import HEAVYLIFT
 from sledge import SLEDGE
 
 
-def test_a_run_executes_the_keys_of_its_terminal(tmp_path: Path) -> None:
+def test_keys_in_the_terminal_command_the_run(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     here, there = pty.openpty()
     arguments = [HEAVYLIFT, "run", "sledge.yaml", "--rate", "2"]

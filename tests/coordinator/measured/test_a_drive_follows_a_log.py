@@ -75,14 +75,14 @@ def test_places_are_passed_at_their_rows(scene: LoadedScene, tmp_path: Path) -> 
         ("guide.hoist={}:hoist [m/min]", "guide"),
     ],
 )
-def test_what_cannot_be_followed(scene: LoadedScene, tmp_path: Path, option: str, what: str) -> None:
+def test_logs_that_cannot_be_followed_are_refused(scene: LoadedScene, tmp_path: Path, option: str, what: str) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": T, "hoist": SPEED})
     with pytest.raises(HeavyliftError) as message:
         driven(scene, [option.format(table)])
     assert what in str(message.value)
 
 
-def test_the_action_list_keeps_off(tmp_path: Path) -> None:
+def test_the_action_list_must_leave_logged_axes_alone(tmp_path: Path) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": T, "hoist": SPEED})
     with pytest.raises(HeavyliftError, match=r"fall follows log.csv:hoist; take its orders out of the action list"):
         run(driven(load("tackle"), [f"fall.hoist={table}:hoist [m/min]"]), tmp_path / "run.mcap", in_process=True)

@@ -40,7 +40,7 @@ def fitted(rng: np.random.Generator, true: np.ndarray, names: list[int], u: floa
     return estimate(simulate, [INPUTS[i] for i in names], given, at)
 
 
-def test_they_come_back_within_their_uncertainty_on_random_logs() -> None:
+def test_estimated_inputs_are_within_their_uncertainty_on_random_logs() -> None:
     for u, seed in ((0.0, 3), (4e3, 4)):  # noise alone; and cells that are wrong as stated
         rng, off = np.random.default_rng(seed), list[float]()
         for _ in range(25):
@@ -52,20 +52,20 @@ def test_they_come_back_within_their_uncertainty_on_random_logs() -> None:
         assert 0.7 < np.std(off) < 1.3  # and the uncertainty is no larger than it need be
 
 
-def test_what_the_log_does_not_depend_on_is_named() -> None:
+def test_inputs_that_do_not_affect_the_log_are_named() -> None:
     found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.6, 1.0, 1.0]), [0, 3])
     assert set(found.values) == {0}
     assert "hardly depends on it" in found.unknown[1]
 
 
-def test_what_it_cannot_report_apart_is_named_with_its_twin() -> None:
+def test_inputs_that_cannot_be_distinguished_are_named_together() -> None:
     found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.62, 1.0, 1.0]), [0, 1, 2])
     assert set(found.values) == {1}  # the share alone
     assert "cannot distinguish it from twin (correlation 1.0000)" in found.unknown[0]
     assert "cannot distinguish it from weight" in found.unknown[2]
 
 
-def test_a_kink_is_no_noise() -> None:
+def test_a_kink_is_not_taken_for_noise() -> None:
     """Where the load takes over depends on how far from the middle it hangs, to whichever side."""
     rng = np.random.default_rng(7)
 
@@ -80,7 +80,7 @@ def test_a_kink_is_no_noise() -> None:
     assert abs(found.values[0] - 0.06) < 3.0 * found.sigma[0] < 3e-3
 
 
-def test_noise_is_no_derivative() -> None:
+def test_noise_is_not_taken_for_a_derivative() -> None:
     rng = np.random.default_rng(8)
     jitter = lambda p: model(np.array([1e6 + 1e4 * rng.standard_normal(), 0.6, 1.0, 1.0]))  # noqa: E731
     given = told(rng, START, 0.0)
@@ -88,7 +88,7 @@ def test_noise_is_no_derivative() -> None:
     assert found.unknown == {0: "what it changes is lost in how the run itself jitters"}
 
 
-def test_an_offset_that_is_given_stays() -> None:
+def test_a_given_time_offset_is_kept() -> None:
     rng = np.random.default_rng(2)
     true = np.array([1.05e6, 0.6, 1.0, 1.0])
     given = told(rng, true, 7.0)

@@ -50,7 +50,7 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
         ({"time [s]": T[:1], "cell": CELL[:1]}, 2, "time", "the log needs at least two rows"),
     ],
 )
-def test_a_fault_in_the_log(
+def test_a_fault_in_the_log_is_reported(
     run: Path, tmp_path: Path, columns: dict[str, list[object]], row: int, column: str, what: str
 ) -> None:
     path = log(tmp_path / "log.csv", columns)
@@ -73,7 +73,7 @@ def test_a_fault_in_the_log(
         ("map.yaml", "map.yaml: no map can be read there"),
     ],
 )
-def test_a_fault_in_the_map(run: Path, tmp_path: Path, line: str, what: str) -> None:
+def test_a_fault_in_the_mapping_is_reported(run: Path, tmp_path: Path, line: str, what: str) -> None:
     assert what in refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), line)
 
 
@@ -82,26 +82,26 @@ def test_a_fault_in_an_option_is_shown(run: Path, tmp_path: Path) -> None:
     assert message.splitlines()[1:] == ["    1 | cell=rope/tension/west.H1 [m]", "      |      ^", "1 error in --map"]
 
 
-def test_a_fault_in_a_file_of_lines_points_at_its_line(run: Path, tmp_path: Path) -> None:
+def test_a_fault_in_a_text_file_is_reported_with_its_line(run: Path, tmp_path: Path) -> None:
     lines = tmp_path / "map.yaml"
     lines.write_text("# cells\ncell: rope/tension/west.H1 [kg m]\n")
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), str(lines))
     assert f"{lines}:2:7: error: cell: 'kg m' is no unit" in message
 
 
-def test_no_overlap(run: Path, tmp_path: Path) -> None:
+def test_logs_that_do_not_overlap_the_run_are_refused(run: Path, tmp_path: Path) -> None:
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), offset=500.0)
     assert "rows 2 to 61 are 500 to 529.5 s of the run, which goes from 0 to 39.95 s: no overlap" in message
 
 
-def test_a_log_of_something_else(run: Path, tmp_path: Path) -> None:
+def test_a_log_of_another_machine_is_refused(run: Path, tmp_path: Path) -> None:
     still = log(tmp_path / "still.csv", {"time [s]": T, "cell": [300.0] * 60})
     assert "no mapped channel moves" in refused(run, still)
     other = log(tmp_path / "other.csv", {"time [s]": T, "cell": [math.sin(40.0 * t * t) for t in T]})
     assert "not alike" in refused(run, other)
 
 
-def test_a_file_that_is_no_log(run: Path, tmp_path: Path) -> None:
+def test_a_file_that_is_no_log_is_refused(run: Path, tmp_path: Path) -> None:
     for name in ("none.csv", ".", "n" * 300):
         assert "there is no such log" in refused(run, tmp_path / name)
     path = tmp_path / "log.csv"
@@ -111,7 +111,7 @@ def test_a_file_that_is_no_log(run: Path, tmp_path: Path) -> None:
         assert what in refused(run, path)
 
 
-def test_what_loggers_write_is_read(run: Path, tmp_path: Path) -> None:
+def test_common_formats_of_loggers_are_read(run: Path, tmp_path: Path) -> None:
     """Semicolons with decimal commas, dates, a mark at the beginning, blank lines, tonnes."""
     path = tmp_path / "log.csv"
     path.write_bytes(b"\xef\xbb\xbfZeit;Last [t]\r\n2024-05-01T06:00:00;1,5\r\n\r\n2024-05-01T06:00:00.5;2,5\r\n")

@@ -35,7 +35,7 @@ def test_each_set_point_is_one_order_and_one_profile(folder: Path) -> None:
     assert profiles[2] == SetProfile("pusher", seconds(3), 0.0, 0.5)
 
 
-def test_a_delay_is_added_to_the_instant_and_is_the_lookahead_of_the_port(folder: Path) -> None:
+def test_a_delay_postpones_the_effect_and_is_the_lookahead_of_the_port(folder: Path) -> None:
     late = scene(folder, SLEDGE, HAND, sets=("models.hand.delay=250 ms",))
     model = build_one(late.plan, "hand")
     assert {
@@ -47,7 +47,7 @@ def test_a_delay_is_added_to_the_instant_and_is_the_lookahead_of_the_port(folder
     assert [t for t, x in said(play(late.plan), Order) if x.led] == [1.25, 2.25, 3.25]
 
 
-def test_it_stops_at_the_end_position_and_reports_so(folder: Path) -> None:
+def test_an_axis_stops_at_its_end_position_and_reports_so(folder: Path) -> None:
     fast = scene(
         folder, SLEDGE, HAND, sets=("models.hand.parameters={one: 1 m/s, two: 1 m/s, three: 1 m/s}", "end=6 s")
     )
@@ -59,7 +59,7 @@ def test_it_stops_at_the_end_position_and_reports_so(folder: Path) -> None:
     assert found.rows[-1, names.start + list(names.names).index("rail.travel")] == pytest.approx(1.0, abs=1e-3)
 
 
-def test_an_operator_is_refused_what_a_model_leads(folder: Path) -> None:
+def test_an_operator_may_not_move_an_axis_that_a_model_controls(folder: Path) -> None:
     plan = scene(folder, SLEDGE, HAND).plan
     push = Move(verb="drive", model="sledge", actuator="pusher", speed=0.1, accel=0.5, by=0.1)
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))
@@ -102,7 +102,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("models", "sets", "sentence"), WRONG)
-def test_what_cannot_be_is_reported_where_it_stands(
+def test_invalid_controllers_are_reported_with_their_line(
     folder: Path, models: str, sets: tuple[str, ...], sentence: str
 ) -> None:
     with pytest.raises(SceneError) as message:
@@ -120,7 +120,7 @@ GOES_WRONG = [
 
 
 @pytest.mark.parametrize(("model", "parameters", "sentence"), GOES_WRONG)
-def test_what_goes_wrong_in_a_run_ends_it_by_name(
+def test_a_runtime_error_of_a_controller_ends_the_run_with_its_name(
     folder: Path, model: str, parameters: dict[str, str], sentence: str
 ) -> None:
     text = HAND.replace("{one: 18 m/min, two: -6 m/min, three: 0}", str(parameters).replace("'", ""))
@@ -131,7 +131,7 @@ def test_what_goes_wrong_in_a_run_ends_it_by_name(
     assert "\n" not in str(message.value)
 
 
-def test_a_crane_of_the_library_is_led_by_the_words_of_its_orders(folder: Path) -> None:
+def test_a_crane_of_the_library_obeys_the_words_of_its_orders(folder: Path) -> None:
     text = HAND.replace("position of rail", "position of jib slewer").replace("speed: pusher", "speed: jib slewer")
     jib = "heavylift: 1\nextends: jib\nname: jib\nend: 4 s\nactions: [{wait: 4 s}]\n"
     turned = play(scene(folder, jib, text, sets=("models.hand.parameters={one: 1 deg/s}",)).plan)
@@ -148,7 +148,7 @@ def test_models_share_nothing_but_messages(folder: Path, tmp_path: Path) -> None
         run(scene(folder, SLEDGE, f"models: {{one: {one}, two: {one}}}\n"), tmp_path / "x.mcap", in_process=True)
 
 
-def test_a_crane_is_not_led_faster_than_it_can(folder: Path) -> None:
+def test_a_crane_moves_no_faster_than_its_limits(folder: Path) -> None:
     text = HAND.replace("position of rail", "position of crane").replace("speed: pusher", "speed: crane")
     lift = "heavylift: 1\nextends: lift\nname: lift\n"
     with pytest.raises(ModelError, match=r"speed asks crane.gantry.drive for 5, and it can 0.5 m/s or rad/s;"):

@@ -53,7 +53,7 @@ def stepped(file: Path, heard: list[float]) -> list[float]:
     return found
 
 
-def test_it_reports_what_another_player_gets_of_it(governed: LoadedScene, folder: Path) -> None:
+def test_an_fmu_gives_the_same_results_in_fmpy(governed: LoadedScene, folder: Path) -> None:
     found = play(governed.plan)
     heard = [(e.t, e.value.value) for e in found.events if isinstance(e.value, Sample)]
     text = [(e.t, e.value.value) for e in found.events if isinstance(e.value, SetPoint)]
@@ -62,7 +62,7 @@ def test_it_reports_what_another_player_gets_of_it(governed: LoadedScene, folder
     assert heard[-1][1] == pytest.approx(0.3 * (1 - 2.718281828 ** (-0.5 * 2.98)), abs=0.02), "x' = (goal - x) / 2"
 
 
-def test_its_step_is_the_lookahead_of_its_ports(governed: LoadedScene) -> None:
+def test_the_step_of_an_fmu_is_the_lookahead_of_its_ports(governed: LoadedScene) -> None:
     simulator = Simulator(build_one(governed.plan, "governor"))
     simulator.start()
     assert simulator.lookahead == {"governor.speed": ms(20)}
@@ -73,7 +73,7 @@ def test_the_digest_is_equal_in_a_process_of_its_own(governed: LoadedScene, tmp_
     assert run(governed, tmp_path / "apart.mcap").digest == play(governed.plan).digest
 
 
-def test_what_it_lacks_is_reported_by_name(
+def test_missing_capabilities_of_an_fmu_are_reported_by_name(
     governed: LoadedScene, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for sets, sentence in (

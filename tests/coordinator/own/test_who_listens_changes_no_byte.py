@@ -55,7 +55,7 @@ SIGNALS = [
 
 
 @pytest.mark.parametrize(("name", "signal", "topic", "column"), SIGNALS)
-def test_a_signal_is_what_is_on_record(folder: Path, name: str, signal: str, topic: str, column: str) -> None:
+def test_a_signal_has_the_recorded_values(folder: Path, name: str, signal: str, topic: str, column: str) -> None:
     run = play(listening(folder, name, signal, "1 s", ("end=12 s", "samples=2 Hz")).plan)
     channel = next(c for c in run.layout.channels if c.topic == topic)
     message = [event.value.value for event in run.events if isinstance(event.value, Sample)]

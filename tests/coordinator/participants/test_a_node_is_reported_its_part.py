@@ -18,7 +18,7 @@ def yard(lifts: int) -> Plan:
 
 
 @pytest.mark.parametrize("scene", ["turnover", "damper", "crawler", "yard"])
-def test_of_its_part_a_node_builds_what_it_would_of_all(scene: str) -> None:
+def test_a_node_builds_its_own_part_as_it_would_build_the_whole(scene: str) -> None:
     plan = load(scene).plan
     models, wires = build(plan), wiring(plan).all
     for name, part in zip(models, divided(plan, [[name] for name in models]), strict=True):
@@ -31,12 +31,12 @@ def test_of_its_part_a_node_builds_what_it_would_of_all(scene: str) -> None:
         assert theirs == [x for x in wires if name in (x.source, x.target)]
 
 
-def test_what_a_machine_is_reported_does_not_grow_with_the_yard() -> None:
+def test_the_configuration_of_a_machine_does_not_grow_with_the_yard() -> None:
     message = {n: len(encode(next(divided(yard(n), [["l0-hall"]])))) for n in (1, 9)}
     assert message[9] == message[1] < 12_000
 
 
-def test_a_commander_of_one_list_knows_that_lift_alone() -> None:
+def test_a_commander_of_one_action_list_receives_that_lift_only() -> None:
     lists = build(yard(9))["commander"].children
     assert {len(lists[f"l{i}"].plan.mechanisms) for i in range(9)} == {2}
     assert [lists[f"l{i}"].plan.first for i in range(3)] == [0, 7, 14]

@@ -73,7 +73,7 @@ OUT_OF_REACH = {
 
 
 @pytest.mark.parametrize("act", OUT_OF_REACH)
-def test_siblings_and_the_structure_around_them_are_out_of_reach(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_siblings_and_parents_cannot_be_reached(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
     message = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} is out of reach: {CURE}"
     if act in STRUCTURE:
         assert flat(f"yard('{act}')") == message
@@ -90,7 +90,7 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 
 @pytest.mark.parametrize("act", SHARED)
-def test_globals_that_change_are_named_with_those_who_use_them(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
     message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, though each process has a copy of its own"
     assert run(f"yard('{act}')", in_process=True).startswith(message)
     if act == "log":
@@ -107,16 +107,14 @@ def test_a_global_that_holds_a_model_is_named_before_anything_runs() -> None:
 
 
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
-def test_what_is_fixed_may_be_read_in_any_node(where: dict[str, Any]) -> None:
+def test_constants_may_be_read_in_any_node(where: dict[str, Any]) -> None:
     assert run("yard('look')", **where) == flat("yard('look')")
     assert "ticker of yard yard 3 [1, 2, 3]" in flat("yard('look')")
 
 
 @pytest.mark.filterwarnings("ignore:.*may iterate over a set")
 @pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3)])
-def test_children_that_hold_the_same_have_each_their_own(
-    what: str, builds: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_equal_children_are_separate_objects(what: str, builds: int, monkeypatch: pytest.MonkeyPatch) -> None:
     made = list[str]()
     with_children = building.with_children
     monkeypatch.setattr(building, "with_children", lambda *x: (made.append(x[0]), with_children(*x))[1])
@@ -150,7 +148,7 @@ def test_a_build_that_differs_is_refused_before_anything_runs(what: str, monkeyp
     assert run(f"random_build('{what}')", in_process=True).count("Transition") > 20
 
 
-def test_a_child_that_is_not_built_again_is_missed() -> None:
+def test_a_child_that_is_missing_in_the_second_build_is_reported() -> None:
     message = (
         r"^[^ ]*: yard has no child ear\d+ here, it has ear, other, spare, ticker, ear\d+; let the function build the "
     )
@@ -175,12 +173,12 @@ def digest(seed: str, *where: str) -> str:
     return done.stdout.split()[-1]
 
 
-def test_who_iterates_over_a_set_does_so_alike_in_every_run() -> None:
+def test_iteration_over_sets_has_the_same_order_in_every_run() -> None:
     here = {run_models(f"{BEYOND}:words", until=1e-7, processes=n).digest for n in (1, 2)}
     assert here == {digest("7", "--in-process")}, "processes of a script and the command's own"
 
 
-def test_who_runs_models_in_a_process_of_other_hashes_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_models_in_a_process_with_other_hash_seeds_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("heavylift.coordinator.run.models.fixed", lambda: False)
     with pytest.warns(UserWarning, match=r"^yard.other: may iterate over a set, whose order another process"):
         run("words()", in_process=True)
@@ -196,7 +194,7 @@ def test_a_long_chain_without_delay_runs_where_that_is_allowed(where: dict[str, 
 
 
 @pytest.mark.parametrize("limit", [0, -5, 1.5, True, 2**40])
-def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
+def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
     assert run("chain(3)", microsteps=limit) == (
         f"microsteps={limit!r}: the limit of microsteps at one time must be an int > 0, and < 2**31"
     )
@@ -216,18 +214,18 @@ def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
         ),
     ],
 )
-def test_an_end_that_is_no_time(until: Any, told: str) -> None:
+def test_an_end_that_is_no_time_is_refused(until: Any, told: str) -> None:
     with pytest.raises(ModelError) as caught:
         run_models(f"{BEYOND}:chain(3)", until=until, in_process=True)
     assert str(caught.value) == told
 
 
 @pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
-def test_an_end_is_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+def test_the_end_time_is_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
     (own_modules / "ticks.py").write_text(TICKS)
     assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("more", [{"processes": 2}, {"places": ["a=b"]}, {"remote": ["a"]}, {"external": ["a"]}])
-def test_one_process_and_others_are_not_both_meant(more: dict[str, Any]) -> None:
+def test_one_process_and_several_processes_exclude_each_other(more: dict[str, Any]) -> None:
     assert run("chain(3)", in_process=True, **more).startswith("in_process: all models run in this process; leave out")

@@ -100,7 +100,9 @@ def written(own_modules: Path) -> Path:
 
 
 @pytest.mark.parametrize("what", CASES)
-def test_flat_in_one_process_in_several_and_in_the_recording(what: str, written: Path, code_allowed: None) -> None:
+def test_errors_are_equal_in_the_flat_simulator_in_one_process_in_several_and_in_the_recording(
+    what: str, written: Path, code_allowed: None
+) -> None:
     reference, message = f"broken.py:build('{what}')", f"yard.a at (1 s, 0): {CASES[what]}{line(what)}"
     assert sentence(lambda: run_models(reference, output="broken.mcap"))[0] == message
     for run in (lambda: flat(reference), lambda: run_models(reference, in_process=True)):
@@ -122,7 +124,7 @@ def test_models_may_be_nested_deeply(levels: int, written: Path) -> None:
         assert sentence(run)[0] == message
 
 
-def test_what_a_function_that_builds_raises(written: Path) -> None:
+def test_errors_in_a_building_function_are_reported(written: Path) -> None:
     (written / "broken.py").write_text(f"{MODEL}\ndef never():\n    raise ValueError('never')\n1 / 0\n")
     with pytest.raises(
         ModelError, match=r"broken.py cannot be imported: ZeroDivisionError: division by zero \(broken.py:"

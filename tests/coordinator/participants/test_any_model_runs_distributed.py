@@ -45,7 +45,7 @@ def test_a_model_that_falls_silent_ends_its_run():
     assert run.sim_s == 0.205  # the job that was taken at 0.18 s
 
 
-def test_a_recording_holds_what_was_said(tmp_path):
+def test_a_recording_holds_all_outputs(tmp_path):
     run = run_models(tokens, until=0.021, output=tmp_path / "ring.mcap", in_process=True)
     recording = Recording(tmp_path / "ring.mcap")
     text = [(e.t_ns, e.source, e.value["number"]) for e in recording.events()]
@@ -88,7 +88,7 @@ def build():
 """
 
 
-def test_who_does_not_get_on_within_the_deadline_is_replaced(tmp_path):
+def test_a_node_that_misses_the_deadline_is_replaced(tmp_path):
     (tmp_path / "stuck.py").write_text(STUCK)
     done = command("stuck.py:build", "--deadline", "1 s", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -126,7 +126,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
     ],
 )
-def test_what_names_no_model_is_reported_in_a_sentence(reference, sentence, monkeypatch, capsys):
+def test_an_object_that_is_no_model_is_reported_in_a_sentence(reference, sentence, monkeypatch, capsys):
     monkeypatch.chdir(HERE)
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", reference])
     with pytest.raises(SystemExit) as ended:
@@ -137,7 +137,7 @@ def test_what_names_no_model_is_reported_in_a_sentence(reference, sentence, monk
     assert message.count("\n") == 1
 
 
-def test_a_file_that_has_the_name_of_another_module_is_reported_of_it(tmp_path, monkeypatch):
+def test_a_file_named_like_another_module_is_reported(tmp_path, monkeypatch):
     (tmp_path / "queue.py").write_text("")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ModelError) as message:
@@ -147,7 +147,7 @@ def test_a_file_that_has_the_name_of_another_module_is_reported_of_it(tmp_path, 
     )
 
 
-def test_a_script_that_runs_its_model_at_import_is_reported_so(tmp_path):
+def test_a_script_that_runs_its_model_at_import_is_reported(tmp_path):
     script = tmp_path / "study.py"
     script.write_text(
         "from heavylift import run_models\n"
@@ -179,7 +179,7 @@ def test_nodes_may_share_processes():
     assert run.digest == run_models(tokens, until=0.101, in_process=True).digest
 
 
-def test_a_mistake_leaves_a_recording_of_all_that_was_stated_before(tmp_path):
+def test_an_error_leaves_a_recording_of_all_events_before_it(tmp_path):
     """The divider fails at its third job, whether it shares its process with who sends it or not."""
     text = []
     for number, where in enumerate([{}, {"processes": 2}, {"in_process": True}]):
@@ -197,7 +197,7 @@ def test_a_thousand_models_of_one_process_are_one_node():
     assert (run.grants, run.sim_s) == (1, 3e-6)
 
 
-def test_as_many_processes_as_pay_are_reported():
+def test_the_best_number_of_processes_is_reported():
     done = command("rings:tokens", "--until", "21 ms", "--processes", "auto", cwd=HERE)
     assert done.returncode == 0, done.stderr
     message = r"--processes auto: 1, for 1 process takes 0\.\d\d s for all of the run\n"

@@ -67,7 +67,7 @@ def disturbed(seed: int, together: int | None = None) -> tuple[Logs, list[Event]
 
 @pytest.mark.large
 @pytest.mark.parametrize(("shared", "least"), [(False, 400), (True, 200)], ids=["alone", "in groups"])
-def test_every_log_and_event_is_that_of_the_undisturbed_run(shared: bool, least: int) -> None:
+def test_every_log_and_event_equals_that_of_the_undisturbed_run(shared: bool, least: int) -> None:
     lives = 0
     for seed in MODELS:
         truth = distributed(seed)
@@ -77,7 +77,7 @@ def test_every_log_and_event_is_that_of_the_undisturbed_run(shared: bool, least:
     assert lives > least
 
 
-def test_a_checkpoint_without_the_inputs_that_a_node_keeps_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_checkpoint_without_queued_inputs_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
     monkeypatch.setattr(node_module, "sorted", lambda kept: [], raising=False)
     assert not all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
@@ -105,14 +105,14 @@ class Secret(Atomic):
         self.hold_in(1)
 
 
-def test_a_state_that_cannot_be_kept_reports_so_and_the_node_goes_on() -> None:
+def test_a_state_that_cannot_be_saved_is_reported_and_the_node_goes_on() -> None:
     node = Node("secret", Simulator(Secret("secret")))
     node.hello()
     assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), Done)
     answer = node.handle(Checkpoint(1))
     assert isinstance(answer, Checkpoint)
     assert answer.state == b""
-    assert answer.why.startswith("secret: no snapshot can be taken (Secret.start.<locals>.<lambda> cannot be kept")
+    assert answer.why.startswith("secret: no snapshot can be taken (Secret.start.<locals>.<lambda> cannot be saved")
     assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), Done)
 
 

@@ -49,7 +49,7 @@ def test_a_node_without_lookahead_costs_a_microstep() -> None:
     assert said_and_heard(couplings, {"a": 0, "b": 0, "c": 5, "d": 0})[0][0][3] == (5, 0)
 
 
-def test_the_shortest_path_counts_and_a_cycle_goes_through_others() -> None:
+def test_the_shortest_path_counts_and_a_cycle_includes_other_nodes() -> None:
     couplings = [link("a", "b"), link("b", "a"), link("b", "c"), link("c", "a")]
     D, _ = said_and_heard(couplings, {"a": 1, "b": 20, "c": 3})
     assert D == [[(20, 0), (0, 0), (20, 0)], [(0, 0), (1, 0), (0, 0)], [(0, 0), (1, 0), (21, 0)]]
@@ -62,17 +62,17 @@ def test_each_port_has_its_own_lookahead() -> None:
     assert R == [{1: (0, 1), 2: (50, 0)}, {}, {1: (4, 0)}]
 
 
-def test_by_a_port_that_nothing_leads_to_nothing_comes() -> None:
+def test_nothing_arrives_at_a_port_without_coupling() -> None:
     assert distances("ab", [link("a", "b")], {"a.o": NEVER}, heard="a") == ([{}, {}], [{}, {}])
 
 
-def test_the_end_reaches_everybody_after_one_nanosecond() -> None:
+def test_the_end_reaches_every_node_after_one_nanosecond() -> None:
     nodes, lookaheads = [["commander"], ["west"]], {"commander.finished": 7, "west.o": 0}
     D, R = distances(nodes, [], lookaheads, ("commander", "finished"), heard=["commander"])
     assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])
 
 
-def test_delays_and_tags() -> None:
+def test_delays_add_to_tags() -> None:
     assert plus(Tag(5, 3), (0, 2)) == Tag(5, 5)
     assert plus(Tag(5, 3), (4, 2)) == Tag(9, 2)
     assert plus(Tag(5, 3), None) == plus(FOREVER, (0, 1)) == plus(Tag(5), (NEVER, 0)) == FOREVER

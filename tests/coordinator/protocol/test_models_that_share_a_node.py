@@ -46,7 +46,7 @@ def shared(seed: int) -> Run:
     return distributed(seed, seed, cut=seed % 2 > 0, tight=seed % 5 < 2, build=_build(seed), together=seed)
 
 
-def test_random_placements_show_the_log_of_the_flat_run_and_the_events_of_nodes_apart() -> None:
+def test_random_placements_give_the_log_of_the_flat_run_and_the_events_of_separate_nodes() -> None:
     inside = 0
     for seed in MODELS:
         run = shared(seed)
@@ -163,7 +163,7 @@ MUTANTS = [
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
-def test_mutant(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+def test_mutants_are_found(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
     mutant(monkeypatch)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(2)] == [True] * 2
@@ -180,7 +180,7 @@ def relayed() -> list[tuple[Tag, int]]:
 
 
 @pytest.mark.parametrize("mutant", [no_way_leads_from_model_to_model_within_a_node, inner_ports_are_on_no_way])
-def test_what_a_node_passes_on_inside_is_waited_for(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+def test_events_between_models_of_one_node_are_waited_for(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
     assert relayed() == [(Tag(5, 2), 100)]
     mutant(monkeypatch)
     with pytest.raises(
@@ -189,7 +189,7 @@ def test_what_a_node_passes_on_inside_is_waited_for(mutant: Callable[[Patch], No
         relayed()
 
 
-def test_a_sentence_names_some_of_many_models() -> None:
+def test_an_error_names_some_of_many_models() -> None:
     assert together(["a"]) == "a"
     assert together(["a", "b", "c", "d"]) == "a, b, c, d"
     assert together([f"m{i}" for i in range(1024)]) == "m0, m1, m2 and 1021 others"

@@ -25,7 +25,7 @@ from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, AtomicResult, Bag, Event, In, Out, Simulator, Slack, Tag
 
 
-def test_nothing_is_granted_before_all_have_stated_hello() -> None:
+def test_nothing_is_granted_before_all_nodes_have_said_hello() -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     assert (core.ready(), core.over) == ([], None)
@@ -33,7 +33,7 @@ def test_nothing_is_granted_before_all_have_stated_hello() -> None:
     assert [name for name, _ in core.ready()] == ["a", "b"]
 
 
-def test_an_offer_is_committed_into_the_receivers_bag_at_its_own_tag() -> None:
+def test_an_offer_is_committed_to_the_bag_of_its_receiver_at_its_own_tag() -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(5, [event(5, "b")]))
@@ -53,7 +53,7 @@ def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
     assert dict(core.ready())["c"].until == Tag(15)
 
 
-def test_silent_nodes_that_could_only_speak_later_do_not_wait_for_each_other() -> None:
+def test_silent_nodes_that_could_only_send_later_do_not_wait_for_each_other() -> None:
     core = Coordinator(["a", "b"], PAIR)
     for name in ("a", "b"):
         core.hello(name, Hello(Tag(5), [], Tag(5)))
@@ -85,7 +85,7 @@ def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
 
 
 @pytest.mark.parametrize("order", range(5))
-def test_the_three_ways_to_end(order: int) -> None:
+def test_a_run_ends_in_three_ways(order: int) -> None:
     message: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=message.append)
@@ -122,7 +122,7 @@ def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
         node.handle(Grant(3, Tag(9), None, False, []))
 
 
-def test_what_was_not_reached_stays_with_the_coordinator() -> None:
+def test_undelivered_events_stay_with_the_coordinator() -> None:
     (node,) = started(Clockwork("a", delay=0))
     node.hello()
     inputs = [event(t, "b") for t in (5, 6)]
@@ -131,7 +131,7 @@ def test_what_was_not_reached_stays_with_the_coordinator() -> None:
     assert (done.reached, [e.tag for e in done.spoken], done.next) == (Tag(5, 2), [Tag(5, 1)], FOREVER)
 
 
-def test_the_hash_chains_everything() -> None:
+def test_the_digest_depends_on_every_event_and_their_order() -> None:
     hashes = []
     for n in (1, 1, 2):
         (node,) = started(Clockwork("a", delay=0))
@@ -142,7 +142,7 @@ def test_the_hash_chains_everything() -> None:
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def test_welcome_and_stop() -> None:
+def test_welcome_and_stop_frame_a_run() -> None:
     ends: list[Tag] = []
 
     def finish(end: Tag) -> str:
@@ -161,7 +161,7 @@ def test_welcome_and_stop() -> None:
             node.handle(message)
 
 
-def test_the_last_word_reports_how_long_lookaheads_could_have_been() -> None:
+def test_the_last_message_reports_how_long_lookaheads_could_have_been() -> None:
     class Slow(Atomic):
         into, out, other = In(Word), Out(Word, lookahead=10), Out(Word)
 
@@ -184,7 +184,7 @@ def test_the_last_word_reports_how_long_lookaheads_could_have_been() -> None:
     assert node.handle(Stop(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
 
 
-def test_every_message_survives_the_wire_and_nothing_else_does() -> None:
+def test_every_message_is_decoded_as_it_was_sent_and_nothing_else_is() -> None:
     messages: list[AnyMessage] = [
         hello(3, [event(3)]),
         Welcome(1, b"x"),

@@ -22,7 +22,7 @@ PATIENCE = 20_000  # decisions after which a mutant counts as stuck; no model ne
 truth = cache(flat)
 
 
-def test_log_for_log_in_any_order_with_any_cut_any_bound_and_any_work_ahead() -> None:
+def test_logs_are_equal_in_any_order_with_any_cut_any_bound_and_any_work_ahead() -> None:
     transitions = confluent = crossing = 0
     for seed in MODELS:
         runs = [
@@ -83,16 +83,16 @@ def told(seed: int) -> bool:
 
 @pytest.mark.parametrize("name", MUTANTS)
 @pytest.mark.large(beyond=8)
-def test_mutant(name: str, impatient: pytest.MonkeyPatch) -> None:
+def test_mutants_are_found(name: str, impatient: pytest.MonkeyPatch) -> None:
     MUTANTS[name](impatient)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(ENOUGH)] == [True] * ENOUGH
 
 
-def test_mutant_outputs_arrive_a_microstep_later() -> None:
+def test_mutant_outputs_that_arrive_a_microstep_later() -> None:
     assert sum(wave(seed) != truth(seed) for seed in FEW) > 10
 
 
-def test_the_bound_is_half_open() -> None:
+def test_the_end_of_a_grant_is_exclusive() -> None:
     logs: Logs = distributed(3).logs
     assert all(line.tag.t < END for log in logs.values() for line in log)

@@ -42,11 +42,11 @@ def test_every_message_has_its_frame() -> None:
     assert tags == SAID.keys() == FRAMES[str(WIRE)].keys()
 
 
-def test_frames_are_written_as_ever() -> None:
+def test_frames_are_encoded_as_in_stored_versions() -> None:
     assert framed() == FRAMES[str(WIRE)]
 
 
-def test_frames_are_read_as_ever() -> None:
+def test_frames_of_stored_versions_are_decoded() -> None:
     reader = FrameReader("9c1f0e6b2a7d4583", "crane", FrameTopic.OUT, 1)
     assert {name: m.decode(reader.open(bytes.fromhex(x))) for name, x in FRAMES[str(WIRE)].items()} == SAID
 

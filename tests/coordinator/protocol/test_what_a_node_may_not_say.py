@@ -7,7 +7,7 @@ from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Tag
 
 
-def test_what_a_node_may_not_say() -> None:
+def test_forbidden_messages_of_a_node_are_refused() -> None:
     core = Coordinator(["a", "b"], PAIR)
     with pytest.raises(ProtocolError, match=r"^x is not a node of this run: they are a, b$"):
         core.hello("x", hello(1))
@@ -33,7 +33,7 @@ def test_what_a_node_may_not_say() -> None:
 
 
 @pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
-def test_a_done_reaches_at_most_the_end_of_its_grant_and_leaves_nothing_undone(reached: Tag, then: Tag) -> None:
+def test_a_done_covers_at_most_its_grant_and_executes_all_of_it(reached: Tag, then: Tag) -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t))
@@ -46,7 +46,7 @@ def test_a_done_reaches_at_most_the_end_of_its_grant_and_leaves_nothing_undone(r
     )
 
 
-def test_a_node_that_speaks_earlier_than_declared_names_the_port() -> None:
+def test_a_node_that_sends_earlier_than_declared_is_reported_with_its_port() -> None:
     (node,) = started(Clockwork("a", delay=10))
     node.model.lookahead = {"a.out": 50}  # type: ignore[misc]
     node.hello()
@@ -67,7 +67,7 @@ def test_a_late_message_is_fatal_and_named() -> None:
     assert fail.sentence == "a at (0.000000005 s, 0): late message b.out for (0.000000004 s, 0)"
 
 
-def test_a_model_that_raises_is_a_fail_with_its_sentence_and_traceback() -> None:
+def test_an_exception_in_a_model_is_a_fail_message_with_sentence_and_traceback() -> None:
     class Broken(Clockwork):
         def internal(self) -> None:
             raise ValueError("no rope")
@@ -77,6 +77,6 @@ def test_a_model_that_raises_is_a_fail_with_its_sentence_and_traceback() -> None
     fail = node.handle(Grant(1, Tag(6), None, True, []))
     assert isinstance(fail, Fail)
     line = Broken.internal.__code__.co_firstlineno + 1
-    message = f"internal() raised ValueError: no rope (test_what_a_node_may_not_say.py:{line})"
+    message = f"internal() raised ValueError: no rope (test_forbidden_messages_of_a_node_are_refused.py:{line})"
     assert fail.sentence == f"a at (0.000000005 s, 0): {message}"
     assert "in internal" in fail.traceback

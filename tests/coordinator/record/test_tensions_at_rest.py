@@ -19,7 +19,7 @@ def recording(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     return Recording(path)
 
 
-def test_a_rope_that_bears_swings_about_its_tension_at_rest(recording: Recording) -> None:
+def test_the_tension_of_a_loaded_rope_oscillates_about_its_static_tension(recording: Recording) -> None:
     """Hooks of a slow lift: the mean over a run is that at rest to 1 %, and no instant is a sixth off."""
     found, tension = at_rest(recording), recording["rope/tension"]
     hooks = [name for name in found if name in tension.names and found[name][1].min() > 0.0]
@@ -30,20 +30,20 @@ def test_a_rope_that_bears_swings_about_its_tension_at_rest(recording: Recording
         assert abs(over - 1.0).max() < 1.0 / 6.0, name
 
 
-def test_the_path_has_the_times_of_the_run(recording: Recording) -> None:
+def test_the_path_at_rest_has_the_times_of_the_run(recording: Recording) -> None:
     (t, _), *_ = at_rest(recording).values()
     stages = [start for start, _ in recording.stages()]
     assert np.all(np.diff(t) >= 0.0)
     assert all(np.abs(t - start).min() < 1e-6 for start in stages), "a point of the path where each stage begins"
 
 
-def test_the_figure_has_a_panel_of_it(recording: Recording, tmp_path: Path) -> None:
+def test_the_figure_has_a_panel_of_dynamic_tensions(recording: Recording, tmp_path: Path) -> None:
     plain = plot(recording, tmp_path / "plain.svg").read_text()
     assert "over its static value" not in plain
     assert "over its static value" in plot(recording, tmp_path / "over.svg", rest=at_rest(recording)).read_text()
 
 
-def test_a_recording_without_a_plan_has_none(tmp_path: Path) -> None:
+def test_a_recording_without_a_plan_has_no_static_tensions(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     run(load("pendulum", ["end=1 s"]), path, in_process=True)
     rec = Recording(path)

@@ -93,7 +93,7 @@ def test_time_runs_at_the_rate_asked_for(recorded: RecordedRun) -> None:
         assert wall == pytest.approx((t - 1.0) / 2.0, abs=1e-6)
 
 
-def test_keys_pause_step_change_the_rate_and_end(recorded: RecordedRun) -> None:
+def test_keys_pause_step_change_the_rate_and_quit(recorded: RecordedRun) -> None:
     free = [t for _, t in played(recorded, {}, rate=1.0)]
     times = played(recorded, {0.55: " ", 5.0: "s", 6.0: "s", 7.0: " "}, rate=1.0)
     before = [x for x in times if x[0] <= 0.55]
@@ -107,7 +107,7 @@ def test_keys_pause_step_change_the_rate_and_end(recorded: RecordedRun) -> None:
     assert played(recorded, {0.5: "q"}, rate=1.0, paused=True) == []
 
 
-def test_only_what_is_asked_for_is_played(recorded: RecordedRun) -> None:
+def test_only_the_selected_part_is_replayed(recorded: RecordedRun) -> None:
     stages = [group for _, group in Replay(recorded, ["commander/stage"], 1.0)]
     expected = [e for e in recorded.events if e.port == "stage" and e.t >= SECOND]
     assert [text.event for group in stages for text in group] == expected
@@ -120,7 +120,7 @@ def test_only_what_is_asked_for_is_played(recorded: RecordedRun) -> None:
 
 
 @pytest.mark.large
-def test_without_a_terminal_it_is_plain(lift: Path) -> None:
+def test_without_a_terminal_replay_has_no_keys(lift: Path) -> None:
     arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--topics", "*/stage"]
     done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
@@ -154,7 +154,7 @@ def test_a_terminal_is_read_key_by_key_and_gets_its_settings_back(monkeypatch: p
     os.close(mine)
 
 
-def test_a_replay_is_shown_in_the_page_of_runs(lift: Path, recorded: RecordedRun) -> None:
+def test_a_replay_is_shown_in_the_same_page_as_runs(lift: Path, recorded: RecordedRun) -> None:
     arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--view"]
     with subprocess.Popen([*arguments, "--from", "5"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
         assert process.stderr is not None

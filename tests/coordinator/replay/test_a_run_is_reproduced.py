@@ -44,7 +44,7 @@ def faster(asked: Motion) -> Motion:
     return msgspec.structs.replace(asked, speed=2.0 * asked.speed)
 
 
-def test_every_event_and_sample_comes_again(recorded: RecordedRun) -> None:
+def test_every_event_and_sample_is_reproduced(recorded: RecordedRun) -> None:
     outcome = verify(recorded)
     assert outcome.same
     assert outcome.events == len(recorded.recording.events()) >= 50
@@ -82,7 +82,7 @@ def test_a_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) -> None:
     assert (message.recorded, message.now) == (signal.values[7, 1] + 0.5, signal.values[7, 1])
 
 
-def test_the_command_reports_both_outcomes_by_its_exit_code(
+def test_the_exit_code_reports_both_outcomes(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> None:
     digest = Recording(lift).result["digest"]
@@ -95,7 +95,9 @@ def test_the_command_reports_both_outcomes_by_its_exit_code(
     assert "deviates after 17 equal events, at (0 s, 1) on /crane/input: recorded" in capsys.readouterr().out
 
 
-def test_a_proof_is_not_played(lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_verification_opens_no_player(
+    lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     says = f"heavylift: {lift}: {{}} runs models as fast as they can and plays nothing; leave {{}} out\n"
     assert command(monkeypatch, "replay", lift, "--verify", "--rate", "3", "--loop") == 1
     assert capsys.readouterr().err == says.format("--verify", "--rate, --loop")
@@ -103,7 +105,7 @@ def test_a_proof_is_not_played(lift: Path, monkeypatch: pytest.MonkeyPatch, caps
     assert capsys.readouterr().err == says.format("--live", "--from")
 
 
-def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
+def test_a_recording_that_cannot_be_run_again_is_refused_in_a_sentence(tmp_path: Path) -> None:
     def recording(name: str, attachments: dict[str, bytes]) -> RecordedRun:
         with Recorder(tmp_path / name, {"scene": "lift"}, attachments) as rec:
             return RecordedRun(rec.close())
@@ -114,7 +116,7 @@ def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
         verify(recording("old.mcap", {"resolved.json": b'{"gravity": 9.81}'}))
 
 
-def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
+def test_orders_of_an_operator_are_repeated(tmp_path: Path) -> None:
     scene, words = load("lift", ["end=20 s"]), "trolleys: traverse 10 m/min by 0.5 m"
     text = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
     run(scene, tmp_path / "run.mcap", True, commands=[TimedCommand(Tag(3_000_000_000), text)])
@@ -142,7 +144,7 @@ def build():
 """
 
 
-def test_as_many_microsteps_are_allowed_as_in_the_run(tmp_path: Path) -> None:
+def test_the_limit_of_microsteps_is_that_of_the_run(tmp_path: Path) -> None:
     (tmp_path / "patient.py").write_text(PATIENT)
     with allowed([str(tmp_path)]):
         run_models(f"{tmp_path / 'patient.py'}:build", 1.0, tmp_path / "run.mcap", True, microsteps=11_000)

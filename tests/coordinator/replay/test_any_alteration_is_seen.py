@@ -207,14 +207,14 @@ ONCE = (
 )
 
 
-def test_what_is_written_again_as_it_was_is_equal(lift: Path, tmp_path: Path) -> None:
+def test_a_recording_that_is_rewritten_unchanged_is_equal(lift: Path, tmp_path: Path) -> None:
     same = altered(lift, tmp_path / "same.mcap", lambda parts: None)
     assert compare(lift, same).equal, compare(lift, same)
     assert verify(RecordedRun(same)).same
 
 
 @pytest.mark.parametrize("alter", ALL, ids=lambda f: f.__name__)
-def test_an_alteration_is_seen(alter: Alter, lift: Path, tmp_path: Path) -> None:
+def test_an_alteration_is_detected(alter: Alter, lift: Path, tmp_path: Path) -> None:
     for seed in range(1 if alter in ONCE else TIMES):
         path = altered(lift, tmp_path / f"{seed}.mcap", lambda parts, seed=seed: alter(parts, random.Random(seed)))
         with suppress(RecordingError):  # where it cannot be read any more

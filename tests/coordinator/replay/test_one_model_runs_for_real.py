@@ -15,7 +15,7 @@ from heavylift.nodes.models.parts import DriveActor, Order
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
 
 
-def test_every_model_alone_reports_what_it_said(recorded: RecordedRun) -> None:
+def test_every_model_alone_repeats_its_outputs(recorded: RecordedRun) -> None:
     assert list(recorded.cast.models) == [
         "crane/crane", "loader/loader-1", "loader/loader-2", "loader/loader-3", "block", "commander", "kernel",
     ]  # fmt: skip
@@ -73,7 +73,7 @@ def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, mon
         single(recorded, "crane")
 
 
-def test_a_model_that_was_not_in_the_run_is_answered_with_those_that_were(recorded: RecordedRun) -> None:
+def test_an_unknown_model_is_answered_with_the_known_ones(recorded: RecordedRun) -> None:
     with pytest.raises(RecordingError) as error:
         single(recorded, "crane/west")
     assert str(error.value) == (
@@ -93,7 +93,7 @@ def build():
 
 
 @pytest.mark.large
-def test_a_researchers_own_model_is_debugged_with_yesterdays_run(tmp_path: Path) -> None:
+def test_a_users_model_is_debugged_with_an_old_recording(tmp_path: Path) -> None:
     def heavylift(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=60)
 

@@ -16,7 +16,7 @@ CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIG
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT], ids=lambda n: n.name)
 @pytest.mark.large(beyond=2)
-def test_a_run_ends_in_order(number, where, tmp_path, monkeypatch):
+def test_an_interrupted_run_shuts_down_in_order(number, where, tmp_path, monkeypatch):
     (tmp_path / "tmp").mkdir()
     monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
     run = start(tmp_path, "run", "lift", "--rate", "4", *where)
@@ -40,7 +40,7 @@ signal.raise_signal(signal.SIGHUP)
 """
 
 
-def test_a_signal_that_was_ignored_before_does_nothing():
+def test_a_signal_that_was_ignored_at_the_start_stays_ignored():
     assert subprocess.run([sys.executable, "-c", IGNORANT], capture_output=True, timeout=PATIENCE_s).returncode == 0
 
 
@@ -106,7 +106,7 @@ except KeyboardInterrupt as error:
 
 
 @pytest.mark.parametrize("how", ["finalizer", "weak_reference", "collector", "foreign_code", "bare_except"])
-def test_what_a_signal_raises_is_raised_anew_where_python_loses_it(how):
+def test_an_exception_of_a_signal_handler_that_python_swallows_is_raised_again(how):
     done = subprocess.run(
         [sys.executable, "-c", LOSING.replace("HOW", how)], capture_output=True, text=True, timeout=PATIENCE_s
     )
@@ -251,7 +251,7 @@ def test_a_run_that_loses_its_ctrl_c_is_stopped_nevertheless(where, tmp_path):
     assert Recording(tmp_path / "lift.mcap").result["status"] == "failed"
 
 
-def test_a_run_whose_readers_have_left_is_recorded_to_its_end(tmp_path):
+def test_a_run_whose_output_pipe_is_closed_is_recorded_to_its_end(tmp_path):
     run = start(tmp_path, "run", "pendulum", "--in-process")
     run.stdout.close()
     run.stderr.close()

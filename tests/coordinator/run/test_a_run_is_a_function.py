@@ -35,7 +35,7 @@ def test_a_pendulum_swings_as_its_closed_form() -> None:
     assert swung["joint/position"]["pin.angle"] == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_scene_is_the_run_that_would_be_recorded(lift, tmp_path: Path) -> None:
+def test_simulating_a_scene_gives_the_run_that_would_be_recorded(lift, tmp_path: Path) -> None:
     recorded = run("lift", tmp_path / "lift.mcap", in_process=True)
     assert lift.digest == recorded.digest
     assert lift.verdict == recorded.verdict
@@ -43,7 +43,7 @@ def test_a_scene_is_the_run_that_would_be_recorded(lift, tmp_path: Path) -> None
     assert not lift.unfinished
 
 
-def test_what_was_shown_has_names_and_units(lift) -> None:
+def test_recorded_quantities_have_names_and_units(lift) -> None:
     tension = lift["rope/tension"]
     assert (tension.unit, tension["crane.H1"].shape) == ("N", lift.t.shape)
     assert [s.name for s in lift.stages] == ["take up slack", "lift off", "up", "sideways", "swing"]
@@ -54,7 +54,7 @@ def test_what_was_shown_has_names_and_units(lift) -> None:
     assert frame["rope/tension/crane.H1 [N]"].max() <= lift.peaks["crane.H1"].tension
 
 
-def test_only_what_is_kept_travels(lift) -> None:
+def test_only_the_requested_quantities_are_transferred(lift) -> None:
     few = simulate("lift", keep=["rope/tension"])
     assert list(few.signals) == ["rope/tension"]
     assert len(pickle.dumps(few)) < len(pickle.dumps(lift)) / 3
@@ -65,7 +65,7 @@ def test_a_short_run_has_as_many_samples_as_the_kernel_takes() -> None:
     assert len(simulate(STICK, 0.01).t) == 101  # one each 0.1 ms
 
 
-def test_threads_do_not_meet(lift) -> None:
+def test_concurrent_simulations_in_threads_do_not_interfere(lift) -> None:
     scenes = [load("lift", [f"block.mass={mass} t"]) for mass in (250, 300, 350)]
     with ThreadPoolExecutor(3) as pool:
         found = list(pool.map(simulate, scenes))
@@ -73,7 +73,7 @@ def test_threads_do_not_meet(lift) -> None:
     assert [x.digest for x in found] == [simulate(scene).digest for scene in scenes]
 
 
-def test_an_operator_speaks_in_seconds() -> None:
+def test_commands_from_python_take_times_in_seconds() -> None:
     text = simulate("lift", until=60.0, orders=[(58.0, "crane H1: hoist 0.3 m/min by 0.01 m")])
     assert [(e.t, e.value["text"]) for e in text.events if e.source == "operator"] == [
         (58.0, "crane H1: hoist 0.3 m/min by 0.01 m")
@@ -112,7 +112,7 @@ def test_a_system_is_reported_by_functions() -> None:
         (lambda: simulate("nowhere"), "there is no scene 'nowhere'"),
     ],
 )
-def test_what_cannot_be_is_one_sentence(asked, told: str) -> None:
+def test_impossible_calls_are_one_sentence(asked, told: str) -> None:
     with pytest.raises(HeavyliftError) as found:
         asked()
     assert told in str(found.value)

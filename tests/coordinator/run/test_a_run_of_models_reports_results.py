@@ -108,7 +108,7 @@ def spoiled(result: Any) -> Coupled:
         (lambda m: 1 / 0, "result() raised ZeroDivisionError: division by zero"),
         (lambda m: m.hold_in(5), "result() must not change the model: do that in a transition"),
         (lambda m: m.parent.remove("one"), "result() must not change the model: do that in a transition"),
-        (lambda m: m.out.send(Till(1.0)), "port out was sent to outside output(): only output() may speak"),
+        (lambda m: m.out.send(Till(1.0)), "port out was sent to outside output(): only output() may send"),
         (lambda m: Till("x"), "its result: message Till, field seconds: the str 'x' does not travel as float"),
     ],
 )
@@ -118,7 +118,7 @@ def test_a_result_that_breaks_a_rule_is_reported_by_path(result: Any, sentence: 
     assert str(message.value).startswith(f"yard.one at (7 s, 0): {sentence}")
 
 
-def test_a_port_that_cannot_stop_a_run() -> None:
+def test_a_port_that_cannot_stop_a_run_is_refused() -> None:
     for stop in ("processor.into", "frame.transducer.stop", "done"):
         with pytest.raises(ModelError, match=rf"^--stop {stop}: no child of workshop has this out port; "):
             run_models(work, stop=stop, **HERE)

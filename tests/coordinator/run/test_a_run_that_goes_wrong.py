@@ -171,7 +171,7 @@ def no_permission(tmp_path):
 
 
 @pytest.mark.parametrize("obstacle", [no_folder, a_file_in_the_way, no_permission])
-def test_outputs_that_cannot_be_written_are_named_before_anything_runs(tmp_path, obstacle):
+def test_output_files_that_cannot_be_written_are_named_before_the_run(tmp_path, obstacle):
     folder = obstacle(tmp_path)
     before = sorted(tmp_path.rglob("*"))
     code, out, error = finish(tmp_path, "run", "pendulum", "-o", f"{folder}/x.mcap")
@@ -203,7 +203,7 @@ def test_a_standard_output_without_room_is_one_sentence(tmp_path, arguments):
     )
 
 
-def test_who_has_read_enough_is_not_reported_of_it(tmp_path):
+def test_a_closed_pipe_after_enough_output_is_no_error(tmp_path):
     process = start(tmp_path, "--help")
     process.stdout.close()
     assert process.stderr.read() == ""

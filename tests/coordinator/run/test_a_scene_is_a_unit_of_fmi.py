@@ -75,7 +75,7 @@ def native(orders: dict[int, str]) -> tuple[Played, dict[str, np.ndarray]]:
 
 @pytest.mark.large
 @pytest.mark.parametrize("orders", [{}, {5: WORDS}], ids=["undisturbed", "with a command"])
-def test_it_is_the_native_run(tmp_path: Path, orders: dict[int, str]) -> None:
+def test_a_native_run_and_its_fmu_give_the_same_values(tmp_path: Path, orders: dict[int, str]) -> None:
     file = tmp_path / "lift.fmu"
     sets = [word for setting in SETS for word in ("--set", setting)]
     message = CliRunner().invoke(app, ["export-fmu", "lift", "-o", str(file), *sets])
@@ -92,7 +92,7 @@ def test_it_is_the_native_run(tmp_path: Path, orders: dict[int, str]) -> None:
     assert answers[9].startswith("command: there is no 'crane H9' to give an order to")
 
 
-def test_fmpy_finds_no_fault_with_it_and_has_one_after_the_other(tmp_path: Path) -> None:
+def test_fmpy_validates_the_fmu_and_simulates_it_twice(tmp_path: Path) -> None:
     file = str(export(load("arm", ("end=1 s",)), tmp_path / "arm.fmu"))
     assert validate_fmu(file) == []
     message, folder = fmpy.read_model_description(file), fmpy.extract(file)
@@ -110,7 +110,7 @@ def test_fmpy_finds_no_fault_with_it_and_has_one_after_the_other(tmp_path: Path)
     assert found == [found[0]] * 3 != [0.0] * 3
 
 
-def test_it_stays_as_it_was_when_the_run_is_over() -> None:
+def test_an_fmu_keeps_its_last_values_after_the_run() -> None:
     run = SteppableRun(load("pendulum", ("end=1 s",)).plan, lambda text: b"")
     run.go(seconds(1))
     last = run["pose/load/qy"]
@@ -135,7 +135,7 @@ def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("stop", [None, 0.7, 5.0])
-def test_steps_are_discarded_beyond_the_end_and_back_in_time(tmp_path: Path, stop: float | None) -> None:
+def test_steps_beyond_the_end_or_back_in_time_are_discarded(tmp_path: Path, stop: float | None) -> None:
     file = str(export(load("pendulum", ("end=1 s",)), tmp_path / "pendulum.fmu"))
     message = fmpy.read_model_description(file)
     default = message.defaultExperiment

@@ -9,7 +9,7 @@ from heavylift.nodes.scene import load
 LONGER = "or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)"
 
 
-def test_a_chain_of_as_many_microsteps_ends_the_run(tmp_path):
+def test_a_chain_of_more_microsteps_than_the_limit_ends_the_run(tmp_path):
     with pytest.raises(ModelError) as error:
         run(load("lift", ["microsteps=1"]), tmp_path / "lift.mcap", in_process=True)
     assert str(error.value) == (
@@ -39,6 +39,6 @@ def test_each_model_of_the_scene_has_its_limit(tmp_path, monkeypatch):
         ("many", "a whole number is needed here"),
     ],
 )
-def test_a_limit_that_is_none(given, told):
+def test_an_invalid_limit_is_refused(given, told):
     with pytest.raises(SceneError, match=f"error: microsteps: {told}\n"):
         load("pendulum", [f"microsteps={given}"])

@@ -46,7 +46,7 @@ def test_a_daemon_in_python_starts_processes_without_streams(tmp_path: Path) -> 
 @pytest.mark.parametrize("name", ["Kräne 吊".encode(), "Kräne".encode("latin-1")], ids=["utf-8", "latin-1"])
 @pytest.mark.parametrize("environment", [C, {"LC_ALL": "C.UTF-8", "PYTHONUTF8": "0"}], ids=["C", "UTF-8"])
 @pytest.mark.large(beyond=1)
-def test_names_of_any_bytes_work_in_any_locale(environment: dict[str, str], name: bytes, tmp_path: Path) -> None:
+def test_file_names_of_any_bytes_work_in_any_locale(environment: dict[str, str], name: bytes, tmp_path: Path) -> None:
     text = os.fsdecode(name)
     folder = tmp_path / text
     folder.mkdir()
@@ -68,7 +68,7 @@ def test_names_of_any_bytes_work_in_any_locale(environment: dict[str, str], name
         assert done.returncode == 0, (command, done.stdout, done.stderr)
 
 
-def test_a_library_writes_text_in_any_locale(tmp_path: Path) -> None:
+def test_calls_from_python_write_text_in_any_locale(tmp_path: Path) -> None:
     folder = tmp_path / "Kräne"
     folder.mkdir()
     code = "import heavylift; heavylift.run('pendulum', 'a.mcap'); heavylift.sweep('pendulum', ['end=1 s'], into='s')"
@@ -105,7 +105,7 @@ def struck(folder: Path, number: int, point: str) -> subprocess.CompletedProcess
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda x: x.name)
-def test_a_signal_while_modules_are_imported_ends_in_order(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_signal_during_imports_shuts_down_in_order(number: signal.Signals, tmp_path: Path) -> None:
     points = [name for name in struck(tmp_path, number, "").stdout.split() if "." in name]
     assert len(points) > 50
     for point in [points[0], *Random(1).sample(points, 8)]:

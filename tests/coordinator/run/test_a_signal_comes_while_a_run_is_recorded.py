@@ -39,7 +39,7 @@ def conversation(arrived, recorder):
     return talk
 
 
-def test_every_batch_that_was_taken_is_kept_before_the_run_stops():
+def test_every_received_batch_is_recorded_before_the_run_stops():
     recorder = Struck()
     talk = conversation([[("kernel", b"first"), ("kernel", b"second"), ("kernel", b"third")]], recorder)
     stopping = Stopping()
@@ -52,7 +52,7 @@ def test_every_batch_that_was_taken_is_kept_before_the_run_stops():
     assert talk.now.t == 3
 
 
-def test_who_handles_signals_otherwise_is_reported_of_the_end_and_not_of_what_it_cut():
+def test_a_program_with_its_own_signal_handlers_gets_the_end_of_the_run():
     """Python's own handler raises wherever the run is; what follows on a batch that was lost there is left out."""
     talk = conversation([[("kernel", b"gap")]], Struck())
     with pytest.raises(Stopped, match=r"stopped by the user at 0\.000 s"):

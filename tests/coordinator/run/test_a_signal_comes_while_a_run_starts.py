@@ -104,7 +104,7 @@ CASES = [(number, i) for i in range(POINTS) for number in (signal.SIGINT, signal
 
 @pytest.mark.parametrize(("number", "case"), CASES, ids=[f"{number.name}-{i}" for number, i in CASES])
 @pytest.mark.large(beyond=1)
-def test_nothing_is_left(number: signal.Signals, case: int, lines: list[str], tmp_path: Path) -> None:
+def test_a_signal_leaves_no_files_behind(number: signal.Signals, case: int, lines: list[str], tmp_path: Path) -> None:
     point = Random(f"{number.name} {case}").choice(lines)
     code, error = started(tmp_path / "run", number, point)
     assert (code, "Traceback" in error) == (128 + number, False), f"at {point}: {error}"
@@ -146,7 +146,7 @@ ROOMS = ("coordinator", "kernel", "nodes", "recordings")
 
 
 @pytest.mark.large(beyond=1)
-def test_an_early_ctrl_c_ends_in_one_line_or_within_python_itself(tmp_path: Path) -> None:
+def test_an_early_ctrl_c_ends_in_one_line_of_ours_or_in_python_itself(tmp_path: Path) -> None:
     """Before our first line, Python dies of the signal in silence, or prints a traceback of its own files alone."""
     ours = [Path(heavylift.__file__), *(Path(kernel.__file__).parents[1] / room for room in ROOMS)]
     script = Path(sysconfig.get_path("scripts")) / "heavylift"

@@ -62,7 +62,7 @@ def here(own_modules: Path, code_allowed: None) -> Path:
 
 @pytest.mark.parametrize("helper", [False, True], ids=["model", "helper"])
 @pytest.mark.parametrize("reference", ["beat.py:build", "beat:build"])
-def test_a_model_is_read_when_it_runs(reference: str, helper: bool, here: Path) -> None:
+def test_an_edited_model_is_loaded_anew_for_each_run(reference: str, helper: bool, here: Path) -> None:
     message: list[tuple[object, ...]] = []
     for wait, beats in ((1000, 3), (100, 35)):
         imports = "from beat_wait import WAIT" if helper else f"WAIT = {wait}"
@@ -76,7 +76,7 @@ def test_a_model_is_read_when_it_runs(reference: str, helper: bool, here: Path) 
     assert message[0] != message[1]
 
 
-def test_a_function_given_as_such_is_that_of_its_file(here: Path) -> None:
+def test_a_function_that_is_passed_in_place_of_a_name_is_that_of_its_file(here: Path) -> None:
     (here / "beat_given.py").write_text(MODEL.format(helper="WAIT = 1000"))
     from beat_given import build  # type: ignore[import-not-found]
 
@@ -85,7 +85,7 @@ def test_a_function_given_as_such_is_that_of_its_file(here: Path) -> None:
     assert [r.results["yard.clock"].number for r in runs] == [35, 35]  # type: ignore[attr-defined]
 
 
-def test_a_law_is_read_when_it_runs(here: Path) -> None:
+def test_an_edited_law_is_loaded_anew_for_each_run(here: Path) -> None:
     system = System(
         (Body("b", 1.0),),
         (Joint("j", "prismatic", "world", "b", axis=(1, 0, 0), q0=(1.0,)),),
@@ -99,7 +99,7 @@ def test_a_law_is_read_when_it_runs(here: Path) -> None:
             assert at_end == pytest.approx(cos(k**0.5), abs=1e-5)
 
 
-def test_models_of_a_scene_are_read_when_it_runs(here: Path) -> None:
+def test_edited_models_of_a_scene_are_loaded_anew_for_each_run(here: Path) -> None:
     (here / "cart.yaml").write_text(CART)
     (here / "upon.yaml").write_text("extends: cart.yaml\nname: upon\n")
     ends = []

@@ -66,7 +66,7 @@ def test_a_run_takes_its_scene_and_its_recording_by_either(kind: type, tmp_path:
 
 @pytest.mark.parametrize("name", READERS)
 @pytest.mark.parametrize("no_file", NO_FILES, ids=repr)
-def test_what_names_no_file_is_refused(name: str, no_file: object, tmp_path: Path, monkeypatch) -> None:
+def test_arguments_that_name_no_file_are_refused(name: str, no_file: object, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RecordingError) as e:
         READERS[name](no_file)
@@ -76,7 +76,7 @@ def test_what_names_no_file_is_refused(name: str, no_file: object, tmp_path: Pat
 
 @pytest.mark.parametrize("no_scene", [None, 5, b"lift", {"heavylift": 1}], ids=repr)
 @pytest.mark.parametrize("face", [loaded, check, paused, lambda x: run(x, "x.mcap", in_process=True)])
-def test_what_is_no_scene_is_refused(face: Callable[[object], object], no_scene: object) -> None:
+def test_a_file_that_is_no_scene_is_refused(face: Callable[[object], object], no_scene: object) -> None:
     with pytest.raises(SceneError) as e:
         face(no_scene)
     assert str(e.value) == (

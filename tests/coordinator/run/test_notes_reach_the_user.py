@@ -54,7 +54,7 @@ class Listening(RunObserver):
     ids=["a mode that steps miss", "a rope that rattles"],
 )
 @pytest.mark.large(beyond=1)
-def test_a_note_stands_wherever_the_user_looks(text, word, tmp_path: Path):
+def test_a_note_is_shown_in_every_output(text, word, tmp_path: Path):
     path, watch = tmp_path / "hung.mcap", Listening()
     result = run(parse(text), path, in_process=True, watch=watch)
     assert any(word in note for note in result.notes)
@@ -68,7 +68,7 @@ def test_a_note_stands_wherever_the_user_looks(text, word, tmp_path: Path):
     assert "note: " not in page
 
 
-def test_a_run_of_which_nothing_is_to_be_stated_has_none(tmp_path: Path):
+def test_a_run_without_notes_has_none(tmp_path: Path):
     path = tmp_path / "hung.mcap"
     assert run(parse(FOLLOWS), path, in_process=True).notes == ()
     assert Recording(path).notes() == []
@@ -77,7 +77,7 @@ def test_a_run_of_which_nothing_is_to_be_stated_has_none(tmp_path: Path):
 
 @pytest.mark.parametrize("text", [MISSES, RATTLES], ids=["misses", "rattles"])
 @pytest.mark.large(beyond=1)
-def test_distributed_and_in_one_process_say_the_same_under_one_digest(text, tmp_path: Path):
+def test_distributed_runs_and_runs_in_one_process_have_the_same_notes_and_digest(text, tmp_path: Path):
     alone = run(parse(text), tmp_path / "alone.mcap", in_process=True)
     apart = run(parse(text), tmp_path / "apart.mcap")
     assert alone.notes
@@ -86,7 +86,7 @@ def test_distributed_and_in_one_process_say_the_same_under_one_digest(text, tmp_
 
 
 @pytest.mark.large
-def test_the_terminal_reports_it_as_it_comes_and_at_the_end(tmp_path: Path):
+def test_the_terminal_shows_a_note_at_once_and_at_the_end(tmp_path: Path):
     scene = tmp_path / "hung.yaml"
     scene.write_text(MISSES)
     code, out, err = finish(tmp_path, "run", scene.name, "--in-process")
@@ -98,7 +98,7 @@ def test_the_terminal_reports_it_as_it_comes_and_at_the_end(tmp_path: Path):
     assert "is out of step" in json.loads(out)["notes"][0]
 
 
-def test_a_kernel_that_goes_on_from_a_snapshot_reports_only_what_is_new():
+def test_a_kernel_restored_from_a_snapshot_reports_new_notes_only():
     """The note of the start has been told; one that rattles later is numbered on."""
     plan = parse(MISSES).plan
     message, again = list[bytes](), list[bytes]()

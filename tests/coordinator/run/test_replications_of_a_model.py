@@ -33,7 +33,7 @@ def in_theory(c: int, arrivals: float, service: float, again: float) -> tuple[fl
 
 
 @pytest.mark.parametrize("parameters", [(3, 2.0, 1.2, 0.25), (1, 0.5, 2.0, 0.5)])
-def test_a_jackson_network_is_as_long_as_in_theory(parameters: tuple[int, float, float, float]) -> None:
+def test_queue_lengths_of_a_jackson_network_agree_with_theory(parameters: tuple[int, float, float, float]) -> None:
     with ThreadPoolExecutor(1) as executor:
         found = replicate(f"{MMC}{parameters}", 6, 5, until=400.0, executor=executor).estimates
     length, stay = in_theory(*parameters)
@@ -41,7 +41,7 @@ def test_a_jackson_network_is_as_long_as_in_theory(parameters: tuple[int, float,
     assert abs(found["net.station.stay"].mean - stay) < 2 * found["net.station.stay"].half < 0.8 * stay
 
 
-def test_nothing_depends_on_the_executor_and_few_seeds_are_the_first_of_many() -> None:
+def test_results_do_not_depend_on_the_executor_and_few_seeds_are_the_first_of_many() -> None:
     with ThreadPoolExecutor(2) as threads:
         some = replicate(MMC, 3, 7, until=20.0, executor=threads)
         other = replicate(MMC, 3, 8, until=20.0, executor=threads)
@@ -60,7 +60,7 @@ def test_a_process_that_is_forked_after_a_run_reports_that_it_cannot_run() -> No
         replicate(MMC, 1, until=1.0, executor=forks)
 
 
-def test_the_interval_is_students() -> None:
+def test_the_confidence_interval_is_students() -> None:
     found = Replications([1, 2, 3], {"a.x": [1.0, 2.0, 3.0], "a.y": [1.0, float("nan"), 1.0]}).estimates
     assert found["a.x"].half == pytest.approx(4.302652729911275 / sqrt(3), rel=1e-9)
     assert (found["a.x"].mean, found["a.x"].deviation) == (2.0, 1.0)
@@ -69,7 +69,7 @@ def test_the_interval_is_students() -> None:
     assert (alone.mean, isnan(alone.half)) == (4.0, True)
 
 
-def test_the_command_reports_means_and_what_they_are_made_of(tmp_path: Path) -> None:
+def test_the_command_reports_means_and_their_samples(tmp_path: Path) -> None:
     asked = ("devs", MMC, "--until", "20s", "--json")
     message = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
     with ThreadPoolExecutor(1) as executor:
@@ -114,13 +114,13 @@ def failing(seed: int) -> Coupled:
         (f"{MMC}(seed=4)", r"the seed is given twice; leave it out of the brackets$"),
     ],
 )
-def test_what_cannot_be_replicated_is_reported(build: object, sentence: str) -> None:
+def test_models_that_cannot_be_replicated_are_reported(build: object, sentence: str) -> None:
     with ThreadPoolExecutor(1) as executor, pytest.raises(ModelError, match=sentence):
         replicate(build, 6, until=1.0, executor=executor)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("more", ["-o x.mcap", "--external station", "--place station=a", "--in-process"])
-def test_what_makes_no_sense_beside_replications_is_refused(more: str) -> None:
+def test_options_that_exclude_replications_are_refused(more: str) -> None:
     message = CliRunner().invoke(app, ["devs", MMC, "--until", "2s", "--replications", "2", *more.split()])
     assert (message.exit_code, "leave out" in message.output) == (2, True)
 
@@ -132,13 +132,13 @@ def test_what_makes_no_sense_beside_replications_is_refused(more: str) -> None:
         ("--replications 0", "0 replications, confidence 0.95: give one"),
     ],
 )
-def test_a_number_that_makes_no_sense_is_refused(option: str, sentence: str) -> None:
+def test_an_invalid_number_of_replications_is_refused(option: str, sentence: str) -> None:
     message = CliRunner().invoke(app, ["devs", MMC, *option.split()])
     assert (message.exit_code, str(message.exception)[: len(sentence)]) == (1, sentence)
 
 
 @pytest.mark.parametrize(("module", "most"), [(multi_server_queue, 40), (bouncing_ball, 35)])
-def test_these_models_are_short(module: object, most: int) -> None:
+def test_the_example_models_are_short(module: object, most: int) -> None:
     """Lines of code, without docstrings and blank lines."""
     text = Path(str(module.__file__)).read_text()  # type: ignore[attr-defined]
     documented = set[int]()

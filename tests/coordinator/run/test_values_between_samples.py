@@ -41,7 +41,7 @@ def test_an_oscillation_between_its_samples(method: str) -> None:
     assert abs(straight - np.cos(w * t)).max() > 1.0, "samples alone would do"
 
 
-def test_an_instant_has_a_value_before_it_and_one_after() -> None:
+def test_an_instant_of_an_event_has_a_value_before_and_after_it() -> None:
     result = simulate(FALLING, until=2.0, every=0.5, orders=[(1.0, lambda s: s.set_lock("l", True))])
     assert result.t.tolist().count(1.0) == 2
     for t, before, after in ((1.0, -G, 0.0), (0.75, -0.75 * G, -0.75 * G), (1.25, 0.0, 0.0)):
@@ -51,7 +51,7 @@ def test_an_instant_has_a_value_before_it_and_one_after() -> None:
     assert result.at(times)["joint/position"]["j.travel"] == pytest.approx([-G / 2, -G / 8, -G / 2, -G / 8], abs=CLOSE)
 
 
-def test_a_lift_has_between_its_samples_what_denser_samples_show() -> None:
+def test_values_between_samples_agree_with_denser_samples() -> None:
     coarse, dense = simulate("lift", until=60.0), simulate("lift", until=60.0, every=0.11)
     apart = np.flatnonzero(np.diff(dense.t) > 0)[1:]
     t = dense.t[apart]
@@ -71,13 +71,13 @@ def test_the_end_that_was_asked_for_is_a_time_of_the_run() -> None:
             assert signal.values[-1] == pytest.approx(result[name].values[-1], rel=1e-6, abs=CLOSE)
 
 
-def test_events_are_those_of_the_recording(tmp_path: Path) -> None:
+def test_events_agree_with_those_of_the_recording(tmp_path: Path) -> None:
     recording = Recording(run("lift", tmp_path / "lift.mcap", in_process=True).recording)
     assert simulate("lift").events == recording.events()
     assert [e.t for e in recording.events()] == [e.t_ns / 1e9 for e in recording.events()]
 
 
-def test_a_time_that_is_none_of_the_run_is_refused() -> None:
+def test_a_time_outside_the_run_is_refused() -> None:
     result = simulate(FALLING, until=1.0)
     for times, message in ((1.5, "1.5 s is outside of the run, from 0 to 1 s"), (-0.1, "-0.1 s is outside")):
         with pytest.raises(KernelError, match=message):
@@ -89,7 +89,7 @@ def test_a_time_that_is_none_of_the_run_is_refused() -> None:
         pickle.loads(pickle.dumps(result)).at(0.5)
 
 
-def test_an_edited_law_is_not_taken_for_that_of_the_run(own_modules: Path) -> None:
+def test_an_edited_law_does_not_replace_that_of_the_run(own_modules: Path) -> None:
     (own_modules / "pull.py").write_text("def pull(x):\n    return 1.0\n")
     system = System((BODY,), (SLIDE,), forces=(UserLaw("l", "pull.py:pull", joint="j"),))
     result = simulate(system, until=1.0)

@@ -7,18 +7,18 @@ from heavylift.coordinator.record import Budget, ClockedWork, clocked
 from typer.testing import CliRunner
 
 
-def test_the_parts_make_up_the_whole():
+def test_the_shares_of_time_sum_to_the_whole():
     """Four instants with the recording until then: 2 s of start, 5 s of rounds and kernel, 1 s of exit."""
     budget = Budget.of((10.0, 0.0), (12.5, 0.5), (18.0, 1.0), (19.25, 1.25), 3.0)
     assert budget == Budget(start=2.0, kernel=3.0, rounds=2.0, recording=1.25, exit=1.0)
     assert str(budget) == "start 2.00, kernel 3.00, rounds 2.00, recording 1.25, exit 1.00"
 
 
-def test_a_kernel_that_works_while_others_record_leaves_no_negative_rounds():
+def test_a_kernel_that_computes_while_others_record_has_no_negative_round_time():
     assert Budget.of((0.0, 0.0), (1.0, 0.0), (5.0, 2.0), (5.0, 2.0), 3.5).rounds == 0.0
 
 
-def test_clocked_work_counts_even_if_it_fails():
+def test_time_is_counted_even_if_the_work_fails():
     class Work(ClockedWork):
         @clocked
         def fail(self):

@@ -39,21 +39,21 @@ class Seen:
         return self.vigil.lost("west", 0.0, now)
 
 
-def test_before_the_deadline_nobody_is_asked() -> None:
+def test_before_the_deadline_no_node_is_asked() -> None:
     seen = Seen()
     seen.answers = False
     assert seen.at(9.9) is None
     assert seen.message == []
 
 
-def test_who_does_steps_may_go_on_for_ever() -> None:
+def test_a_node_that_makes_progress_may_compute_for_ever() -> None:
     seen = Seen()
     for n in range(1, 100):
         seen.sign = Alive(n)
         assert seen.at(10.0 * n) == ""
 
 
-def test_who_does_none_between_two_questions_is_lost_with_the_place() -> None:
+def test_a_node_without_progress_between_two_questions_is_lost_and_its_place_is_reported() -> None:
     seen = Seen()
     seen.sign = Alive(5)
     assert seen.at(10.0) == ""
@@ -61,7 +61,7 @@ def test_who_does_none_between_two_questions_is_lost_with_the_place() -> None:
     assert seen.at(20.0) == 'its process has done no step for 10 s, at File "crane.py", line 7 in external'
 
 
-def test_a_new_message_is_a_new_matter() -> None:
+def test_a_new_message_restarts_the_deadline() -> None:
     seen = Seen()
     seen.sign = Alive(5)
     assert seen.at(10.0) == ""
@@ -69,7 +69,7 @@ def test_a_new_message_is_a_new_matter() -> None:
     assert seen.vigil.lost("west", 12.0, 22.0) == ""
 
 
-def test_who_does_not_answer_is_lost() -> None:
+def test_a_node_that_does_not_answer_is_lost() -> None:
     seen = Seen()
     seen.answers = False
     assert seen.at(10.0) == (
@@ -78,14 +78,14 @@ def test_who_does_not_answer_is_lost() -> None:
 
 
 @pytest.mark.parametrize("held", ["by the system's", "by Python's"])
-def test_a_debugger_may_take_its_time(held: str) -> None:
+def test_a_node_in_a_debugger_may_take_its_time(held: str) -> None:
     seen = Seen()
     seen.letter, seen.sign = ("t", Alive(5)) if held == "by the system's" else ("R", Alive(5, traced=True))
     assert [seen.at(10.0 * n) for n in range(1, 5)] == [""] * 4
     assert set(seen.message) == {"a debugger holds process west; the run waits for it"}
 
 
-def test_who_is_stopped_is_named_early_and_lost_at_the_deadline() -> None:
+def test_a_stopped_process_is_reported_early_and_lost_at_the_deadline() -> None:
     seen = Seen()
     seen.letter = "T"
     assert seen.at(1.0) is None

@@ -36,7 +36,7 @@ def test_what_was_appended_is_read_in_order(written: Path) -> None:
     assert list(read(written)) == ENTRIES
 
 
-def test_a_file_cut_at_any_byte_gives_what_was_whole(written: Path) -> None:
+def test_a_file_cut_at_any_byte_gives_its_complete_entries(written: Path) -> None:
     data = written.read_bytes()
     for place in range(len(data) + 1):
         written.write_bytes(data[:place])
@@ -53,17 +53,17 @@ def test_any_flipped_bit_ends_the_reading_there(written: Path) -> None:
             assert list(read(written)) == whole_before(place)
 
 
-def test_a_file_of_noughts_holds_nothing(written: Path) -> None:
+def test_a_file_of_zeros_holds_no_entry(written: Path) -> None:
     """As a file system may leave it when the power fails: the length is there, the data is not."""
     written.write_bytes(bytes(64))
     assert list(read(written)) == []
 
 
-def test_no_file_is_an_empty_journal(tmp_path: Path) -> None:
+def test_a_missing_file_is_an_empty_journal(tmp_path: Path) -> None:
     assert list(read(tmp_path / "none.journal")) == []
 
 
-def test_a_killed_writer_loses_nothing_that_it_appended(tmp_path: Path) -> None:
+def test_a_killed_writer_loses_no_appended_entry(tmp_path: Path) -> None:
     path = tmp_path / "run.journal"
     pid = os.fork()
     if pid == 0:
@@ -84,7 +84,7 @@ def test_a_reader_follows_a_journal_that_grows(tmp_path: Path) -> None:
         assert list(entries) == [b"two"]
 
 
-def test_at_a_checkpoint_the_past_is_dropped(written: Path) -> None:
+def test_a_checkpoint_drops_the_entries_before_it(written: Path) -> None:
     with closing(Journal(written)) as journal:
         journal.append(b"granted")
         journal.restart([b"checkpoint", b"outstanding"])
@@ -93,14 +93,14 @@ def test_at_a_checkpoint_the_past_is_dropped(written: Path) -> None:
         assert [p.name for p in written.parent.iterdir()] == ["run.journal"]
 
 
-def test_the_ordered_end_leaves_no_file(written: Path) -> None:
+def test_an_ordered_end_removes_the_file(written: Path) -> None:
     journal = Journal(written)
     journal.append(b"last")
     journal.delete()
     assert not written.exists()
 
 
-def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"nowhere/run\.journal: the journal cannot be written"):
         Journal(tmp_path / "nowhere" / "run.journal")
 

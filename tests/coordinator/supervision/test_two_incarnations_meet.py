@@ -22,7 +22,7 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
     return found
 
 
-def test_the_older_one_is_not_received_and_refuses_the_newer_ones_orders() -> None:
+def test_the_older_incarnation_is_not_received_and_refuses_orders_of_the_newer_one() -> None:
     with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")
@@ -40,7 +40,7 @@ def test_the_older_one_is_not_received_and_refuses_the_newer_ones_orders() -> No
                 old.receive()
 
 
-def test_the_end_of_the_older_one_is_not_that_of_the_newer() -> None:
+def test_the_end_of_the_older_incarnation_does_not_end_the_newer_one() -> None:
     with Hub(["west"]) as hub:
         old = NodeLink(hub.ticket("west"))
         hub.send("west", b"grant 1")
@@ -55,7 +55,7 @@ def test_the_end_of_the_older_one_is_not_that_of_the_newer() -> None:
                 hub.receive(SOON_s)
 
 
-def test_a_process_is_replaced_as_often_as_the_epochs_reach() -> None:
+def test_a_process_can_be_replaced_as_often_as_epochs_can_count() -> None:
     with Hub(["west"]) as hub:
         for _ in range(254):
             hub.renew("west")

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches process
     ("doom", "how"),
     [("crash", r"was ended by signal 11 \(SIGSEGV\)"), ("leave", "ended with exit code 7")],
 )
-def test_three_deaths_at_one_tag(monkeypatch: pytest.MonkeyPatch, doom: str, how: str) -> None:
+def test_three_losses_at_one_tag_end_the_run(monkeypatch: pytest.MonkeyPatch, doom: str, how: str) -> None:
     monkeypatch.setenv("DOOM", doom)
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed")
@@ -37,7 +37,7 @@ def test_a_model_that_fails_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> 
     assert notes.notes == []
 
 
-def test_a_model_that_is_not_deterministic_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_nondeterministic_model_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "look_at_the_clock")
     with pytest.raises(ModelError) as message:
         play({110: strike("south")}, "doomed")
@@ -49,7 +49,7 @@ def test_a_model_that_is_not_deterministic_is_caught(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.large
-def test_a_model_that_hangs_is_named_with_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_that_hangs_is_reported_with_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "hang")
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed", deadline=0.3)

@@ -53,7 +53,7 @@ def digests(study: Study) -> dict[int, str | None]:
     return {number: study.rows[number].get("digest") for number in sorted(study.rows)}
 
 
-def test_a_row_is_the_run_with_its_settings(tmp_path: Path) -> None:
+def test_a_row_equals_the_run_with_its_settings(tmp_path: Path) -> None:
     study = studied(tmp_path / "study")
     assert statuses(study) == ["done", "done", "done", "done", "refused", "refused"]
     assert "mass" in study.rows[4]["sentence"]
@@ -66,7 +66,7 @@ def test_a_row_is_the_run_with_its_settings(tmp_path: Path) -> None:
     assert "6 variants of pendulum: 4 done, 2 refused" in page_of(study_sheet(study))
 
 
-def test_settings_and_what_a_scene_extends_are_part_of_it(tmp_path: Path) -> None:
+def test_settings_and_extended_scenes_are_part_of_a_study(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("extends: pendulum\nname: mine\nend: 1 s\n")
     mine = load(tmp_path / "mine.yaml", ["samples=10 Hz"])
     study = sweep(mine, ["mechanism.bodies.load.mass={1 kg, -1 kg}"], into=tmp_path / "study", executor=AtOnce())
@@ -78,13 +78,13 @@ def test_settings_and_what_a_scene_extends_are_part_of_it(tmp_path: Path) -> Non
     assert "--set:1:9: error: gravity" in message.rows[0]["sentence"]
 
 
-def test_every_engine_reports_the_same(tmp_path: Path) -> None:
+def test_every_engine_gives_the_same_results(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as threads:
         found = studied(tmp_path / "threads", threads)
     assert digests(found) == digests(studied(tmp_path / "at once"))
 
 
-def test_what_only_submits_is_an_executor_too(tmp_path: Path) -> None:
+def test_an_object_with_submit_is_an_executor(tmp_path: Path) -> None:
     """As those of submitit, whose jobs are no futures of Python's."""
 
     class Job:
@@ -103,7 +103,7 @@ def test_what_only_submits_is_an_executor_too(tmp_path: Path) -> None:
     assert digests(studied(tmp_path / "cluster", Cluster())) == digests(studied(tmp_path / "at once"))
 
 
-def test_a_stopped_study_goes_on_and_runs_nothing_twice(tmp_path: Path) -> None:
+def test_a_stopped_study_continues_without_repeating_runs(tmp_path: Path) -> None:
     first, second = AtOnce(), AtOnce()
 
     def stop(study: Study, row: object) -> None:
@@ -120,7 +120,7 @@ def test_a_stopped_study_goes_on_and_runs_nothing_twice(tmp_path: Path) -> None:
     assert second.count == 6 - kept
 
 
-def test_another_study_is_not_mixed_in(tmp_path: Path) -> None:
+def test_rows_of_another_study_are_refused(tmp_path: Path) -> None:
     studied(tmp_path / "study")
     with pytest.raises(OutputError, match="holds another study"):
         sweep("pendulum", VARY[:1], into=tmp_path / "study", executor=AtOnce())
@@ -136,18 +136,18 @@ def test_another_study_is_not_mixed_in(tmp_path: Path) -> None:
         studied(tmp_path / "study")
 
 
-def test_a_run_that_takes_too_long_is_cut_aloud(tmp_path: Path) -> None:
+def test_a_run_that_exceeds_its_time_is_ended_and_reported(tmp_path: Path) -> None:
     study = studied(tmp_path / "study", limit=1e-6)
     assert statuses(study)[:4] == ["cut"] * 4
     assert "4 WERE CUT" in page_of(study_sheet(study))
 
 
-def test_a_lift_that_its_scene_ends_is_no_whole_one(tmp_path: Path) -> None:
+def test_a_lift_that_ends_early_is_marked_incomplete(tmp_path: Path) -> None:
     study = sweep("lift", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce())
     assert "1 red; 1 ARE UNFINISHED, for the scene ended before" in page_of(study_sheet(study))
 
 
-def test_recordings_are_kept_where_they_are_asked_for(tmp_path: Path) -> None:
+def test_recordings_are_written_where_requested(tmp_path: Path) -> None:
     study = sweep("pendulum", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce(), keep="all")
     assert (tmp_path / "study" / study.rows[0]["recording"]).stat().st_size > 1000
 
@@ -166,12 +166,12 @@ def test_a_dead_worker_takes_one_variant_with_it(tmp_path: Path, monkeypatch: py
     assert "lost" not in statuses(studied(tmp_path / "study"))
 
 
-def test_an_executor_of_others_that_dies_is_named(tmp_path: Path) -> None:
+def test_an_external_executor_that_dies_is_named(tmp_path: Path) -> None:
     with pytest.raises(ProtocolError, match="the executor has lost its workers"):
         studied(tmp_path / "study", AtOnce([False, True, True]))
 
 
-def test_a_pool_of_processes_and_the_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
+def test_a_pool_of_processes_works_from_the_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     command = "heavylift sweep pendulum --vary 'end={1 s, 2 s}' --workers 1 --verify 2 -o study"
     monkeypatch.setattr("sys.argv", shlex.split(command))
@@ -200,7 +200,7 @@ def test_a_pool_of_processes_and_the_command_line(tmp_path: Path, monkeypatch, c
         ("into", 3, "3 names no file"),
     ],
 )
-def test_what_cannot_be_asked_is_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:
+def test_impossible_options_are_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:
     with pytest.raises(HeavyliftError) as found:
         sweep("pendulum", **{"vary": VARY, "into": tmp_path / "study", option: value})
     assert str(found.value).startswith(told)
@@ -214,7 +214,7 @@ def test_what_cannot_be_asked_is_one_sentence(tmp_path: Path, option: str, value
         ("SALib", {"vary": ["end=1..2 s"], "sample": 8}, "--sample needs SALib; install heavylift[sweep]"),
     ],
 )
-def test_an_extra_that_is_missing_is_one_sentence(tmp_path: Path, monkeypatch, missing: str, options, told) -> None:
+def test_a_missing_extra_is_one_sentence(tmp_path: Path, monkeypatch, missing: str, options, told) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     with pytest.raises(HeavyliftError) as found:
         sweep("pendulum", **{"vary": VARY, "into": tmp_path / "study"} | options)
@@ -222,12 +222,12 @@ def test_an_extra_that_is_missing_is_one_sentence(tmp_path: Path, monkeypatch, m
     assert not (tmp_path / "study").exists()
 
 
-def test_a_design_that_is_none_is_refused(tmp_path: Path) -> None:
+def test_an_unknown_design_is_refused(tmp_path: Path) -> None:
     with pytest.raises(HeavyliftError, match="--design 'random': there is none; choose sobol or lhs"):
         studied(tmp_path / "study", sample=10, design="random")
 
 
-def test_a_killed_study_goes_on(tmp_path: Path) -> None:
+def test_a_killed_study_continues(tmp_path: Path) -> None:
     """A child runs the study until it has written some rows and is killed without a word."""
     script = f"""
 import os, sys
@@ -251,7 +251,7 @@ studied({str(tmp_path / "study")!r})
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_what_a_worker_ran_before_changes_no_digest(tmp_path: Path, seed: int) -> None:
+def test_earlier_variants_of_a_worker_change_no_digest(tmp_path: Path, seed: int) -> None:
     """Random variants of several structures in one process, in two orders, and as `run` has them."""
     random = Random(seed)
     masses = ", ".join(f"{random.uniform(0.5, 5.0)!r} kg" for _ in range(2))

@@ -46,7 +46,7 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.mark.parametrize("limit", [300.5, 333.3, 512.0, 899.0])
-def test_the_limit_lies_between_green_and_red(told, limit: float) -> None:
+def test_the_limit_of_an_input_lies_between_green_and_red(told, limit: float) -> None:
     found = told(lambda x: x <= limit)
     assert not found.wrong
     assert found.green <= limit < found.red
@@ -56,17 +56,17 @@ def test_the_limit_lies_between_green_and_red(told, limit: float) -> None:
     assert len(found.runs) < 25
 
 
-def test_where_the_scene_ends_too_soon_it_is_stated_what_to_do(told) -> None:
+def test_a_scene_that_ends_too_soon_is_reported_with_a_remedy(told) -> None:
     assert str(told(lambda x: x <= 400.0, waits="moves done")).endswith("red: too heavy; give it more, --set 'end=...'")
 
 
-def test_downwards_as_well(told) -> None:
+def test_limits_are_found_downwards_as_well(told) -> None:
     found = told(lambda x: x >= 400.0, "block.mass=900..300 t")
     assert found.red < 400.0 <= found.green
     assert found.green - found.red <= 3.0
 
 
-def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_linear_utilisation_is_solved_at_once(lift, monkeypatch: pytest.MonkeyPatch) -> None:
     def played(task, variant):
         (x,) = variant.values
         row = {"use": x / 512.0, "use/hook": x / 512.0, "limit": "hook", "limit stage": "up", "limit at [s]": None}
@@ -86,7 +86,7 @@ def test_a_straight_use_is_found_at_once(lift, monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.large
-def test_a_limit_has_the_bar_of_the_use_that_turns_red(lift) -> None:
+def test_a_limit_has_the_error_estimate_of_the_governing_utilisation(lift) -> None:
     found = limiting.limits_of(load("lift", ["end=100 s"]), "block.mass=500..540 t")
     assert found.green == pytest.approx(519.5, abs=1.0)
     assert found.most["use"] <= 1.0 < found.runs[found.red]["use"]
@@ -101,7 +101,7 @@ def test_a_limit_has_the_bar_of_the_use_that_turns_red(lift) -> None:
         ("hoist accel", "hoist 0.3 m/min ramp 2 m/s2 until all slings taut", [0.3, 0.3, 3.0]),
     ],
 )
-def test_moves_of_a_kind_keep_their_proportions(lift, name: str, first: str, all_orders: list[float]) -> None:
+def test_speeds_of_one_kind_keep_their_proportions(lift, name: str, first: str, all_orders: list[float]) -> None:
     motion = motion_of(lift, name)
     text = motion.setting(f"2 {motion.unit}")
     assert text[0].partition("=")[2] == first
@@ -111,20 +111,20 @@ def test_moves_of_a_kind_keep_their_proportions(lift, name: str, first: str, all
         assert [action.orders[0].accel for action in moved] == [2.0] * 3
 
 
-def test_ramps_without_swing_are_left_alone() -> None:
+def test_ramps_without_residual_swing_are_kept() -> None:
     swingless = load("lift", ["actions[3].trolleys=traverse 20 m/min ramp one swing by 2 m"])
     assert motion_of(swingless, "trolley accel") is None
     (text,) = motion_of(swingless, "trolley speed").setting("10 m/min")
     assert text == "actions[3].trolleys=traverse 10 m/min ramp one swing by 2 m"
 
 
-def test_all_that_a_scene_can_be_asked(lift) -> None:
+def test_limits_can_be_asked_of_every_input_of_a_scene(lift) -> None:
     names = limiting.askable(lift)
     assert names[:4] == ["hoist speed", "hoist accel", "trolley speed", "trolley accel"]
     assert {"block.mass", "block.com.x", "block.com.y", "block.com.z"} < set(names)
 
 
-def test_all_of_them_stand_in_one_table_and_on_one_page(told, lift) -> None:
+def test_all_limits_are_in_one_table_and_on_one_page(told, lift) -> None:
     found = [told(lambda x: x < 500.0), told(lambda x: True)]
     first, second = table_text(limits_table(found)).splitlines()[1:]
     assert first.split()[:1] == second.split()[:1] == ["block.mass"]
@@ -143,11 +143,11 @@ def test_all_of_them_stand_in_one_table_and_on_one_page(told, lift) -> None:
         (lambda x: x < 400.0 or x > 700.0, "but green again at"),
     ],
 )
-def test_what_has_no_limit_is_said(told, green, wrong: str) -> None:
+def test_inputs_without_a_limit_are_reported(told, green, wrong: str) -> None:
     assert wrong in told(green).wrong
 
 
-def test_runs_that_were_cut_say_nothing(told) -> None:
+def test_runs_that_ended_early_give_no_limit(told) -> None:
     with pytest.raises(SceneError, match="cut after 60 s"):
         told(lambda x: True, cut=True)
 
@@ -155,6 +155,6 @@ def test_runs_that_were_cut_say_nothing(told) -> None:
 @pytest.mark.parametrize(
     "asked", ["block.mas", "stage up/all hooks/hoist", "block.mass=3 t", "block.mass=3..3 t", "block.mass=3 t..4 kg"]
 )
-def test_what_is_no_number_is_refused(lift, asked: str) -> None:
+def test_texts_that_are_no_number_are_refused(lift, asked: str) -> None:
     with pytest.raises(SceneError, match=f"--of '{asked}'"):
         limiting.limits_of(lift, asked)

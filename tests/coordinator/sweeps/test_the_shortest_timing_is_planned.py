@@ -29,13 +29,13 @@ def found(told: list[str]):
     return planned(bare("lift", NEAR), 300.0, told.append)
 
 
-def test_it_is_quicker_and_green(found) -> None:
+def test_the_planned_timing_is_quicker_and_green(found) -> None:
     assert not found.wrong
     assert not found.run_after.verdict.red
     assert found.gain == pytest.approx(87.0, abs=0.5)  # of 137 s
 
 
-def test_where_a_run_was_red_it_went_back_half_way(found, told: list[str]) -> None:
+def test_after_a_red_run_the_step_is_halved(found, told: list[str]) -> None:
     runs = [line for line in told if line.startswith("run ")]
     assert len(runs) == 5
     assert all("worst: the hook crane.H3 carried 172." in run for run in runs[1:3])
@@ -49,7 +49,7 @@ def test_where_a_run_was_red_it_went_back_half_way(found, told: list[str]) -> No
     assert rows["sideways"][:2] == pytest.approx((12.65, 12.65), abs=0.01)
 
 
-def test_the_scene_is_written_with_its_comments_and_its_setting(found) -> None:
+def test_the_scene_keeps_its_comments_and_settings(found) -> None:
     lines = difflib.ndiff(bare("lift").text.splitlines(), found.after.text.splitlines())
     new = [line[2:].strip() for line in lines if line.startswith("+ ")]
     assert new == [
@@ -60,12 +60,12 @@ def test_the_scene_is_written_with_its_comments_and_its_setting(found) -> None:
     ]
 
 
-def test_what_is_written_runs_so(found) -> None:
+def test_the_written_scene_runs_as_planned(found) -> None:
     run = play(parse(found.after.text, "lift.yaml").plan)
     assert run.digest == found.run_after.digest
 
 
-def test_what_cannot_be_planned_is_said(tmp_path: Path) -> None:
+def test_scenes_that_cannot_be_planned_are_reported(tmp_path: Path) -> None:
     assert "red at the start, RED: " in planned(load("lift", ["end=50 s"]), 60.0).wrong
     assert planned(load("lift"), 1e-9).wrong.startswith("the scene as it is written makes no run: cut after")
     slow = load("lift", ["actions[0].all hooks=hoist 3 m/min until all slings taut", "actions=[]", "end=60 s"])
@@ -105,7 +105,7 @@ def test_loads_are_lifted_off_and_set_down_with_creep_speed(crane: str) -> None:
 
 
 @pytest.mark.large
-def test_the_turnover_is_a_tenth_shorter() -> None:
+def test_the_planned_turnover_is_a_tenth_shorter() -> None:
     scene = load("turnover")
     found = planned(scene, 3600.0)
     assert not found.wrong

@@ -13,7 +13,7 @@ NAMES = ["a", "b", "c"]
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-def test_a_linear_result_has_the_indices_of_its_slopes(design: str) -> None:
+def test_sensitivity_indices_of_a_linear_result_follow_from_its_slopes(design: str) -> None:
     quantiles = drawn(design, 2560, 3, seed=3)
     result = quantiles @ [2.0, 1.0, 0.0]
     found = {x.axis: x for x in indices(design, NAMES, quantiles, result, seed=3)}
@@ -23,7 +23,7 @@ def test_a_linear_result_has_the_indices_of_its_slopes(design: str) -> None:
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-def test_too_little_is_stated_by_nothing(design: str) -> None:
+def test_too_few_samples_give_no_statistics(design: str) -> None:
     few = drawn(design, FEWEST[design] - 1, 3, seed=1)
     assert indices(design, NAMES, few, few.sum(axis=1), seed=1) == []
     many = drawn(design, 500, 3, seed=1)
@@ -41,7 +41,7 @@ def test_only_the_base_rows_of_a_sobol_design_are_independent() -> None:
 
 
 @pytest.mark.parametrize(("beyond", "count"), [(0, 40), (3, 40), (40, 40), (1, 1000)])
-def test_an_interval_is_that_of_clopper_and_pearson(beyond: int, count: int) -> None:
+def test_the_interval_is_that_of_clopper_and_pearson(beyond: int, count: int) -> None:
     found = _chance("use/hook", np.array([1.5] * beyond + [0.5] * (count - beyond)))
     known = binomtest(beyond, count).proportion_ci(0.95, "exact")
     assert (found.limit, found.beyond, found.part) == ("hook", beyond, beyond / count)
@@ -49,7 +49,7 @@ def test_an_interval_is_that_of_clopper_and_pearson(beyond: int, count: int) -> 
 
 
 @pytest.mark.parametrize("values", [[0.5] * 3, [0.5, 0.5 + 1e-16, 0.5 - 1e-16], [8e6, 8e6 * (1 + 1e-15)], [1.0, 2.0]])
-def test_values_that_differ_by_rounding_are_drawn(values: list[float]) -> None:
+def test_values_that_differ_by_rounding_only_can_be_drawn(values: list[float]) -> None:
     least, most = _around(np.array(values)) or (0.0, 0.0)
     bins = np.histogram(values, 40, (least, most))[0]
     assert bins.sum() == len(values)

@@ -39,7 +39,7 @@ def test_a_range_is_counted_in_decimals(lift) -> None:
     ]
 
 
-def test_each_value_meets_each_other(lift) -> None:
+def test_several_ranges_give_all_combinations(lift) -> None:
     found = planned(
         lift, ["block.mass={200 t, 300 t}", "stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}"]
     )
@@ -48,14 +48,14 @@ def test_each_value_meets_each_other(lift) -> None:
     assert [axis.label for axis in found.axes] == ["block.mass [t]", "stage up/all hooks"]
 
 
-def test_a_list_is_one_of_several(lift) -> None:
+def test_a_list_gives_one_variant_per_value(lift) -> None:
     assert settings(lift, "block.at={[40 m, 75 m, 6 m], [41 m, 75 m, 6 m]}") == [
         ("block.at=[40 m, 75 m, 6 m]",),
         ("block.at=[41 m, 75 m, 6 m]",),
     ]
 
 
-def test_a_number_of_a_place_that_is_not_written_is_varied(lift) -> None:
+def test_a_coordinate_that_is_not_written_can_be_varied(lift) -> None:
     (first, second), *_ = settings(lift, "block.com.x={0.1 m, 0.2 m}")
     assert load("lift", [first, second]).scene.block.com == (0.1, 0.0, 0.0)
 
@@ -69,7 +69,7 @@ def test_a_number_of_a_place_that_is_not_written_is_varied(lift) -> None:
         ("actions[2].all hooks.hoist=2 m/min", 2, 1),
     ],
 )
-def test_orders_and_their_words_have_paths(setting: str, speed: float, by: float) -> None:
+def test_actions_and_their_parameters_have_paths(setting: str, speed: float, by: float) -> None:
     order = load("lift", [setting]).plan.actions[2].orders[0]
     assert (order.speed, order.by) == (pytest.approx(speed / 60.0), -by)
 
@@ -96,13 +96,13 @@ def test_a_number_of_a_list_has_a_path(path: str) -> None:
         ("block.mass=1..2 t by 0.0000001 t", "at most 1000000"),
     ],
 )
-def test_what_cannot_be_varied_is_one_sentence(lift, vary: str, told: str) -> None:
+def test_inputs_that_cannot_be_varied_are_one_sentence(lift, vary: str, told: str) -> None:
     with pytest.raises(SceneError) as found:
         planned(lift, [vary])
     assert told in str(found.value)
 
 
-def test_nothing_to_vary_is_said(lift) -> None:
+def test_a_study_without_varied_inputs_is_refused(lift) -> None:
     with pytest.raises(SceneError, match="nothing is varied"):
         planned(lift)
     with pytest.raises(SceneError, match="states no uncertain input"):
@@ -111,7 +111,7 @@ def test_nothing_to_vary_is_said(lift) -> None:
         planned(lift, ["block.at[0]={1 m, 2 m}", "block.at.x={3 m, 4 m}"])
 
 
-def test_uncertain_inputs_are_drawn_as_they_are_stated(unsure) -> None:
+def test_uncertain_inputs_are_sampled_from_their_stated_range(unsure) -> None:
     found = planned(unsure, sample=1000, design="lhs", seed=7)
     mass, sling = np.array([variant.values for variant in found.variants]).T
     assert (mass.mean(), mass.std()) == (pytest.approx(300.0, rel=1e-3), pytest.approx(9.0, rel=0.02))

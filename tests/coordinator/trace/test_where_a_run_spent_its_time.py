@@ -27,7 +27,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_slow_node_works_and_the_quick_one_is_held_by_it(file: Path) -> None:
+def test_the_slow_node_works_and_the_fast_one_waits_for_it(file: Path) -> None:
     nodes = {node["node"]: node for node in data(Timeline(file))["nodes"]}
     slow, quick = nodes["slow"], nodes["quick"]
     assert slow["busy_s"] >= TICKS * PAUSE_s
@@ -38,7 +38,7 @@ def test_the_slow_node_works_and_the_quick_one_is_held_by_it(file: Path) -> None
     assert quick["inputs"] == slow["outputs"] == TICKS
 
 
-def test_each_nodes_time_adds_up(file: Path) -> None:
+def test_the_times_of_each_node_sum_up(file: Path) -> None:
     found = data(Timeline(file))
     for node in found["nodes"]:
         assert node["granted_s"] + node["held_s"] + node["idle_s"] == pytest.approx(found["wall_s"], abs=SLACK_s)
@@ -63,7 +63,7 @@ def test_models_of_one_process_share_a_lane(tmp_path: Path) -> None:
     assert "pair.slow.out" in [port["port"] for port in found["lookahead"]]
 
 
-def test_chains_of_waiting_end_where_the_work_is() -> None:
+def test_a_chain_of_waiting_ends_at_the_working_node() -> None:
     timeline = Timeline.__new__(Timeline)
     timeline.lanes = {name: Lane(name, name) for name in "abc"}
     timeline.lanes["a"].held = [HeldTime(0, 100, "b")]

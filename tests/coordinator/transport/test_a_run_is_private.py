@@ -34,7 +34,7 @@ def test_a_run_in_one_process_opens_no_socket_at_all() -> None:
         assert sockets(os.getpid()) == before
 
 
-def test_only_this_user_may_enter_the_run_directory() -> None:
+def test_only_the_user_may_enter_the_run_directory() -> None:
     with Hub(["west"]) as hub:
         assert stat.S_IMODE(hub.directory.path.stat().st_mode) == 0o700
         kept = [path for path in hub.directory.path.iterdir() if path.is_file() and path.stat().st_size]
@@ -57,7 +57,7 @@ def test_a_long_temporary_directory_is_not_too_long_for_the_socket(
         assert len(hub.directory.socket.encode()) < 104
 
 
-def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment_of_the_node(start: Start) -> None:
+def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment(start: Start) -> None:
     hub, processes = start(west=())
     secret = hub.ticket("west").password.encode()
     node = Path(f"/proc/{processes.pids['west']}")
@@ -84,7 +84,7 @@ def test_two_runs_at_once_do_not_disturb_each_other(start: Start) -> None:
     assert first.receive(5) == ("east", b"still here")
 
 
-def test_a_node_cannot_write_in_place_of_another(start: Start) -> None:
+def test_a_node_cannot_write_in_the_name_of_another(start: Start) -> None:
     hub, _ = start(west=())
     with Hub(["west"]) as other, node_session(other.ticket("west")) as session:
         for at in (

@@ -38,7 +38,7 @@ def test_every_single_flipped_bit_is_noticed() -> None:
             reader().open(bytes(damaged))
 
 
-def test_damage_is_named() -> None:
+def test_a_damaged_frame_is_reported() -> None:
     frame = writer().frame(b"grant")
     assert refusal(frame[:-1] + b"T") == (
         f"node west, message 0 on 'out': a message of {len(frame)} bytes arrived damaged "
@@ -46,42 +46,42 @@ def test_damage_is_named() -> None:
     )
 
 
-def test_a_cut_message_is_damaged() -> None:
+def test_a_truncated_message_is_reported_as_damaged() -> None:
     assert "arrived damaged" in refusal(writer().frame(b"grant" * 10)[:-7])
 
 
-def test_bytes_of_another_program_are_named() -> None:
+def test_bytes_of_another_program_are_refused_by_name() -> None:
     assert refusal(b"ping") == (
         "node west, message 0 on 'out': 4 bytes arrived that are no heavylift message (b'ping'); "
         "another program writes to this run's keys, end it and start the run again"
     )
 
 
-def test_another_run_is_named() -> None:
+def test_a_message_of_another_run_is_refused() -> None:
     assert refusal(writer(run="feed").frame(b"")) == (
         "node west, message 0 on 'out': a message of run feed arrived in run 0123456789abcdef, "
         "end the other run's processes"
     )
 
 
-def test_another_node_is_named() -> None:
+def test_a_message_of_another_node_is_refused() -> None:
     assert refusal(writer(node="east").frame(b"")) == (
         "node west, message 0 on 'out': a message of node east arrived in its place, "
         "each node must use its own name and key"
     )
 
 
-def test_another_topic_is_named() -> None:
+def test_a_message_of_another_topic_is_refused() -> None:
     assert "a message of topic 'samples' arrived" in refusal(writer(topic=FrameTopic.SAMPLES).frame(b""))
 
 
-def test_an_older_incarnation_is_named() -> None:
+def test_a_message_of_an_older_incarnation_is_refused() -> None:
     assert refusal(writer(epoch=0).frame(b"")) == (
         "node west, message 0 on 'out': a message of epoch 0 arrived in epoch 1, end the node's older process"
     )
 
 
-def test_a_lost_message_is_named() -> None:
+def test_a_lost_message_is_reported() -> None:
     w = writer()
     w.frame(b"lost")
     assert refusal(w.frame(b"")) == (
@@ -89,14 +89,14 @@ def test_a_lost_message_is_named() -> None:
     )
 
 
-def test_a_repeated_message_is_named() -> None:
+def test_a_repeated_message_is_reported() -> None:
     frame, r = writer().frame(b""), reader()
     r.open(frame)
     with pytest.raises(ProtocolError, match=r"message 0 arrived out of sequence \(it had arrived before\)"):
         r.open(frame)
 
 
-def test_the_hub_refuses_what_a_node_reports_wrongly() -> None:
+def test_the_hub_refuses_wrong_messages_of_a_node() -> None:
     with LocalHub(["west", "kernel"]) as hub:
         put = hub._session.put
         put(key(hub.run, "out", LOCAL, "west"), writer(run=hub.run, node="east").frame(b""))
@@ -110,7 +110,7 @@ def test_the_hub_refuses_what_a_node_reports_wrongly() -> None:
             hub.receive()
 
 
-def test_the_node_refuses_what_the_hub_reports_twice() -> None:
+def test_the_node_refuses_repeated_messages_of_the_hub() -> None:
     with LocalHub(["west"]) as hub:
         link = hub.link("west")
         frame = Writer(hub.run, "west", FrameTopic.IN, 1).frame(b"grant")
@@ -122,7 +122,7 @@ def test_the_node_refuses_what_the_hub_reports_twice() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "west/out", "*", "event", "observer", "west crane"])
-def test_a_name_that_cannot_stand_in_a_key_is_refused(name: str) -> None:
+def test_a_name_that_is_no_valid_key_is_refused(name: str) -> None:
     with pytest.raises(ProtocolError, match="cannot be used, choose 1 to 200 letters"):
         Hub([name])
 
@@ -132,7 +132,7 @@ def test_two_nodes_of_one_name_are_refused() -> None:
         LocalHub(["west", "east", "west"])
 
 
-def test_a_stranger_without_a_password_is_not_admitted() -> None:
+def test_a_client_without_a_password_is_not_admitted() -> None:
     with Hub(["west"]) as hub:
         endpoint = f"unixsock-stream/{hub.directory.socket}"
         config = {
@@ -144,7 +144,7 @@ def test_a_stranger_without_a_password_is_not_admitted() -> None:
             zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 
-def test_what_an_older_incarnation_still_reports_are_distinguished() -> None:
+def test_messages_of_an_older_incarnation_are_distinguished() -> None:
     def spoiled(frame: bytes) -> bytes:
         return frame[:-1] + b"?"
 

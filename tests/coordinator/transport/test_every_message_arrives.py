@@ -17,7 +17,7 @@ def test_a_node_process_answers(start: Start) -> None:
         assert answers == {("west", b"to west %d" % number), ("east", b"to east %d" % number)}
 
 
-def test_fresh_interpreters_do_the_same_as_forked_nodes(start: Start) -> None:
+def test_fresh_interpreters_behave_as_forked_nodes(start: Start) -> None:
     hub, _ = start(fork=False, west=())
     hub.send("west", b"x")
     assert hub.receive(5) == ("west", b"x")
@@ -39,7 +39,7 @@ def test_a_large_message_passes_unchanged(start: Start) -> None:
     assert hub.receive(10) == ("west", large)
 
 
-def test_samples_are_there_when_the_answer_is(start: Start) -> None:
+def test_samples_arrive_before_the_answer_that_follows_them(start: Start) -> None:
     hub, _ = start(west=())
     for _ in range(50):
         hub.send("west", b"sample")
@@ -48,7 +48,7 @@ def test_samples_are_there_when_the_answer_is(start: Start) -> None:
         assert hub.samples() == []
 
 
-def test_what_is_stated_just_before_leaving_arrives(start: Start) -> None:
+def test_messages_sent_just_before_leaving_arrive(start: Start) -> None:
     hub, _ = start(west=("burst", "300"))
     hub.dismiss(b"go")
     assert [hub.receive(5) for _ in range(300)][-1] == ("west", (299).to_bytes(4, "little"))
@@ -97,7 +97,7 @@ def test_an_exception_of_a_node_in_this_process_reaches_the_coordinator() -> Non
             hub.receive()
 
 
-def test_waiting_for_nobody_is_an_error_and_no_hang() -> None:
+def test_waiting_without_nodes_is_an_error() -> None:
     with LocalHub(["west"]) as hub:
         assert hub.receive(timeout=5) is None
         with pytest.raises(ProtocolError, match="no node of this process has one to answer"):

@@ -14,7 +14,7 @@ def begin(hub: Hub, processes: Processes) -> None:
     assert {hub.receive(5) for _ in hub.nodes} == {(node, b"hello") for node in hub.nodes}
 
 
-def test_messages_of_all_nodes_of_a_process_arrive_in_order_each_at_its_node() -> None:
+def test_messages_of_all_nodes_of_a_process_arrive_in_order_at_their_node() -> None:
     placement = Placement({"yard": ("west", "kernel"), "north": ("north",)})
     with Processes(["echo_node"]) as processes, Hub(placement, directory=processes.directory) as hub:
         begin(hub, processes)
@@ -29,7 +29,7 @@ def test_messages_of_all_nodes_of_a_process_arrive_in_order_each_at_its_node() -
         assert hub.samples() == [("kernel", b"batch %d" % number) for number in range(3)]
 
 
-def test_the_end_of_a_process_is_that_of_all_its_nodes() -> None:
+def test_the_end_of_a_process_ends_all_its_nodes() -> None:
     placement = Placement({"yard": ("west", "kernel"), "gate": ("north",)})
     with Processes(["echo_node"]) as processes, Hub(placement, directory=processes.directory) as hub:
         begin(hub, processes)

@@ -59,21 +59,21 @@ def test_a_node_that_never_joins_is_named(start: Start) -> None:
         hub.send("east", b"x")
 
 
-def test_what_a_node_stated_before_its_end_comes_first(start: Start) -> None:
+def test_messages_sent_before_an_end_arrive_first(start: Start) -> None:
     hub, _ = start(hello=False, west=("say-and-die",))
     assert hub.receive(PATIENCE_s) == ("west", b"hello")
     assert hub.receive(PATIENCE_s) == ("west", b"my last words")
     assert "node west is gone: its process ended with exit code 3" in sentence(hub)
 
 
-def test_the_coordinator_in_a_long_computation_finds_the_end_later(start: Start) -> None:
+def test_a_coordinator_in_a_long_computation_notices_the_end_later(start: Start) -> None:
     hub, processes = start(west=())
     os.kill(processes.pids["west"], signal.SIGSEGV)
     time.sleep(0.5)
     assert "signal 11 (SIGSEGV)" in sentence(hub)
 
 
-def test_an_ordered_end_leaves_nothing(start: Start) -> None:
+def test_an_ordered_end_leaves_nothing_behind(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.dismiss(b"stop")
     processes.end()
@@ -84,7 +84,7 @@ def test_an_ordered_end_leaves_nothing(start: Start) -> None:
 
 
 @pytest.mark.parametrize("state", ["deaf", "stopped"])
-def test_a_node_that_does_not_listen_is_killed(start: Start, state: str) -> None:
+def test_a_node_that_ignores_the_end_is_killed(start: Start, state: str) -> None:
     hub, processes = start(west=("deaf",) if state == "deaf" else ())
     if state == "stopped":
         os.kill(processes.pids["west"], signal.SIGSTOP)
@@ -128,7 +128,7 @@ def test_nothing_outlives_a_killed_coordinator() -> None:
 
 @pytest.mark.parametrize("before", ["stopped", "dead"])
 @pytest.mark.parametrize("whom", ["keeper", "nodes", "all"])
-def test_nor_one_whose_processes_cannot_notice(before: str, whom: str) -> None:
+def test_nothing_outlives_a_coordinator_whose_processes_cannot_notice(before: str, whom: str) -> None:
     coordinator, directory, (keeper, *nodes) = launch()
     number = signal.SIGSTOP if before == "stopped" else signal.SIGKILL
     os.kill(coordinator.pid, signal.SIGSTOP)  # it must not replace anybody
@@ -152,7 +152,7 @@ def test_ctrl_c_reaches_a_waiting_coordinator() -> None:
     assert not directory.exists()
 
 
-def test_without_a_keeper_the_nodes_go_on_and_who_is_lost_is_named(start: Start) -> None:
+def test_without_a_keeper_the_nodes_go_on_and_a_lost_node_is_named(start: Start) -> None:
     hub, processes = start(west=(), east=())
     processes._keeper.kill()
     hub.send("west", b"still here")
@@ -172,7 +172,7 @@ def test_a_keeper_that_cannot_begin_reports_why() -> None:
         assert "it ended with exit code 1 and last wrote \"ModuleNotFoundError: No module named 'no_s" in sentence(hub)
 
 
-def test_a_stopped_keeper_keeps_nobody_waiting_at_the_end(start: Start) -> None:
+def test_a_stopped_keeper_does_not_delay_the_end(start: Start) -> None:
     hub, processes = start(**{f"node{number}": () for number in range(3)})
     os.kill(processes._keeper.pid, signal.SIGSTOP)
     processes._order(do="signal", signal=0, name="x" * 200_000)  # more than its pipe holds
@@ -183,7 +183,7 @@ def test_a_stopped_keeper_keeps_nobody_waiting_at_the_end(start: Start) -> None:
     assert not processes.directory.path.exists()
 
 
-def test_twelve_nodes_stand() -> None:
+def test_twelve_nodes_start_and_stop() -> None:
     nodes = [f"node{number}" for number in range(12)]
     with Processes(["echo_node"]) as processes, Hub(nodes, directory=processes.directory) as hub:
         processes.start(hub, {node: ("echo_node",) for node in nodes})
@@ -192,7 +192,7 @@ def test_twelve_nodes_stand() -> None:
         processes.end()
 
 
-def test_a_directory_that_nobody_came_to_own_is_removed() -> None:
+def test_a_run_directory_without_an_owner_is_removed() -> None:
     """A signal may arrive between its making and whoever removes it."""
     path = RunDirectory.chosen().make().path
     gc.collect()

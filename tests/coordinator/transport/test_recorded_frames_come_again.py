@@ -54,7 +54,7 @@ def said_again(session: zenoh.Session, hub: Hub, wire: list[bytes], *processes: 
                 session.put(key(hub.run, topic, process, process), frame)
 
 
-def test_of_an_earlier_incarnation_it_is_dropped(hub: Hub, wire: list[bytes]) -> None:
+def test_a_frame_of_an_earlier_incarnation_is_dropped(hub: Hub, wire: list[bytes]) -> None:
     with NodeLink(hub.ticket("west")) as first:
         spoken(hub, first, b"first")
         hub.renew("west")
@@ -66,7 +66,7 @@ def test_of_an_earlier_incarnation_it_is_dropped(hub: Hub, wire: list[bytes]) ->
 
 
 @pytest.mark.parametrize("topic", ["out", "samples"])
-def test_of_this_incarnation_it_ends_the_run(hub: Hub, wire: list[bytes], topic: str) -> None:
+def test_a_repeated_frame_of_this_incarnation_ends_the_run(hub: Hub, wire: list[bytes], topic: str) -> None:
     with NodeLink(hub.ticket("west")) as west:
         spoken(hub, west, b"grant")
         west._session.put(key(hub.run, topic, "west", "west"), wire[("in", "samples", "out").index(topic)])
@@ -75,9 +75,7 @@ def test_of_this_incarnation_it_ends_the_run(hub: Hub, wire: list[bytes], topic:
             assert (hub.receive(10.0), hub.samples()) == (("west", b"next"), [])
 
 
-def test_of_another_node_it_ends_the_run_in_ones_own_place_and_does_not_arrive_in_its(
-    hub: Hub, wire: list[bytes]
-) -> None:
+def test_a_repeated_frame_of_another_node_ends_the_run(hub: Hub, wire: list[bytes]) -> None:
     with NodeLink(hub.ticket("west")) as west, NodeLink(hub.ticket("east")) as east:
         spoken(hub, west, b"grant")
         said_again(east._session, hub, wire, "west")
@@ -88,7 +86,7 @@ def test_of_another_node_it_ends_the_run_in_ones_own_place_and_does_not_arrive_i
             hub.receive(10.0)
 
 
-def test_guests_disturb_nobody_whatever_they_say(hub: Hub, wire: list[bytes]) -> None:
+def test_observers_cannot_disturb_a_run(hub: Hub, wire: list[bytes]) -> None:
     rng = Random(1)
     with (
         guest_session(hub.directory.path, OBSERVER) as observer,
@@ -104,7 +102,7 @@ def test_guests_disturb_nobody_whatever_they_say(hub: Hub, wire: list[bytes]) ->
         assert hub.epoch("west") == 1
 
 
-def test_a_member_that_reports_nonsense_ends_the_run_in_a_sentence(wire: list[bytes]) -> None:
+def test_a_nonsensical_message_of_a_node_ends_the_run_in_a_sentence(wire: list[bytes]) -> None:
     rng = Random(2)
     for number in range(12):
         with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as west:

@@ -24,12 +24,12 @@ SHORT_us = 200_000  # in place of Zenoh's 5 s before a blocked transport is clos
 
 
 @pytest.mark.large
-def test_a_burst_that_DROP_would_lose_arrives_whole(tmp_path: Path) -> None:
+def test_a_burst_that_DROP_would_lose_arrives_completely(tmp_path: Path) -> None:
     assert len(heard_by_a_sleeper(tmp_path, BURST, DROP, SLEEP_s)) < BURST
     assert heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s) == list(range(BURST))
 
 
-def test_a_reader_that_sleeps_longer_than_BLOCK_waits_by_default_loses_nothing(tmp_path: Path) -> None:
+def test_a_reader_that_pauses_longer_than_the_default_wait_of_BLOCK_loses_nothing(tmp_path: Path) -> None:
     """With the shortened wait the transport is closed without an error; ours waits ten minutes, twice any lease."""
     assert len(heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s, SHORT_us)) < BURST
     queue = _config("client")["transport"]["link"]["tx"]["queue"]
@@ -99,7 +99,7 @@ def test_more_liveliness_tokens_than_a_default_channel_holds_are_all_received(tm
         assert len(heard) == 1200
 
 
-def test_what_is_put_while_the_hub_restarts_is_lost_and_the_next_message_reports_so(tmp_path: Path) -> None:
+def test_messages_sent_while_the_hub_restarts_are_lost_and_reported(tmp_path: Path) -> None:
     heard: list[bytes] = []
     writer, reader = Writer("run", "west", FrameTopic.OUT, 1), FrameReader("run", "west", FrameTopic.OUT, 1)
     at = [f"unixsock-stream/{tmp_path / 's'}"]
@@ -127,7 +127,7 @@ def test_what_is_put_while_the_hub_restarts_is_lost_and_the_next_message_reports
         reader.open(heard[1])
 
 
-def test_a_node_does_not_hear_what_is_stated_to_another(start: Start) -> None:
+def test_a_node_does_not_receive_messages_for_another(start: Start) -> None:
     heard: list[bytes] = []
     hub, _ = start(west=())
     with node_session(hub.ticket("west")) as session:

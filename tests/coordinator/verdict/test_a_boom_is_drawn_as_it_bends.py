@@ -65,7 +65,7 @@ def probe(run: Played, i: int) -> NDArray[np.float64]:
     return run.past().part(0, len(run.t)).poses[f"crane.probe-{i}"][:, :3]
 
 
-def test_it_bends_on_an_elastic_level_alone(run: Played, level: str) -> None:
+def test_a_boom_bends_on_elastic_levels_only(run: Played, level: str) -> None:
     foot, tip = probe(run, 0), probe(run, len(PLACES) - 1)
     shorter = np.abs(np.linalg.norm(tip - foot, axis=1) - LENGTH)
     pose = run.past().part(0, len(run.t)).poses
@@ -90,13 +90,13 @@ def test_its_parts_hold_all_points_of_its_axis(run: Played, plan: Plan, level: s
     assert not any("crane.boom" in message for message in shapes.shapeless)
 
 
-def test_they_are_drawn_alike(plan: Plan) -> None:
+def test_drawing_and_clearance_use_the_same_bent_shape(plan: Plan) -> None:
     drawn = [(box.body, box.size) for box in boxes(plan) if box.body.startswith("crane.boom")]
     assert [body for body, _ in drawn] == ["crane.boom", *(f"crane.boom~{i}" for i in range(2, 7))]
     assert {size for _, size in drawn} == {(LENGTH / 6.0, DEEP, DEEP)}
 
 
-def test_its_hook_rope_begins_at_its_tip(run: Played, plan: Plan, level: str) -> None:
+def test_its_hook_rope_begins_at_the_bent_tip(run: Played, plan: Plan, level: str) -> None:
     history = run.past().part(0, len(run.t))
     ropes = [x for x in moving(Shapes(plan), history) if getattr(x.shape, "rope", "") == "crane.main"]
     tops = [frame.place(p) for frame, p in (rope.on[0] for rope in ropes)]

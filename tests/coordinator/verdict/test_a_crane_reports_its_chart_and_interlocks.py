@@ -39,7 +39,7 @@ def test_each_stage_has_its_radius_load_and_chart() -> None:
     assert "boom 42 m, counterweight 100 t, falls 16, base tracks 7.8 m long, 7.2 m apart" in message
 
 
-def test_the_largest_of_a_run_is_that_of_its_check() -> None:
+def test_the_largest_value_of_a_run_agrees_with_its_check() -> None:
     run = played("crawler", LIGHT)
     hook = next(c for c in run.verdict.checks if c.quantity == "hook load")
     (table,) = (x for x in run.verdict.tables if x.title == "Radius and chart")

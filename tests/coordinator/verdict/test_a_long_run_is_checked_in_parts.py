@@ -97,15 +97,13 @@ def test_the_verdict_is_that_of_the_whole(recorded: Recording, monkeypatch: pyte
         assert abs(a.distance - b.distance) <= SHARP
 
 
-def test_stretches_are_looked_at_in_pieces(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_intervals_are_searched_in_pieces(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = verdict_of(recorded)
     monkeypatch.setattr(intervals, "PIECE", 37)
     assert verdict_of(recorded) == expected
 
 
-def test_a_part_bounds_what_happens_in_it_as_the_whole_does(
-    recorded: Recording, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_bound_of_a_part_holds_for_the_whole(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each stretch is in one part and as wide apart there; what steps may stray is the same."""
     plan, history = load("lift").plan, history_of(recorded)
     n, size = len(history.t), 64
@@ -128,7 +126,7 @@ def test_a_part_bounds_what_happens_in_it_as_the_whole_does(
     assert np.allclose(moved + least, expected.moved + expected.least, rtol=1e-9)
 
 
-def test_what_is_checked_waits_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_to_be_checked_are_kept_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
     """Batches that come twice are taken once, and each part is what was given."""
     monkeypatch.setattr(spool, "IN_MEMORY", 1000)
     pose = SampleChannel("pose/block", [*"xyzabcd"], "m", 1, 8)

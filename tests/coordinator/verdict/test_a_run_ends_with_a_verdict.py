@@ -37,7 +37,7 @@ def kinds(found: RecordedVerdict) -> list[str]:
     return [f.kind for f in found.findings if f.severity == "red"]
 
 
-def test_a_lift_without_trouble_counts_its_checks_and_reports_what_nobody_looked_at(tmp_path: Path) -> None:
+def test_a_lift_without_trouble_counts_its_checks_and_lists_what_was_not_checked(tmp_path: Path) -> None:
     found = verdict(tmp_path, LIFT)
     assert found.line.startswith("AMBER: ")
     assert ", 0 red, 0 undecided, 14 not checked, " in found.line
@@ -58,7 +58,7 @@ def test_a_lift_without_trouble_counts_its_checks_and_reports_what_nobody_looked
         assert (a.a, a.b, a.distance) == (b.a, b.b, pytest.approx(b.distance, abs=0.01))
 
 
-def test_it_is_one_verdict_in_one_process_or_in_many(tmp_path: Path) -> None:
+def test_the_verdict_is_the_same_in_one_process_and_in_many(tmp_path: Path) -> None:
     scene = parse(LIFT, overrides=["end=30 s"])
     together = run(scene, tmp_path / "together.mcap", in_process=True)
     apart = run(scene, tmp_path / "apart.mcap")
@@ -147,7 +147,7 @@ class Ends(RunObserver):
 
 
 @pytest.mark.parametrize("error", [KernelError("it broke"), ModelError("stuck"), KeyboardInterrupt(), None])
-def test_a_run_that_an_error_ends_is_red_with_all_that_is_known(
+def test_a_run_that_ends_with_an_error_is_red_with_all_that_is_known(
     error: BaseException | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = LIFT.replace("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]").replace("sling: 10 m", "sling: 12 m")
@@ -179,7 +179,7 @@ def test_a_mechanism_has_a_verdict_too(tmp_path: Path) -> None:
     assert "they have no shapes" in " ".join(found.not_looked_at)
 
 
-def test_strict_makes_red_an_exit_code_and_the_verdict_is_the_first_line(tmp_path: Path) -> None:
+def test_strict_turns_red_into_an_exit_code_and_the_verdict_is_the_first_line(tmp_path: Path) -> None:
     def heavylift(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", *words],
@@ -201,7 +201,7 @@ def test_strict_makes_red_an_exit_code_and_the_verdict_is_the_first_line(tmp_pat
     assert json.loads(heavylift("report", "cut.mcap", "--json").stdout)["verdict"] == message
 
 
-def test_info_and_report_report_it_and_call_the_tolerance_what_it_is(tmp_path: Path) -> None:
+def test_info_and_report_print_the_verdict_and_name_the_tolerance(tmp_path: Path) -> None:
     verdict(tmp_path, LIFT)
     text, page = info(tmp_path / "run.mcap"), report(tmp_path / "run.mcap", tmp_path / "r.html").read_text()
     for message in (text, page):
@@ -218,7 +218,7 @@ def test_info_and_report_report_it_and_call_the_tolerance_what_it_is(tmp_path: P
     assert "rope tension within " in asked, "the measured error"
 
 
-def test_a_rope_with_mass_is_as_long_as_all_its_pieces(tmp_path: Path) -> None:
+def test_the_length_of_a_rope_with_mass_is_that_of_all_its_pieces(tmp_path: Path) -> None:
     """None of the pieces is as long as the shortest rope of its winch, 8 m; together they are."""
     found = verdict(tmp_path, LIFT, "fidelity={ropes: massive, lumps: 4}")
     assert not found.red

@@ -40,7 +40,7 @@ def test_a_block_that_is_hoisted_into_the_boom_is_reported_with_the_boom() -> No
     assert not [c for c in played("crawler").verdict.clearances if c.distance < c.limit]
 
 
-def test_slings_are_checked_by_their_angle() -> None:
+def test_slings_are_checked_for_their_angle() -> None:
     """Lugs at +-3 m and +-2 m from the middle, slings of 3.9 m: asin(3.606 / 3.9) but for stretch."""
     run = played("crawler", *STEEP, 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
     use = next(u for u in run.uses if u.limit.quantity == "bridle angle")
@@ -60,7 +60,7 @@ def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
     assert len(red(played("crawler", *lateral), "off-lead")) == 1
 
 
-def test_two_cranes_on_one_load_may_carry_a_part_of_what_each_could_alone() -> None:
+def test_two_cranes_with_one_load_are_derated() -> None:
     """By their charts over 1.20, or what the scene says, is the row of the pair."""
     crane = "{type: jib-60, at: [%s, 0 m, 0 m]}"
     text = (
@@ -81,19 +81,19 @@ def test_two_cranes_on_one_load_may_carry_a_part_of_what_each_could_alone() -> N
     assert not [x for x in load("crawler").plan.limits if x.quantity == "tandem load"]
 
 
-def test_a_load_in_the_air_is_not_unhooked() -> None:
+def test_unhooking_a_load_in_the_air_is_red() -> None:
     up = '{crawler main: "hoist 1 m/min until lifted"}, {crawler main: "hoist 6 m/min by 2 m"}'
     with pytest.raises(SceneError, match="no sling is taut: the block would fall"):
         load("crawler", [f"actions=[{up}, {{stage: let go, legs: unhook}}]"])
 
 
-def test_nor_from_a_frame_between_hooks_and_load() -> None:
+def test_unhooking_a_frame_from_its_load_in_the_air_is_red() -> None:
     up = '{all hooks: "hoist 0.5 m/min until lifted"}, {all hooks: "hoist 3 m/min by 2 m"}'
     with pytest.raises(SceneError, match="no sling is taut: the block would fall"):
         load("spreader", [f"actions=[{up}, {{stage: let go, front: unhook, rear: unhook}}]"])
 
 
-def test_no_crane_drags_what_stands_on_its_supports() -> None:
+def test_dragging_a_load_on_its_supports_is_red() -> None:
     taut = '{hall main: "hoist 1 m/min until all slings taut"}, {hall main: "hoist 0.1 m/min by 2 mm"}'
     message = r"hall would traverse while the block is on its supports and legs\.sling-\d taut"
     with pytest.raises(SceneError, match=message):
@@ -104,7 +104,7 @@ WALL = "obstacles={{wall: {{box: [1 m, 30 m, 30 m], at: [{:g} m, 20 m, 15 m]}}}}
 
 
 @pytest.mark.parametrize("gap", [0.2, 0.8])
-def test_a_load_keeps_apart_from_an_obstacle_that_it_does_not_touch(gap: float) -> None:
+def test_a_load_keeps_clear_of_obstacles(gap: float) -> None:
     """A block 6 m long about x = -20 m ends at -17 m, a wall 1 m thick begins so far from it."""
     run = played("hall", WALL.format(-17.0 + gap + 0.5), 'actions=[{hall: "hoist 1 m/min until lifted"}]')
     found = next(c for c in run.verdict.clearances if (c.a, c.b) == ("block", "wall"))
@@ -112,7 +112,7 @@ def test_a_load_keeps_apart_from_an_obstacle_that_it_does_not_touch(gap: float) 
     assert bool(red(run, "clearance")) == (gap < 0.5)
 
 
-def test_an_obstacle_does_not_begin_inside_a_block() -> None:
+def test_an_obstacle_that_begins_inside_a_block_is_refused() -> None:
     with pytest.raises(SceneError, match=r"obstacles\.wall: 'block' begins 0\.3 m inside of 'wall'"):
         load("hall", [WALL.format(-16.8)])
 
@@ -140,7 +140,7 @@ def checks(crane: str, folder: Path) -> dict[str, str]:
     )
 
 
-def test_each_check_of_each_type_is_a_value_or_reported_as_missing(
+def test_each_check_of_each_type_has_a_value_or_is_reported_as_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The matrix of bundled types and checks; what a change adds or takes away is seen in its file."""
@@ -152,7 +152,7 @@ def test_each_check_of_each_type_is_a_value_or_reported_as_missing(
         assert {x.split()[0] for x in own if x.startswith("off-lead")}, crane
 
 
-def test_what_a_type_states_of_its_drives_and_drum_is_checked(tmp_path: Path) -> None:
+def test_drive_and_drum_data_of_a_type_are_checked(tmp_path: Path) -> None:
     """A pick 0.5 m aside, which the ropes lead to: T d / |d| along x, on the drive and on its brake."""
     text = library()["overhead-100"].read_text(encoding="utf-8").replace("overhead-100", "own")
     text = text.replace("force: 40 kN, brake: 60 kN", "force: 8 kN, brake: 80 kN")

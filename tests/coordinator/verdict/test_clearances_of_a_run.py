@@ -36,7 +36,7 @@ def apart(a: Moving, b: Moving) -> float:
     return found - a.radius - b.radius
 
 
-def test_the_smallest_are_those_of_a_brute_search(tmp_path: Path) -> None:
+def test_clearances_agree_with_a_brute_force_search(tmp_path: Path) -> None:
     scene = load("lift", ["end=30 s"])
     run(scene, tmp_path / RUN, in_process=True)
     history = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)
@@ -71,7 +71,7 @@ def ways(history: History, draw: np.random.Generator) -> History:
     return History(np.arange(n) * 0.5, poses, tensions, {}, history.rigs[:1])
 
 
-def test_nothing_is_lost_by_looking_closely_only_where_it_may_be_near(tmp_path: Path) -> None:
+def test_the_bounded_search_loses_no_clearance(tmp_path: Path) -> None:
     """Random ways: each pair of shapes at each sample exactly, but for those whose balls are
     farther apart."""
     plan = load("lift").plan
@@ -108,7 +108,7 @@ def nothing_is_lost(plan: Plan, history: History) -> None:
         assert np.linalg.norm(np.array(c.p_WA) - np.array(c.p_WB)) == pytest.approx(abs(c.distance), abs=BETWEEN)
 
 
-def test_a_limit_of_the_scene_decides_what_is_too_near(tmp_path: Path) -> None:
+def test_the_limit_of_a_scene_decides_what_is_too_near(tmp_path: Path) -> None:
     scene = load("lift", ["end=20 s"])
     run(scene, tmp_path / RUN, in_process=True)
     history = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)
@@ -134,7 +134,7 @@ def test_a_hook_that_is_hoisted_into_its_switch_is_two_blocked(tmp_path: Path) -
     )
 
 
-def test_what_is_joined_is_not_looked_at_and_what_may_be_near_only_if_it_goes_through() -> None:
+def test_connected_bodies_are_not_checked_and_neighbours_only_for_penetration() -> None:
     known = Shapes(load("turnover").plan)
     shapes = {(s.thing, s.part): s for s in known.solids}
     ropes = known.strands
@@ -151,7 +151,7 @@ def test_what_is_joined_is_not_looked_at_and_what_may_be_near_only_if_it_goes_th
     assert known.relation(beam, ropes["west.H1"]) == "apart"
 
 
-def test_a_slack_sling_is_no_straight_line(tmp_path: Path) -> None:
+def test_a_slack_sling_is_not_a_straight_line(tmp_path: Path) -> None:
     """Its chord may pass through the block; only a taut one does."""
     scene = load("lift", ["end=12 s"])
     run(scene, tmp_path / RUN, in_process=True)

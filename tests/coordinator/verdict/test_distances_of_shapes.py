@@ -70,9 +70,7 @@ def pairs_of_all_kinds() -> list[tuple[str, Placed, Placed]]:
 
 
 @pytest.mark.parametrize(("a", "b"), [pytest.param(*x, id=name) for name, *x in pairs_of_all_kinds()])
-def test_no_shapes_are_nearer_than_a_gap_between_planes_nor_farther_than_two_of_their_points(
-    a: Placed, b: Placed
-) -> None:
+def test_distances_lie_between_a_separating_gap_and_the_distance_of_two_points(a: Placed, b: Placed) -> None:
     """A gap along any direction is a bound from below, two points of the shapes are one from above."""
     near, size = exactly(a, b), 1.0 + max(float(np.abs(x).max()) for x in (a.half, b.half, a.centre, b.centre))
     assert np.linalg.norm(near.normal, axis=1) == pytest.approx(1.0)
@@ -90,13 +88,13 @@ def test_no_shapes_are_nearer_than_a_gap_between_planes_nor_farther_than_two_of_
     assert (bounds(a, b) <= near.distance + ROUNDING * size).all()
 
 
-def test_distances_are_those_of_coal() -> None:
+def test_distances_agree_with_coal() -> None:
     a, b = (Placed(*(np.array([row[i + j] for row in KNOWN]) for j in range(4))) for i in (1, 5))
     a, b = (x._replace(R=Rotation.from_rotvec(x.R).as_matrix()) for x in (a, b))
     assert exactly(a, b).distance == pytest.approx(np.array([row[9] for row in KNOWN]), abs=CLOSE)
 
 
-def test_a_pose_is_looked_at_alone_to_the_bit_as_among_others() -> None:
+def test_a_single_pose_gives_the_same_bits_as_a_batch() -> None:
     rng = np.random.default_rng(2)
     a, b = (random_shapes(rng, Rotation.random(CASES, random_state=rng), 3.0) for _ in range(2))
     together = exactly(a, b)
@@ -105,7 +103,7 @@ def test_a_pose_is_looked_at_alone_to_the_bit_as_among_others() -> None:
         assert all((x[0] == y[i]).all() for x, y in zip(exactly(one, two), together, strict=True))
 
 
-def test_boxes_that_overlap_are_as_deep_as_the_nearest_face_of_the_hull_of_their_differences() -> None:
+def test_the_depth_of_overlapping_boxes_is_that_of_the_nearest_face_of_their_difference() -> None:
     rng, deep = np.random.default_rng(10), 0
     for _ in range(CASES):
         turn = Rotation.random(random_state=rng)
@@ -135,14 +133,14 @@ def test_boxes_that_overlap_are_as_deep_as_the_nearest_face_of_the_hull_of_their
         ),
     ],
 )  # fmt: skip
-def test_closed_forms(a: Placed, b: Placed, distance: float) -> None:
+def test_distances_agree_with_closed_forms(a: Placed, b: Placed, distance: float) -> None:
     for one, two in ((a, b), (b, a)):
         found = exactly(one, two)
         assert found.distance[0] == pytest.approx(distance, abs=CLOSE)
         assert bounds(one, two)[0] <= distance + ROUNDING
 
 
-def test_random_boxes_are_as_far_apart_as_scipy_says() -> None:
+def test_distances_of_random_boxes_agree_with_scipy() -> None:
     rng = np.random.default_rng(3)
     for _ in range(CASES):
         half, other, centre = rng.uniform(0.1, 5.0, 3), rng.uniform(0.1, 5.0, 3), rng.normal(0.0, 6.0, 3)
@@ -157,7 +155,7 @@ def test_random_boxes_are_as_far_apart_as_scipy_says() -> None:
             assert np.linalg.norm(found.b - found.a) == pytest.approx(found.distance[0], abs=CLOSE)
 
 
-def test_random_capsules_are_as_far_from_a_box_as_a_search_along_them_says() -> None:
+def test_distances_of_random_capsules_to_a_box_agree_with_a_search_along_them() -> None:
     rng = np.random.default_rng(4)
     for _ in range(CASES):
         half, a, b = rng.uniform(0.5, 9.0, 3), rng.normal(0.0, 12.0, 3), rng.normal(0.0, 12.0, 3)
@@ -184,7 +182,7 @@ def test_shapes_that_just_touch_are_not_deep_in_one_another() -> None:
                     assert found.distance[0] == pytest.approx(gap, abs=CLOSE)
 
 
-def test_a_bound_of_a_straight_way_is_below_all_that_is_on_it() -> None:
+def test_a_bound_on_a_straight_path_is_below_all_distances_on_it() -> None:
     rng = np.random.default_rng(5)
     for _ in range(CASES):
         half, other = rng.uniform(0.1, 5.0, 3), rng.uniform(0.1, 5.0, 3)

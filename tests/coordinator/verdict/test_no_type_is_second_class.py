@@ -73,7 +73,7 @@ def test_a_load_out_of_plumb_is_reported_with_its_rope(lift: Lift) -> None:
     assert red(lateral, "off-lead")
 
 
-def test_a_load_in_the_air_is_not_let_fall(lift: Lift) -> None:
+def test_dropping_a_load_in_the_air_is_red(lift: Lift) -> None:
     slings = [line.split(":")[0].strip() for line in lift.text.splitlines() if line.startswith("  legs-")]
     off = ", ".join(f"{name}: unhook" for name in slings or ["all hooks"])
     with pytest.raises(SceneError, match="would fall"):
@@ -88,20 +88,20 @@ def test_a_wall_beside_the_load_is_reported(lift: Lift) -> None:
     assert [f for f in found if f.severity == "red" and f.kind == "clearance" and "wall" in f.sentence]
 
 
-def test_what_new_writes_is_green_on_the_merits(lift: Lift) -> None:
+def test_a_new_scene_is_green_on_the_merits(lift: Lift) -> None:
     assert {c.state for c in lift.read().checks} <= {"green", "none"}
     bare = lift.read(text=unstated(lift.text))
     assert {"amber"} < {c.state for c in bare.checks}, "nothing is green that nobody stated"
 
 
 @pytest.mark.large(beyond=4)
-def test_in_a_run_nothing_is_open_but_errors(lift: Lift) -> None:
+def test_after_a_run_nothing_is_open_except_errors(lift: Lift) -> None:
     checks = play(lift.read().plan).verdict.checks
     assert {(c.state, c.why) for c in checks} <= {("amber", UNKNOWN), ("none", "")}
 
 
 @pytest.mark.large(beyond=4)
-def test_an_emergency_stop_leaves_a_swing_that_is_checked(lift: Lift) -> None:
+def test_the_swing_after_an_emergency_stop_is_checked(lift: Lift) -> None:
     go = f"  - {{stage: go, {lift.moved(FAST)}}}\n  - {{stage: halt, when: after 8 s, crane: stop}}\n  - wait: 15 s\n"
     run = play(lift.read("limits={off-lead: 0.05 deg}", text=lift.beginning(go)).plan)
     found = [c for c in run.verdict.checks if c.state == "red" and c.quantity.startswith("off-lead")]
@@ -161,7 +161,7 @@ def test_a_drop_of_two_centimetres_is_reported(lift: Lift) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "turnover"])
-def test_lifts_to_begin_with_are_green_on_the_merits(name: str) -> None:
+def test_introductory_lifts_are_green_on_the_merits(name: str) -> None:
     assert name in bundled()
     assert {c.state for c in load(name).checks} <= {"green", "none"}
 
@@ -175,7 +175,7 @@ def ends(poses: Mapping[str, np.ndarray], point: Point) -> np.ndarray:
     return poses[point.body][:, :3] + R.apply(point.p)
 
 
-def test_limits_of_the_scene_count_for_it(lift: Lift) -> None:
+def test_the_limits_of_a_scene_apply_to_it(lift: Lift) -> None:
     scene = lift.read("limits={clearance: 1 m, off-lead: 2 deg, impact: 1.2, wind: 9 m/s, bridle: 50 deg}")
     rows = {x.quantity: x for x in scene.plan.limits if x.source.startswith("the scene")}
     assert {"clearance", "bridle angle", "wind", "impact"} <= rows.keys()

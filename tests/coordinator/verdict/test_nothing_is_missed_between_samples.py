@@ -89,7 +89,7 @@ def test_a_pass_at_a_distance_is_reported_with_its_time() -> None:
     assert when == pytest.approx(2.25, abs=0.05)
 
 
-def test_what_turns_back_between_samples_may_have_been_nearer_than_any_sample() -> None:
+def test_a_reversal_between_samples_is_not_missed() -> None:
     """A swing of period 1.3 s, sampled each 0.1 s: the bound is below the apex, and not far below."""
     t = np.arange(0.0, 4.0, 0.1)
     x = 2.0 - 1.0 * np.cos(2 * np.pi * (t - 0.55) / 1.3)
@@ -99,7 +99,7 @@ def test_what_turns_back_between_samples_may_have_been_nearer_than_any_sample() 
     assert least < float(np.min(x)) - 1.0 + SHARP
 
 
-def test_the_minimum_of_random_turning_ways_is_that_of_a_fine_search() -> None:
+def test_the_minimum_of_random_rotating_paths_agrees_with_a_fine_search() -> None:
     rng = np.random.default_rng(6)
     for _ in range(12):
         t = np.arange(7.0)
@@ -122,7 +122,7 @@ def test_the_minimum_of_random_turning_ways_is_that_of_a_fine_search() -> None:
         assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"
 
 
-def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_one_find() -> None:
+def test_a_joint_search_finds_the_minimum_of_separate_searches() -> None:
     """Boxes that turn and ropes that hang for a while, over more samples than the longest stretch holds."""
     rng = np.random.default_rng(8)
     for _ in range(3):
@@ -155,7 +155,7 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
             assert (message >= least - CLOSE).all(), "of the others at most what was seen on the way"
 
 
-def test_what_shakes_faster_than_samples_shows_in_its_speeds() -> None:
+def test_a_vibration_faster_than_samples_is_bounded_by_its_speeds() -> None:
     """At 9.7 Hz, seen twice in a second: hardly a way from sample to sample."""
     t, w, size = np.arange(0.0, 20.0, 0.5), 2 * np.pi * 9.7, 0.05
     still, phase = np.zeros(len(t)), w * t
@@ -184,7 +184,7 @@ def test_calm_motion_strays_no_more_than_its_accelerations_tell() -> None:
         assert found == pytest.approx(np.full(len(t) - 1, a * 0.25 / 4))
 
 
-def test_speeds_of_bodies_are_those_of_their_places(tmp_path: Path) -> None:
+def test_speeds_of_bodies_agree_with_their_positions(tmp_path: Path) -> None:
     scene = load("lift", ["samples=50 Hz", "end=4 s"])
     run(scene, tmp_path / "run.mcap", in_process=True)
     past = history_of(Recording(tmp_path / "run.mcap")).part(0, 200)

@@ -78,7 +78,7 @@ def test_a_contact_that_nothing_orders_is_red_with_place_and_time(crane: str) ->
 
 
 @pytest.mark.parametrize("crane", ["goliath-840", "overhead-100"])
-def test_a_run_reports_the_same(crane: str) -> None:
+def test_a_run_reports_the_same_as_check(crane: str) -> None:
     gap = Random(crane).uniform(0.6, 0.9)
     touches = play(scene(crane, shelf(crane, gap)).plan).verdict
     assert touches.red
@@ -107,12 +107,12 @@ def test_check_exits_with_1_where_something_touches(tmp_path: Path) -> None:
         ("may tuch: [[block, ground]]\n", "did you mean 'may touch'"),
     ],
 )
-def test_what_is_nowhere_cannot_touch(text: str, told: str) -> None:
+def test_objects_that_do_not_exist_cannot_be_allowed_to_touch(text: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         scene("jib-60", shelf("jib-60", 0.8) + text)
 
 
-def test_a_stage_names_what_there_is() -> None:
+def test_a_stage_may_name_existing_objects_only() -> None:
     for says, message in (
         ("may touch: [[block, shlef]]", "did you mean 'shelf'"),
         ("may tuch: [[block, shelf]]", "'may touch'"),
@@ -122,7 +122,7 @@ def test_a_stage_names_what_there_is() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_load_that_hangs_is_not_unhooked(crane: str) -> None:
+def test_unhooking_a_hanging_load_is_red(crane: str) -> None:
     """At rest it is an error at its line; a commander refuses it, too, whoever orders it, unless the load stands."""
     loaded = scene(crane)
     names = [*loaded.scene.rigging, *(loaded.scene.rig.beams if loaded.scene.rig else ())]
@@ -143,7 +143,7 @@ def test_a_load_that_hangs_is_not_unhooked(crane: str) -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_who_stops_the_cranes_stops_all_that_moves_on_them(crane: str) -> None:
+def test_stopping_the_cranes_stops_all_their_axes(crane: str) -> None:
     def stopped(target: str) -> set[str]:
         loaded = scene(crane, "", ("  - stage: down\n", f"  - stage: stop\n    {target}: stop\n  - stage: down\n"))
         return {x.actuator for x in next(a for a in loaded.plan.actions if a.stage == "stop").orders}  # type: ignore[union-attr]
@@ -155,7 +155,7 @@ def test_who_stops_the_cranes_stops_all_that_moves_on_them(crane: str) -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_mass_unlike_its_volume_is_reported(crane: str) -> None:
+def test_an_implausible_mass_for_the_volume_is_reported(crane: str) -> None:
     draw, (long, wide) = Random(crane), size(crane)
     for density in (draw.uniform(0.01, 19.0), draw.uniform(21.0, 100.0)):
         mass = density * long * wide * 4.0 / 1e3

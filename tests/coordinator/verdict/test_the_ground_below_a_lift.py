@@ -49,7 +49,7 @@ STANDS = HALF + STOOL
 UP = [STANDS, STANDS, STANDS + 0.1, STANDS + 0.4, STANDS + 1.0, STANDS + 2.0]
 
 
-def test_lift_off_and_set_down_are_no_finding() -> None:
+def test_lift_off_and_setting_down_are_no_findings() -> None:
     there = UP + UP[::-1]
     assert told(went(there)) == []
     assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"
@@ -57,7 +57,7 @@ def test_lift_off_and_set_down_are_no_finding() -> None:
     assert told(swings) == [], "it swings as it leaves its supports, nobody carries it"
 
 
-def test_what_is_carried_low_is_red_with_its_place() -> None:
+def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
     (red,) = findings(near(went([*UP, STANDS + 0.1, *UP[4:]], [0.0] * 3 + [3.0 * i for i in range(6)])))
     assert (red.subject, red.t, red.value) == ("block and ground", 6.0, pytest.approx(STOOL + 0.1, abs=0.05))
     assert "of the ground, 0.5 m are to be kept (block at u, v, w = " in red.sentence
@@ -66,20 +66,20 @@ def test_what_is_carried_low_is_red_with_its_place() -> None:
     assert told(went(low)) == [], "up and down in its place"
 
 
-def test_an_order_to_land_is_no_finding_even_if_the_run_ends_before() -> None:
+def test_an_order_to_land_is_no_finding_even_if_the_run_ends_before_it() -> None:
     down = [STANDS + 2.0 - 0.2 * i for i in range(10)]
     assert len(told(went(down))) == 1
     assert told(went(down), landing=[(4.0, 9.0)]) == []
 
 
-def test_steel_in_the_ground_is_red_wherever_it_is() -> None:
+def test_penetration_of_the_ground_is_red_for_every_body() -> None:
     tips = went([STANDS] * 9, roll=[0.02 * i for i in range(9)])
     edge = (8.0 - 6.0) * np.sin(0.16) - STOOL  # below the pad at 6 m, which stands on its support
     assert told(tips) == [f"the block went {edge:.2f} m into the ground"]
     assert told(went([STANDS - 0.05] * 3)) == [], "the supports yield"
 
 
-def test_between_samples_it_is_bounded_by_how_fast_things_turn() -> None:
+def test_clearance_between_samples_is_bounded_by_turning_speeds() -> None:
     """A box of 16 m by 8 m that rolls is lowest with its diagonal upright, here between two samples."""
     upright, step, height = np.arctan2(8.0, HALF), np.radians(8.0), 10.0
     rolls = np.array([upright + (i - 4.5) * step for i in range(10)])

@@ -226,7 +226,7 @@ def crossed():
     return System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, supports=(pad,), gravity=G)
 
 
-def test_the_native_tangent_is_that_of_the_text_on_floats_and_of_differences():
+def test_the_native_tangent_agrees_with_floats_and_with_differences():
     native, floats = (Poses(s) for s in (Simulation(crossed()), Simulation(crossed(), native=False)))
     for poses in (native, floats):
         poses.simulation.start()
@@ -265,7 +265,7 @@ def corrected(monkeypatch):
 
 
 @pytest.mark.parametrize("slack", [1e-3, 0.01, 0.3, 2.0, 7.0])
-def test_events_are_located_in_few_rests(slack, corrected):
+def test_events_on_the_path_need_few_equilibria(slack, corrected):
     """A guard of a slack rope is a length, of a taut one a force, 1e9 times as steep: no chord between them converges;
     a bracket of hours has 34 halves down to a microsecond."""
     path = following(lifted(slack), ("rope", "pad"))

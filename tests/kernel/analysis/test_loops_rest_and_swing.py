@@ -96,7 +96,7 @@ def test_a_load_on_a_rigid_rope_rests_below_its_end():
     assert 2.0 * pi * mode.frequency == pytest.approx(sqrt(G / L), rel=1e-6)
 
 
-def test_a_brick_on_a_slope_rests_where_it_lies_and_its_equation_names_the_contact():
+def test_a_slack_rigid_rope_lets_its_load_fall_and_then_holds_it():
     simulation = started(on_slope(0.1, 0.5))
     where = simulation.state[:3].copy()
     assert equilibrium(simulation).q[:3] == pytest.approx(where, abs=1e-9)

@@ -69,7 +69,7 @@ def bits(flexible: Flexible) -> str:
     return hashlib.sha256(b"".join(np.ascontiguousarray(x).tobytes() for x in parts)).hexdigest()
 
 
-def test_libraries_without_wide_instructions_change_no_bit():
+def test_libraries_without_wide_instructions_give_the_same_bits():
     here = Path(__file__)
     folders = [str(here.parent), str(here.parents[1])]
     code = f"import sys; sys.path[:0] = {folders!r}; from {here.stem} import bits, bodies; "
@@ -80,7 +80,7 @@ def test_libraries_without_wide_instructions_change_no_bit():
 
 
 @pytest.mark.parametrize(("n", "sought"), [(1, 1), (2, 2), (5, 3), (30, 30), (60, 4), (90, 7)])
-def test_eigenvalues_are_those_of_lapack(n, sought):
+def test_eigenvalues_agree_with_lapack(n, sought):
     random = np.random.default_rng(n)
     A, B = (x @ x.T + np.eye(n) for x in random.normal(size=(2, n, n)))
     values, vectors = largest(B, A, sought)
@@ -91,7 +91,7 @@ def test_eigenvalues_are_those_of_lapack(n, sought):
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 40])
-def test_products_solutions_and_sums_are_those_of_lapack(n):
+def test_products_solutions_and_sums_agree_with_lapack(n):
     random = np.random.default_rng(n)
     A, X = random.normal(size=(n, n)), random.normal(size=(n, 3))
     S = A @ A.T + np.eye(n)
@@ -105,7 +105,7 @@ def test_products_solutions_and_sums_are_those_of_lapack(n):
 
 @pytest.mark.parametrize("elements", [8, 50])
 @pytest.mark.parametrize("held", [[*range(6)], []], ids=["clamped", "free"])
-def test_modes_of_a_beam_are_those_of_lapack(held, elements):
+def test_modes_of_a_beam_agree_with_lapack(held, elements):
     beam = Beam(30.0, 500.0, 2e9, 1e9, 6e9, 4e8, 900.0, elements=elements)
     M, K = beam_matrices(beam)
     free = [d for d in range(len(M)) if d not in held]
@@ -125,14 +125,14 @@ def test_a_tube_bends_in_one_plane_at_a_time():
 
 
 @pytest.mark.parametrize("degree", [1, 3, 5, 7])
-def test_splines_are_those_of_scipy(degree):
+def test_splines_agree_with_scipy(degree):
     x, values = np.linspace(0.0, 150.0, 33), np.random.default_rng(degree).normal(size=(33, 4))
     at = 75.0 * (1.0 + roots(50))
     assert spline(x, values, degree, at) == pytest.approx(make_interp_spline(x, values, k=degree)(at), abs=EXACT)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 9])
-def test_series_are_those_of_numpy(n):
+def test_series_agree_with_numpy(n):
     random = np.random.default_rng(n)
     a, b, values = random.normal(size=n), random.normal(size=n), random.normal(size=12)
     x = np.linspace(-1.0, 1.0, 7)

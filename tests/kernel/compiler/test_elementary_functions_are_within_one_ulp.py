@@ -120,7 +120,7 @@ def test_very_large_angles_lose_no_more_than_their_own_last_place():
 
 
 @pytest.mark.parametrize("opt", [0, 1, 2, 3])
-def test_machine_code_has_the_bits_of_the_text(opt):
+def test_machine_code_gives_the_bits_of_the_float_text(opt):
     f = Function(
         "f",
         lambda x: {"y": [sin(x[0]), cos(x[0]), atan2(x[1], x[2]), power(x[3], x[4])]},

@@ -21,7 +21,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache"
 
 
-def test_it_is_made_for_this_user_alone(folder: Path) -> None:
+def test_the_cache_is_readable_by_its_user_only(folder: Path) -> None:
     assert (folder.stat().st_mode & 0o777, (folder / "one.o").stat().st_mode & 0o777) == (0o700, 0o600)
     folder.chmod(0o755)  # as an earlier version left it
     assert read_cached("one.o") == b"code"
@@ -49,7 +49,9 @@ FOLDERS = {
         for name, f in FOLDERS.items()
     ],
 )
-def test_a_folder_of_others_is_neither_read_nor_written(folder: Path, spoil: Callable[[Path], object]) -> None:
+def test_a_cache_folder_of_another_user_is_neither_read_nor_written(
+    folder: Path, spoil: Callable[[Path], object]
+) -> None:
     spoil(folder)
     assert read_cached("one.o") == b""
     write_cached("two.o", b"more")
@@ -73,7 +75,7 @@ FILES = {
 @pytest.mark.parametrize(
     "spoil", [pytest.param(f, id=name, marks=root_only if " user" in name else ()) for name, f in FILES.items()]
 )
-def test_a_file_of_others_is_passed_over_and_replaced(folder: Path, spoil: Callable[[Path], object]) -> None:
+def test_a_cached_file_of_another_user_is_ignored_and_replaced(folder: Path, spoil: Callable[[Path], object]) -> None:
     spoil(folder / "one.o")
     assert read_cached("one.o") == b""
     write_cached("one.o", b"anew")

@@ -54,7 +54,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_what_was_used_last_stays(folder: Path, seed: int) -> None:
+def test_the_most_recently_used_entries_stay(folder: Path, seed: int) -> None:
     rng = random.Random(seed)
     used = list(range(rng.randrange(1, 30)))
     rng.shuffle(used)
@@ -72,7 +72,7 @@ def test_what_was_used_last_stays(folder: Path, seed: int) -> None:
         assert held() <= LEFT * bound < held() + last.size
 
 
-def test_who_writes_much_looks(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_writes_much_checks_the_bound(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", "0.5")
     most = 0
     for number in range(200):
@@ -91,7 +91,7 @@ def test_what_is_read_counts_as_used(folder: Path) -> None:
     assert [x.name for x in kept()] == [name(9), name(0)]
 
 
-def test_files_of_others_stay(folder: Path) -> None:
+def test_foreign_files_in_the_cache_stay(folder: Path) -> None:
     """Somebody may name a folder that holds more."""
     folder.mkdir()
     (folder / "thesis.tex").write_bytes(bytes(100_000))
@@ -101,7 +101,7 @@ def test_files_of_others_stay(folder: Path) -> None:
     assert sorted(x.name for x in folder.iterdir()) == ["fmu-data", "thesis.tex"]
 
 
-def test_two_processes_write_and_let_go_at_once(folder: Path) -> None:
+def test_two_processes_write_and_evict_at_once(folder: Path) -> None:
     environment = os.environ | {"HEAVYLIFT_CACHE_MB": "0.2"}
     command = [sys.executable, "-c", WRITER]
     both = [subprocess.Popen([*command, str(seed)], env=environment, stderr=subprocess.PIPE) for seed in range(2)]
@@ -129,7 +129,7 @@ input()
     assert not [*folder.iterdir()]
 
 
-def test_a_folder_that_cannot_be_filled_leaves_nothing(folder: Path) -> None:
+def test_a_failed_write_leaves_no_file(folder: Path) -> None:
     folder.mkdir(mode=0o700)
 
     def broken(fresh: Path) -> None:
@@ -142,7 +142,7 @@ def test_a_folder_that_cannot_be_filled_leaves_nothing(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("given", ["much", "-1", "nan", "inf", "512 MB"])
-def test_a_bound_that_is_none_is_a_sentence(folder: Path, monkeypatch: pytest.MonkeyPatch, given: str) -> None:
+def test_an_invalid_bound_is_reported_in_a_sentence(folder: Path, monkeypatch: pytest.MonkeyPatch, given: str) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", given)
     for use in (lambda: read_cached("x"), lambda: write_cached("x", b""), _cache):
         with pytest.raises(OutputError, match=rf"HEAVYLIFT_CACHE_MB='{given}' is no size; give megabytes, such as 512"):

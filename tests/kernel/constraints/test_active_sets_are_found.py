@@ -35,7 +35,7 @@ def random_box_problem(rng):
     return B @ B.T + 0.1 * np.eye(n), rng.normal(size=n), lo, hi
 
 
-def test_the_set_is_the_one_that_trying_all_of_them_finds():
+def test_the_active_set_is_that_of_an_exhaustive_search():
     rng = np.random.default_rng(3)
     for _ in range(100):
         problem = random_box_problem(rng)
@@ -46,7 +46,7 @@ def test_the_set_is_the_one_that_trying_all_of_them_finds():
 
 
 @pytest.mark.parametrize("n", [1, 5, 6, 9])
-def test_machine_code_takes_the_same_turns_to_the_same_bits(n):
+def test_machine_code_makes_the_same_pivots_to_the_same_bits(n):
     """Filled up with rows that have no part in it."""
     rng = np.random.default_rng(7)
     for _ in range(20):
@@ -74,7 +74,7 @@ def test_four_equal_ropes_share_one_load_and_an_eccentric_load_leaves_one_slack(
     assert G.T @ far.x == pytest.approx([1.0, 0.7, 0.7], abs=1e-8)
 
 
-def test_a_problem_without_a_solution_is_stated_to_have_none():
+def test_an_unsolvable_problem_is_reported_as_such():
     assert not solve(np.array([[-1.0]]), np.array([-1.0]), np.zeros(1), np.full(1, np.inf)).found
 
 

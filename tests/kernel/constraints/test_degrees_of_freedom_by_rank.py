@@ -167,7 +167,7 @@ def test_published_linkages(system, dof, redundant):
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_neither_size_nor_mass_counts(size):
+def test_degrees_of_freedom_depend_neither_on_size_nor_on_mass(size):
     """Bennett's linkage of a millimetre and of a kilometre, with masses from a gram to a million tons."""
     small = bennett(a=size)
     masses = zip(small.bodies, (1e-3, 1.0, 1e9), strict=True)
@@ -193,7 +193,7 @@ def test_many_folded_windows_move_as_one_chain_of_branches():
     assert (m.at_start, m.dof) == (4, 1)
 
 
-def test_a_stretched_pair_of_bars_gives_way_by_nothing_but_rounding():
+def test_a_stretched_pair_of_bars_yields_by_rounding_only():
     """Two bars in line between two pins: infinitesimally movable, and rigid."""
     bars = (
         Joint("left", "revolute", WORLD, "a", axis=Y),
@@ -239,13 +239,13 @@ def test_random_loops_have_the_rank_of_pinocchio_s_jacobian(seed):
 
 
 @pytest.mark.parametrize("kind", ["revolute", "cylindrical", "universal", "planar", "spherical", "screw"])
-def test_a_joint_that_is_doubled_takes_no_freedom(kind):
+def test_a_doubled_joint_removes_no_freedom(kind):
     once, twice = map(found, doubled(kind))
     assert once.dof == twice.dof
     assert twice.conditions == twice.conditions - twice.rank, "every row of the second one is redundant"
 
 
-def test_what_drives_and_locks_give_is_not_free():
+def test_driven_and_locked_coordinates_are_not_free():
     joints = tuple(Joint(f"j{i}", "revolute", "b0" if i else WORLD, f"b{i}", axis=Y) for i in range(3))
     system = System(
         tuple(link(f"b{i}") for i in range(3)), joints, drives=(Drive("d", "j0", "prescribed"),),
@@ -271,7 +271,7 @@ def test_taut_rigid_ropes_count_and_slack_ones_do_not():
     assert m.redundant[0].names == ("rope 'r0'", "rope 'r1'", "rope 'r2'")
 
 
-def test_bodies_are_distinguished():
+def test_freedoms_are_reported_by_body():
     bodies = (
         link("load"), Body("carrier", 0.0), link("plate"),
         Body("beam", 0.0, flexible=Flexible(2, Beam(10.0, 100.0, EI_y=1e6), loads=(10.0,))), link("tip"),

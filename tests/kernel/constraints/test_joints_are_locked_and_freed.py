@@ -87,7 +87,7 @@ def test_a_locked_tree_moves_as_one_with_a_fixed_joint_and_freed_goes_on_without
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_locking_in_random_trees_conserves_what_it_must(seed):
+def test_locking_in_random_trees_conserves_momentum(seed):
     """Gauss: of all motions that obey the lock, the one after is nearest to the one before in the metric of H."""
     system = random_system(seed, 7, 2.0)
     moving = [j for j in system.joints if j.kind != "fixed"]
@@ -258,13 +258,13 @@ PLAIN = double_pendulum()
         ),
     ],
 )
-def test_locks_that_cannot_be(system, sentence):
+def test_impossible_locks_are_refused(system, sentence):
     with pytest.raises(KernelError) as e:
         Simulation(system)
     assert str(e.value) == sentence
 
 
-def test_a_lock_that_is_not_there():
+def test_an_unknown_lock_is_refused():
     s = at(PLAIN, 0)
     with pytest.raises(KernelError) as e:
         s.set_lock("nut", True)

@@ -99,7 +99,7 @@ def shafts(kind, name, asked):
     ("constant-velocity", (0.1, 0.0), ("angle1 from 5.72958 degrees to 20 degrees",)),
     ("spherical", (0.0, 0.0, 0.0, 1.0), ("attitude from 0 degrees to 40 degrees",)),
 ])  # fmt: skip
-def test_a_start_value_that_is_not_kept_is_reported(kind, asked, told, name):
+def test_a_start_value_that_cannot_be_kept_is_reported(kind, asked, told, name):
     (note,) = [n.sentence for n in started(shafts(kind, name, asked), native=False).notes if "start pose" in n.sentence]
     assert note.startswith(f"the start pose was changed so that the loops of joint '{name}' close: joint '{name}' ")
     assert all(f"joint '{name}' {x}" in note for x in told), note
@@ -139,7 +139,7 @@ def told_speeds(s):
 
 @pytest.mark.parametrize("kind", LOOPS)
 @pytest.mark.parametrize("seed", range(6))
-def test_speeds_that_fit_are_silent_and_others_are_reported_with_what_is_used(kind, seed):
+def test_consistent_speeds_give_no_note_and_others_are_reported_with_the_ones_used(kind, seed):
     random = Random(f"{kind} {seed}")
     system, *_ = looped(seed, (kind,), n=5)
     drawn = [tuple(random.uniform(-1.0, 1.0) for _ in JOINTS[j.kind].velocities) for j in system.joints]

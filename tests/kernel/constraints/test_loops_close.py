@@ -84,7 +84,7 @@ def doubled(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.large(beyond=3)
-def test_a_joint_of_any_kind_doubled_changes_nothing(kind):
+def test_doubling_a_joint_of_any_type_changes_nothing(kind):
     """The closing joint's rows hold along the whole motion of the same joint in the tree, and do no work on it."""
     one, two = (started(x, tolerance=1e-10, h_max=0.05) for x in doubled(kind))
     assert [j.name for j in two.program.graph.loops] == ["twice"]
@@ -113,7 +113,7 @@ def held(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.large(beyond=3)
-def test_a_loop_of_any_kind_keeps_its_joint_and_its_energy(kind):
+def test_a_loop_of_any_joint_closes_and_keeps_its_energy(kind):
     system = held(kind)
     s = started(system, tolerance=1e-9, sample_ns=100_000_000, h_max=0.05)
     (cut,) = s.program.graph.loops
@@ -195,7 +195,7 @@ def test_native_code_and_floats_agree_on_loops():
     assert native.state == pytest.approx(floats.state, rel=0.0, abs=1e-12)
 
 
-def test_a_closed_pose_stays_as_it_is_and_an_open_one_is_closed():
+def test_a_closed_pose_is_kept_and_an_open_one_is_closed():
     closed = started(windows(1))
     assert closed.state[: closed.program.nq].tolist() == [0.0, np.pi / 2, 0.0]
     system = windows(1)
@@ -235,20 +235,20 @@ REFUSED = [
             (GUIDE, replace(GUIDE, name="b")),
             springs=(JointSpring("s", "guide"), JointSpring("s2", "b")),
         ),
-        "joint 'b': it closes a loop, so that 's2' finds no coordinate in it; "
-        "every other joint of the loop is in use, too: free one of them of its laws",
+        "joint 'b': it closes a loop, so that 's2' has no coordinate in it; "
+        "every other joint of the loop has laws, too: remove those of one of them",
     ),
 ]
 
 
 @pytest.mark.parametrize(("system", "sentence"), REFUSED, ids=[s[:40] for _, s in REFUSED])
-def test_linkages_that_cannot_be_are_refused(system, sentence):
+def test_impossible_linkages_are_refused(system, sentence):
     with pytest.raises(KernelError) as e:
         started(system)
     assert fullmatch(sentence, str(e.value))
 
 
-def test_a_drive_that_asks_for_more_than_a_linkage_can_do_is_reported():
+def test_a_drive_that_a_linkage_cannot_follow_is_reported():
     """A crank turned by force in a linkage in which it can only rock."""
     crank, rocker = rod("crank"), rod("rocker", 0.5)
     joints = (

@@ -56,7 +56,7 @@ def attempted(act) -> str:
 
 @SOME
 @SEEDS
-def test_it_runs_and_its_energy_closes(seed, n):
+def test_random_mechanisms_run_and_balance_their_energy(seed, n):
     s = started(roped(seed, n, 2.0), tolerance=1e-9, sample_ns=SECOND // 20, native=True)
     s.run(SECOND // 2)
     s.interrupt(SECOND // 2)
@@ -66,7 +66,7 @@ def test_it_runs_and_its_energy_closes(seed, n):
 
 @SOME
 @SEEDS
-def test_inertias_over_twelve_decades_give_finite_motion_or_a_sentence(seed, n):
+def test_inertias_over_twelve_decades_give_finite_motion_or_an_error(seed, n):
     s = Simulation(roped(seed, n, 12.0), native=False)
     if sentence := attempted(s.start):
         assert "\n" not in sentence

@@ -38,7 +38,7 @@ def test_masses_of_twelve_decades(seed):
     assert error < CLOSES or has_loops(system), "rows of loops share rounding that is relative to the heaviest body"
 
 
-def test_every_kind_of_loop_is_drawn():
+def test_every_type_of_loop_is_drawn():
     drawn = [j.kind for seed in range(60) for j in mechanism(seed, 2.0).joints if j.name.startswith("loop")]
     assert set(drawn) == set(LOOPS)
 

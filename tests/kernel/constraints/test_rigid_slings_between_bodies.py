@@ -56,7 +56,7 @@ def lifted(scene: System, **options):
 
 
 @pytest.mark.parametrize("method", LOOSE)
-def test_every_method_finds_the_same_at_a_loose_tolerance(method):
+def test_every_method_finds_the_same_tensions_at_a_loose_tolerance(method):
     """Steps that are long against the ropes' motion, with positions of 75 m: nothing is lost and nothing chatters."""
     fine, loose = lifted(lift(), tolerance=1e-8), lifted(lift(), method=method, tolerance=LOOSE[method])
     want, found = (column(s, "rope/peak")[1].max(axis=0) for s in (fine, loose))
@@ -68,7 +68,7 @@ def test_every_method_finds_the_same_at_a_loose_tolerance(method):
 
 
 @pytest.mark.parametrize("method", ["dopri5", "radau5"])
-def test_they_are_the_limit_of_stiff_slings(method):
+def test_rigid_slings_are_the_limit_of_stiff_ones(method):
     """Also where the block leans and its pads open one after the other."""
     rigid = lifted(lift(lean=1.0), method=method, tolerance=1e-8)
     stiff = lifted(lift(1e3 * EA, lean=1.0), method="radau5", tolerance=1e-8)
@@ -80,7 +80,7 @@ def test_they_are_the_limit_of_stiff_slings(method):
     assert np.array(rigid.row().pull) == pytest.approx(shares, rel=STIFF * 10)
 
 
-def test_a_rope_that_is_off_shows_nothing_on_its_load_cell():
+def test_the_load_cell_of_an_unhooked_rope_shows_zero():
     """Of two loads on rigid ropes one is let go."""
     bodies = tuple(Body(n, 1e3) for n in ("left", "right"))
     joints = tuple(Joint(n, "prismatic", "world", n, axis=Z, q0=(-10.0,)) for n in ("left", "right"))

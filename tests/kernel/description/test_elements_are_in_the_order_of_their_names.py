@@ -17,7 +17,7 @@ def test_numbers_in_names_count() -> None:
         assert sorted(Random(seed).sample(wanted, len(wanted)), key=natural) == wanted
 
 
-def test_a_system_does_not_depend_on_who_declares_first() -> None:
+def test_a_system_does_not_depend_on_the_order_of_declarations() -> None:
     parts = [model.declare() for model in build(load("turnover").plan).values()]
     whole = assembled(parts, G)
     assert [rope.name for rope in whole.ropes[:4]] == ["east.H1", "east.H2", "east.H3", "loader-1.sling-1"]
@@ -32,7 +32,7 @@ def shuffled(system: System, random: Random) -> System:
     return replace(system, **{g: tuple(random.sample(x, len(x))) for g in groups if (x := getattr(system, g))})
 
 
-def test_what_an_element_reports_stays_as_it_is() -> None:
+def test_an_element_keeps_its_columns() -> None:
     """Only elements are put in order, never what stands in them."""
     joints = (Joint("b", "spherical", "world", "load", q0=(0.0, 0.0, 0.0, 1.0), v0=(3.0, 2.0, 1.0)),)
     whole = assembled([System((Body("load", 1.0),), joints)], G)

@@ -31,7 +31,7 @@ from small_scenes import SECOND, X, Z, hand_over, hung, slider, started
 
 
 @pytest.mark.parametrize(("system", "sentence"), DESCRIPTIONS, ids=[s[:60] for _, s in DESCRIPTIONS])
-def test_descriptions_that_cannot_be(system, sentence):
+def test_invalid_descriptions_are_refused(system, sentence):
     with pytest.raises(KernelError) as e:
         Program(system)
     assert str(e.value) == sentence
@@ -84,7 +84,7 @@ def test_descriptions_that_cannot_be(system, sentence):
         (ONE, {"step": nan}, "step nan s: a fixed step must be at least 1e-09 s and finite"),
     ],
 )
-def test_simulations_that_cannot_start(system, options, sentence):
+def test_simulations_that_cannot_start_are_refused(system, options, sentence):
     with pytest.raises(KernelError) as e:
         Simulation(system, cache=False, **options)
     assert str(e.value) == sentence
@@ -96,7 +96,7 @@ def simulation():
 
 
 @pytest.mark.parametrize(("command", "sentence"), COMMANDS, ids=[s[:60] for _, s in COMMANDS])
-def test_commands_that_cannot_be(simulation, command, sentence):
+def test_impossible_commands_are_refused(simulation, command, sentence):
     before = simulation.P.tobytes()
     with pytest.raises(KernelError) as e:
         command(simulation)
@@ -133,7 +133,7 @@ def test_a_rope_is_hooked_at_an_array():
     assert s.switches.rope_numbers("sling")[4:7] == pytest.approx([1.0, 0.0, 0.0])
 
 
-def test_names_of_none():
+def test_unknown_names_are_refused():
     switches = Switches(Program(ONE), Program(ONE).parameters.initial)
     for what, call in (
         ("rope", switches.rope_numbers),
@@ -166,7 +166,7 @@ def test_motion_that_is_not_finite_names_the_body():
     assert "\n" not in str(e.value)
 
 
-def test_a_law_that_jumps_is_named_by_its_body():
+def test_a_force_law_that_jumps_is_named_with_its_body():
     """A brake as stiff as numbers allow: the step shrinks below a picosecond and the run ends."""
     brake = Brake("brake", "a-guide", 1e30, 1e36, 0.0, True)
     s = started(replace(slider("a", 1.0, v0=1.0), brakes=(brake,)))
@@ -212,7 +212,7 @@ def test_states_that_are_not_finite_are_refused(value, place):
         Simulation(with_(joints=(replace(GUIDE, **{place: (value,)}),)))
 
 
-def test_a_rope_whose_ends_meet_has_no_direction():
+def test_a_rope_whose_ends_coincide_has_no_direction():
     s = started(hung(0.0))
     with pytest.raises(KernelError) as e:
         s.run(SECOND)

@@ -127,13 +127,13 @@ def test_the_system_itself_runs() -> None:
 
 
 @pytest.mark.parametrize(("system", "name"), CASES)
-def test_a_name_that_nobody_bears(system: System, name: str) -> None:
+def test_an_unknown_name_is_answered_with_similar_ones(system: System, name: str) -> None:
     with pytest.raises(KernelError) as caught:
         _run(system)
     assert f"'{name}x'; did you mean '{name}'?" in str(caught.value)
 
 
-def test_what_is_not_like_any_name() -> None:
+def test_a_name_unlike_any_other_is_answered_with_all() -> None:
     with pytest.raises(KernelError, match="lock 'k': there is no joint 'j'; the system has no joint at all"):
         _run(System(locks=(Lock("k", "j"),)))
     with pytest.raises(KernelError, match="lock 'k': there is no joint 'z'; known: rail, hinge, track"):

@@ -12,7 +12,7 @@ CASES = 40
 
 @pytest.mark.parametrize("seed", range(CASES))
 @pytest.mark.large(beyond=20)
-def test_a_spoiled_scene_is_refused_in_a_sentence_or_runs(seed):
+def test_a_corrupt_scene_is_refused_in_a_sentence_or_runs(seed):
     random = Random(seed)
     system = random_system(seed, 4) if seed % 4 == 0 else yard()
     for _ in range(random.choice((1, 1, 2, 4))):

@@ -116,7 +116,7 @@ def test_every_body_and_every_law_is_there_under_its_own_name():
     assert re.search(r"\nsoft +a-rail +3 +0 +0\b", text)
 
 
-def test_what_has_been_made_of_a_description_before_gives_no_names():
+def test_a_description_that_was_compiled_before_keeps_its_names():
     """Programs of one description, and trees of one kind, are made once in a process."""
     system = two_of_a_kind()
     text = equations(system)
@@ -172,7 +172,7 @@ def check_latex(latex: str) -> None:
         assert not re.search(r"(?<!\\)[_^&#%]", words), words
 
 
-def test_names_with_special_signs_survive_in_latex():
+def test_names_with_special_characters_are_escaped_in_latex():
     joint = Joint("50%_rail", "prismatic", "world", "a_b#1", axis=Z)
     latex = equations(System((Body("a_b#1", 1.0),), (joint,), gravity=G), latex=True)
     check_latex(latex)

@@ -108,7 +108,7 @@ def test_a_trolley_of_a_third_of_the_girders_mass():
     assert np.abs(w - want).max() < CLOSE * np.abs(want).max()
 
 
-def test_a_trolley_rolls_into_the_sag_and_the_accounts_close():
+def test_a_trolley_rolls_into_the_sag_and_the_energy_balance_closes():
     """Undriven, it accelerates downhill; energy goes between its motion, its height and the girder."""
     system = crane(TROLLEY, drive=False, gravity=G)
     rail = replace(system.joints[1], q0=(50.0,))
@@ -137,7 +137,7 @@ def test_a_slider_needs_a_beam():
         Program(System((Body("trolley", 1.0),), (joint,)))
 
 
-def test_machine_code_of_a_slider_is_the_text():
+def test_machine_code_of_a_slider_agrees_with_floats():
     simulation = Simulation(crane(TROLLEY, drive=False, gravity=G), cache=False)
     random = np.random.default_rng(1)
     y = np.concatenate([random.normal(size=simulation.program.nv) * 0.1, random.normal(size=simulation.program.nv)])

@@ -185,7 +185,7 @@ def test_a_floating_body_answers_as_its_equations_in_the_frequency_domain():
     assert np.abs(found - want).max() < 2e-4 * np.abs(want).max()
 
 
-def test_its_equations_report_of_the_water():
+def test_its_printed_equations_contain_the_water():
     """Of the body that has an added mass, in both forms of its equations."""
     free = Joint("free", "free", "world", "hull", q0=(0.0,) * 6 + (1.0,))
     message = equations(System((SLENDER,), (free,)))

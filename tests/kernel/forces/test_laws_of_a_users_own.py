@@ -73,13 +73,13 @@ def test_a_law_on_a_free_body_gives_force_and_moment():
     assert imbalance(s) < CLOSES
 
 
-def test_a_law_between_two_ends():
+def test_a_law_between_two_ends_acts_on_both():
     law = UserLaw("tether", f"{HERE}:tether", ends=(Point("world"), Point("load")))
     s = started(cart(law, q0=2.0), **FINE)
     assert end(s, 0.3)[0] == pytest.approx(1.0 + np.cos(sqrt(40.0 / 2.0) * 0.3), abs=AS_SCIPY)
 
 
-def test_modes_turn_at_located_events():
+def test_modes_of_a_law_switch_at_located_events():
     """A relay at 0.1 m makes parabolas: force -2 beyond it, +2 before; quarter period sqrt(2 x m / F)."""
     s = started(cart(own("relay", guards=f"{HERE}:beyond_the_middle", modes=1), q0=0.6), **FINE)
     s.run(6 * SECOND)
@@ -95,7 +95,7 @@ def test_a_mode_begins_with_the_sign_of_its_guard():
     assert s.row().shown[0] == 2.0
 
 
-def test_an_edited_law_is_compiled_again(tmp_path, monkeypatch):
+def test_an_edited_law_is_compiled_anew(tmp_path, monkeypatch):
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(native_state, "MOST_LOADED", 0)
     monkeypatch.setattr(native_state, "_loaded", {})
@@ -137,7 +137,7 @@ BAD = [
 
 @pytest.mark.parametrize(("function", "told", "do"), BAD)
 @pytest.mark.parametrize("native", [True, False])
-def test_what_cannot_be_traced_is_refused_with_its_line(function, told, do, native):
+def test_a_law_that_cannot_be_traced_is_refused_with_its_line(function, told, do, native):
     with pytest.raises(KernelError) as e:
         Simulation(cart(own(function)), native=native)
     sentence = str(e.value)
@@ -162,7 +162,7 @@ def test_what_cannot_be_traced_is_refused_with_its_line(function, told, do, nati
         (UserLaw("own", f"{HERE}:shaker", "guide"), "there is no joint 'guide'"),
     ],
 )
-def test_laws_that_cannot_be(law, told):
+def test_invalid_laws_are_refused(law, told):
     with pytest.raises(KernelError) as e:
         Simulation(cart(law))
     assert told in str(e.value)
@@ -198,7 +198,7 @@ def test_a_buffer_with_a_kinked_curve_keeps_its_energy():
         ((0.0, 0.0), (1.0, 2.0), "does not rise at 0.0"),
     ],
 )
-def test_curves_that_cannot_be(x, effort, told):
+def test_invalid_curves_are_refused(x, effort, told):
     with pytest.raises(KernelError, match="characteristic 'c': ") as e:
         Simulation(cart(Characteristic("c", "load-guide", "speed", x, effort)))
     assert told in str(e.value)
@@ -210,7 +210,7 @@ def test_two_forces_of_one_name_are_refused():
         Simulation(replace(slider(), forces=loads))
 
 
-def test_a_pendulum_of_the_users_own_period():
+def test_a_pendulum_with_a_law_of_its_user_has_the_expected_period():
     """Half a period of the small pendulum, as a check that q is the joint's own coordinate."""
     s = started(cart(own("van_der_pol", parameters=(0.0, 3.0)), mass=1.0, q0=0.2), **FINE)
     assert end(s, pi / 3.0)[0] == pytest.approx(-0.2, abs=AS_SCIPY)

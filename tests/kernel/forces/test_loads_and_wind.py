@@ -47,7 +47,7 @@ def test_a_load_in_the_wind_hangs_where_the_closed_form_says():
     assert q[:, 0] == pytest.approx(np.full(len(t), theta), rel=PERMILLE)
 
 
-def test_the_wind_sees_of_a_turned_box_what_its_sides_project():
+def test_the_wind_acts_on_the_projected_sides_of_a_turned_box():
     """Of a box a x b x c that is turned by R, the wind sees A = sum |R_ji w_j| A_i, the area of its shadow."""
     turn = Rotation.from_euler("zyx", [0.5, -0.3, 1.1])
     size, sides, v = np.array([20.0, 16.0, 8.0]), (16.0 * 8.0, 20.0 * 8.0, 20.0 * 16.0), 15.0
@@ -71,7 +71,7 @@ def test_a_sudden_gust_swings_the_load_twice_as_far():
     assert imbalance(s) < CLOSES
 
 
-def test_a_gusty_wind_agrees_with_scipy():
+def test_gust_spectra_agree_with_scipy():
     """Drag of the air that the swinging load feels, along a record of gusts; the same law written for SciPy."""
     times, speeds = (0.5, 1.5, 4.0, 4.0, 9.0), (0.0, 20.0, 12.0, 17.0, 5.0)
     m, L = C16["m"], C16["L"]
@@ -116,7 +116,7 @@ def test_breakpoints_of_a_history_are_step_boundaries():
     assert s.row().v[0] == pytest.approx(v, rel=EXACT)
 
 
-def test_a_scene_at_rest_waits_for_its_history():
+def test_a_scene_at_rest_wakes_for_its_force_history():
     late = Load("late", Point("load"), (1.0, 0.0, 0.0), signal=InputSignal(times=(100.0, 100.0), values=(0.0, 1.0)))
     s = started(replace(slider(mass=1.0, axis=X), forces=(late,)))
     s.run(102 * SECOND)
@@ -124,7 +124,7 @@ def test_a_scene_at_rest_waits_for_its_history():
     assert s.row().q[0] == pytest.approx(2.0, rel=EXACT)
 
 
-def test_a_driven_load_follows_its_orders_and_a_master():
+def test_a_driven_load_follows_its_commands_and_its_master():
     push = Load("push", Point("load"), (6.0, 0.0, 0.0), signal=InputSignal(0.0, driven=True))
     s = started(replace(slider(mass=2.0, axis=X), forces=(push,), masters=(Master("m"),)), tolerance=1e-9)
     s.references.set_profile("push", 0, 0.5, 1e3, 0.5)
@@ -152,7 +152,7 @@ def test_body_axes_turn_with_the_body():
     assert imbalance(s) < CLOSES
 
 
-def test_half_a_load_that_is_lost_slackens_the_rope():
+def test_losing_half_of_a_load_slackens_the_rope():
     """C22: a rope carries (1 - 2 dm/m) of the weight at least, and goes slack from dm = m/2 on."""
     given = FORMS["C22"]["given"]
     m = given["m"]
@@ -210,7 +210,7 @@ def test_an_emergency_stop_while_lowering(ts, key):
         (Load("f", Point("load"), X, signal=InputSignal(times=(2.0,), values=(1.0,), driven=True)), "one of them"),
     ],
 )
-def test_loads_that_cannot_be(force, told):
+def test_invalid_loads_are_refused(force, told):
     with pytest.raises(KernelError) as e:
         Simulation(replace(slider(), forces=(force,)))
     assert told in str(e.value)

@@ -189,7 +189,7 @@ def test_a_torsional_pendulum_keeps_its_period_nearly_half_a_turn_wide():
         Bushing("s", P_A, P_B, K, D, R_A, R_B),
     ],
 )
-def test_the_accounts_close_for_tumbling_bodies(force):
+def test_the_energy_balance_closes_for_tumbling_bodies(force):
     s = started(replace(pair((0.3, -0.2, 0.7), (-0.4, 0.9, 0.1), v=SPIN), forces=(force,)), **FINE)
     s.run(5 * SECOND)
     assert imbalance(s) < CLOSES
@@ -218,7 +218,7 @@ def unsymmetric(A):
         (Bushing("s", Point("world"), Point("load"), K, D, ((2.0, 0.0, 0.0), Z, X)), "R_a is not a rotation"),
     ],
 )
-def test_springs_that_cannot_be(force, told):
+def test_invalid_springs_are_refused(force, told):
     with pytest.raises(KernelError) as e:
         Simulation(replace(slider(), forces=(force,)))
     assert told in str(e.value)

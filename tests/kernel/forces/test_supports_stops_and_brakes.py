@@ -82,7 +82,7 @@ def test_a_pulled_block_sticks_below_the_limit_of_friction_and_slips_above(pull,
         assert s.state[s.program.nq] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_block_that_is_lifted_while_it_leans_sideways_on_its_pads_lets_go_without_chatter():
+def test_a_block_lifted_while_it_leans_on_its_pads_separates_without_chatter():
     """The limit of friction falls with the load until it is below what the springs hold, again and again."""
     mass, mu = 1.0e5, 0.2
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
@@ -121,7 +121,7 @@ def test_a_door_bounces_between_stop_and_closer_with_the_period_of_two_half_swin
         assert b - a == pytest.approx(pressed, abs=1e-7)
 
 
-def test_a_stop_lets_go_without_pulling():
+def test_a_stop_separates_without_pulling():
     """With damping its force vanishes while the joint is still beyond the limit."""
     scene = replace(slider(axis=X, mass=1.0e4, v0=1.0), stops=(Stop("buffer", "load-guide", -1.0, 0.5, 4.0e5, 4.0e4),))
     s = started(scene, **FINE)
@@ -156,7 +156,7 @@ def test_a_brake_stops_a_trolley_within_half_v_squared_over_a():
 
 
 @pytest.mark.parametrize("load", [0.9, 1.1])
-def test_a_brake_holds_what_is_lighter_and_lets_slip_what_is_heavier(load):
+def test_a_brake_holds_a_light_load_and_slips_under_a_heavy_one(load):
     mass = 1.0e3
     brake = Brake("brake", "load-guide", mass * G / load, 1.0e7, 1.0e5, True)
     s = started(replace(slider(mass=mass, q0=-mass * G / 1.0e7), brakes=(brake,)), **FINE)
@@ -172,7 +172,7 @@ def test_a_brake_holds_what_is_lighter_and_lets_slip_what_is_heavier(load):
         assert s.state[1] == pytest.approx(-a * s.now, rel=1e-3)  # the last step ends behind 4 s
 
 
-def test_an_inclined_guide_is_a_slope():
+def test_an_inclined_guide_acts_as_a_slope():
     """Coulomb friction as a brake of moment mu m g cos: slides with g (sin - mu cos)."""
     angle, mu, mass = radians(20.0), 0.2, 1.0e3
     brake = Brake("friction", "load-guide", mu * mass * G * cos(angle), 1.0e8, 1.0e6, True)
@@ -196,7 +196,7 @@ def test_a_pad_that_opens_does_not_slip_at_that_instant():
 
 @pytest.mark.parametrize("late", [0.0, 1e-9, 1e-6, 4e-6, 1e-3])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
-def test_a_pad_that_is_found_to_stick_a_little_late_is_still_held_against_its_slip(late: float, angle: float) -> None:
+def test_a_pad_found_sticking_late_is_still_held_against_its_slip(late: float, angle: float) -> None:
     """Steps may find it when the pad goes back already: the force goes on from that of the slip, and does not jump to
     the other side, where the limit would be passed at once."""
     mu, normal, k, d, along = 0.4, 1e5, 1e8, 1e6, np.array([cos(angle), sin(angle)])
@@ -209,7 +209,7 @@ def test_a_pad_that_is_found_to_stick_a_little_late_is_still_held_against_its_sl
 
 @pytest.mark.parametrize("deflection", [5e-3, 3e-5, 4e-8])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
-def test_a_pad_that_is_left_as_its_spring_relaxes_gives_way_a_few_times_only(deflection: float, angle: float) -> None:
+def test_a_pad_unloaded_by_a_relaxing_spring_slips_a_few_times_only(deflection: float, angle: float) -> None:
     """By halves, as the limit falls below what it holds, and wholly from a micrometre on: else without end."""
     mu, k, d, along = 0.4, 1e8, 1e6, np.array([cos(angle), sin(angle)])
     pad, velocity, times = Support("pad", Point("block"), 0.0, k, d, mu, k, d), -1e-9 * along, 0
@@ -223,9 +223,7 @@ def test_a_pad_that_is_left_as_its_spring_relaxes_gives_way_a_few_times_only(def
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
 @pytest.mark.parametrize("beside", [1e-9, 1e-8, 3e-8])
-def test_a_pad_that_is_left_while_it_creeps_sideways_takes_no_turns_of_slip_and_stick(
-    beside: float, angle: float
-) -> None:
+def test_a_pad_unloaded_while_creeping_does_not_alternate_between_slip_and_stick(beside: float, angle: float) -> None:
     """Its spring is turned, not stretched: that the limit is passed is the limit's doing, which falls."""
     mu, k, d, normal = 0.4, 4e7, 5e5, 645.0
     along, across = np.array([cos(angle), sin(angle)]), np.array([-sin(angle), cos(angle)])

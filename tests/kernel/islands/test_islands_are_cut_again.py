@@ -19,7 +19,7 @@ HOOKED: list[Stage] = [
 ]
 
 
-def test_a_rope_between_two_makes_them_one_and_what_rests_is_cut_off_again() -> None:
+def test_a_rope_between_two_islands_joins_them_and_a_resting_part_is_separated_again() -> None:
     s, whole = islands(TIED, cut_at_once=True), played(one(TIED), HOOKED)
     s.start()
     assert len(s.parts) == 2
@@ -56,7 +56,7 @@ def test_a_snapshot_keeps_the_cut(t: float) -> None:
     assert [(at, row.tobytes()) for at, row in second.rows] == [(at, row.tobytes()) for at, row in first.rows]
 
 
-def test_what_fails_after_an_event_elsewhere_fails_after_it() -> None:
+def test_a_failure_after_an_event_elsewhere_comes_after_it() -> None:
     """The rope of one is used up at 2.6 s; at 2.0 s the other is 1 m higher, and who hears that may stop the winch."""
     s = Islands(TWO, TOLERANCE, 2 * SECOND, frozenset({"height-a"}))
     s.start()
@@ -73,7 +73,7 @@ def test_what_fails_after_an_event_elsewhere_fails_after_it() -> None:
         s.run(4 * SECOND)
 
 
-def test_a_name_that_nobody_bears_is_reported() -> None:
+def test_an_unknown_name_is_refused() -> None:
     s = islands()
     s.start()
     with pytest.raises(KernelError, match="'rope-c': no drive, winch or master of this name"):

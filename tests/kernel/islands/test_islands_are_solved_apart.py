@@ -31,7 +31,7 @@ from two_loads import (
 # ---- what ties ----------------------------------------------------------------------------------------------
 
 
-def test_ropes_tie_and_the_ground_does_not() -> None:
+def test_ropes_connect_islands_and_the_ground_does_not() -> None:
     assert bodies(islands_of(TWO)) == [["load-a"], ["load-b"]]
     assert bodies(islands_of(TIED)) == [["load-a", "load-b"]]
     assert bodies(islands_of(TIED, {"tug"})) == [["load-a"], ["load-b"]]
@@ -45,7 +45,7 @@ def test_a_loose_rope_belongs_to_its_first_end() -> None:
     assert [h.name for h in a.thresholds] == ["height-a"]
 
 
-def test_a_measured_master_ties_what_may_follow_it_and_nothing_else() -> None:
+def test_a_measured_master_connects_its_possible_followers_only() -> None:
     still = System((Body("swing", 1.0),), (Joint("pin", "revolute", "world", "swing", axis=(0.0, 1.0, 0.0)),))
     lean = (Measured("lean", "angle", "load-a"),)
     assert bodies(islands_of(replace(merge([TWO, still], G), measured=lean))) == [["load-a", "load-b"], ["swing"]]
@@ -54,7 +54,7 @@ def test_a_measured_master_ties_what_may_follow_it_and_nothing_else() -> None:
         assert bodies(islands_of(replace(merge([TWO, still], G), measured=own))) == [*found, ["swing"]]
 
 
-def test_what_cannot_move_is_no_island() -> None:
+def test_a_body_that_cannot_move_is_no_island() -> None:
     post = System((Body("post", 1.0),), (Joint("foot", "fixed", "world", "post"),))
     assert bodies(islands_of(merge([post, TWO], G))) == [["post", "load-a"], ["load-b"]]
 
@@ -70,7 +70,7 @@ def chain(name: str, links: int) -> System:
     return System(tuple(bodies), tuple(joints))
 
 
-def test_islands_are_apart_however_many() -> None:
+def test_any_number_of_islands_are_independent() -> None:
     many = [chain(name, links) for name, links in zip("abcdefghijklmn", [5] * 10 + [1] * 4, strict=True)]
     assert [len(names) for names in bodies(islands_of(merge(many, G)))] == [5] * 10 + [1] * 4
 
@@ -88,7 +88,7 @@ def test_equal_islands_share_their_code() -> None:
     assert a.native.structure == b.native.structure
 
 
-def test_ropes_that_will_be_hooked_tie_from_the_start() -> None:
+def test_ropes_that_will_be_hooked_connect_from_the_start() -> None:
     for ties, kind in (([], Islands), (["tug"], Simulation)):
         s = simulate(TIED, TOLERANCE, SECOND, frozenset(), "dopri5", None, ties)
         assert type(s) is kind
@@ -108,7 +108,7 @@ def test_each_island_takes_the_steps_that_it_would_take_alone() -> None:
         assert [e for e in both.log if e[1].name.split("-")[1].startswith(name)] == alone.log
 
 
-def test_islands_show_what_one_simulation_shows() -> None:
+def test_islands_give_the_samples_of_one_simulation() -> None:
     both, whole = played(islands(), UP), played(one(), UP)
     assert [(e.name, e.what) for _, e in both.log] == [(e.name, e.what) for _, e in whole.log]
     assert_alike(both, whole, "q", "tension", "elongation", "poses", "potential")
@@ -158,7 +158,7 @@ def answered(commands: list[tuple[int, str, float]], cuts: Random | None, period
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.large(beyond=2)
-def test_nothing_depends_on_how_calls_are_cut_nor_on_who_listens(seed: int) -> None:
+def test_nothing_depends_on_how_calls_are_split_or_on_observers(seed: int) -> None:
     random = Random(seed)
     commands = [
         (random.randrange(SECOND, 5 * SECOND), random.choice("ab"), random.uniform(-1.0, 0.5)) for _ in range(6)
@@ -173,7 +173,7 @@ def test_nothing_depends_on_how_calls_are_cut_nor_on_who_listens(seed: int) -> N
 # ---- rows of one alone -----------------------------------------------------------------------------------------
 
 
-def test_an_event_of_one_lift_leaves_a_row_of_it_alone() -> None:
+def test_an_event_of_one_lift_adds_a_row_to_that_lift_only() -> None:
     """The common samples and the rows of its own are, byte for byte, those of the lift by itself; peaks count on until
     the next sample of all, energies and steps are those of all there."""
     both = played(islands(lifts={"a": ["load-a"], "b": ["load-b"]}), UP)
@@ -194,7 +194,7 @@ def test_an_event_of_one_lift_leaves_a_row_of_it_alone() -> None:
         assert len(lift_rows.rows) >= len(own)
 
 
-def test_lifts_that_something_may_tie_have_their_rows_in_common() -> None:
+def test_lifts_that_may_be_connected_share_their_rows() -> None:
     assert islands(lifts={"a": ["load-a"], "b": ["load-b"]}).lifts[0].name == "a"
     assert not islands(TIED, lifts={"a": ["load-a"], "b": ["load-b"]}).lifts
     three = merge([TIED, lift("c", 20.0)], G)

@@ -66,14 +66,14 @@ def test_the_idle_crane_costs_nothing_and_changes_nothing() -> None:
         assert np.abs(same[at] - expected[at]).max() < APART * np.abs(expected[at]).max(), group
 
 
-def test_it_is_one_run_in_one_process_or_in_ten(tmp_path: Path) -> None:
+def test_the_run_is_the_same_in_one_process_or_in_ten(tmp_path: Path) -> None:
     together = run(scene(), tmp_path / "together.mcap", in_process=True)
     apart = run(scene(), tmp_path / "apart.mcap")
     assert apart.digest == together.digest
     assert together.energy_error < 1e-6
 
 
-def test_a_crane_from_which_nothing_hangs_is_drawn_all_the_same() -> None:
+def test_a_crane_without_load_is_drawn_too() -> None:
     plan = parse(unstated(bundled()["lift"].read_text()).replace(CRANE, f"{CRANE}\n{IDLE}")).plan
     drawn = boxes(plan)
     assert {"idle.main", "idle.upper", "idle.lower"} <= {box.body for box in drawn}

@@ -41,7 +41,7 @@ def test_the_limit_of_stability_is_that_of_theory(method, name):
     started(oscillator(0.0), method=method, step=advised)
 
 
-def test_implicit_methods_have_none():
+def test_implicit_methods_have_no_limit_of_stability():
     s = started(oscillator(0.0), method="radau5", step=2.0)
     put_aside(s)
     hand_over(s, 100 * SECOND)
@@ -67,7 +67,7 @@ def test_its_energy_error_stays_bounded():
     assert late < 1.01 * W * H * energy[0]
 
 
-def test_a_rope_that_tightens_is_looked_at_again():
+def test_the_step_is_checked_again_when_a_rope_tightens():
     """A load on a slack rope has no mode at all; when the rope catches it the step is too long."""
     s = started(hung(59.9), method="rk4", step=0.5)
     with pytest.raises(KernelError, match=r"step 0.5 s at 0.143 s: too long for method 'rk4'"):
@@ -83,7 +83,7 @@ def test_energy_out_of_nothing_ends_the_run():
         hand_over(s, 60 * SECOND)
 
 
-def test_what_is_no_number_is_named():
+def test_values_that_are_not_finite_are_reported():
     s = started(slider(), method="rk4", step=0.01)
     s.P[s.program.parameters.at["gravity", ""]] = np.nan
     with pytest.raises(KernelError, match=r"body 'load' at \d.\d+ s: its motion is not finite"):
@@ -107,7 +107,7 @@ def test_the_reference_scene_runs_at_fixed_steps(method, step, error):
     assert whole["accepted"] == pytest.approx(2.0 / step, abs=2)
 
 
-def test_one_period_is_what_it_should_be():
+def test_one_period_has_its_exact_length():
     s = started(oscillator(), method="rk4", step=2.0 * pi / W / 200.0)
     hand_over(s, round(2.0 * pi / W * SECOND))
     assert s.state[0] == pytest.approx(1.0, abs=1e-6)

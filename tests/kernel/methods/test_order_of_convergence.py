@@ -52,7 +52,7 @@ def pendulum(spin=6.0, **drive):
     return System(bodies, joints, gravity=G, **drive)
 
 
-def test_every_method_has_its_story():
+def test_every_method_has_its_test_case():
     assert set(STORIES) == set(get_args(MethodName))
 
 

@@ -13,7 +13,7 @@ from random_trees import random_system
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_equal_ones_share_and_have_the_numbers_that_they_have_alone(seed: int) -> None:
+def test_equal_islands_share_code_and_have_their_own_numbers(seed: int) -> None:
     system = random_system(seed)
     alone = Program(system)
     Program(random_system(seed + 100))
@@ -24,7 +24,7 @@ def test_equal_ones_share_and_have_the_numbers_that_they_have_alone(seed: int) -
     assert np.array_equal(again.parameters.initial, alone.parameters.initial)
 
 
-def test_the_sign_of_a_zero_and_other_locks_are_differences() -> None:
+def test_the_sign_of_a_zero_and_other_locks_make_a_difference() -> None:
     system = random_system(3)
     first = Program(system)
     body = system.bodies[0]
@@ -35,7 +35,7 @@ def test_the_sign_of_a_zero_and_other_locks_are_differences() -> None:
     assert Program(system, "augmented").trees is not Program(system).trees
 
 
-def test_a_wrong_one_is_refused_again() -> None:
+def test_an_invalid_description_is_refused_again() -> None:
     system = random_system(3)
     wrong = replace(system, gravity=float("nan"))
     for _ in range(2):

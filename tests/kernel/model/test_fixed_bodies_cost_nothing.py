@@ -46,11 +46,11 @@ def test_two_bodies_move_as_one():
     assert held.state[:n] == pytest.approx(one.state[:n], rel=SAME)
 
 
-def test_what_is_held_leaves_no_trace_in_the_code():
+def test_a_fixed_body_leaves_no_trace_in_the_code():
     one, held = System((welded(),), (PIN,)), System((ARM, TOOL), (PIN, GRIP))
     assert operations(held) == operations(one)
 
 
-def test_the_joint_that_holds_still_carries_its_load():
+def test_a_fixed_joint_still_reports_its_load():
     s = started(System((ARM, TOOL), (replace(PIN, v0=(0.0,) * 3), GRIP)))
     assert np.linalg.norm(reactions(s)["grip"].force) > 0.5 * TOOL.mass * 9.8

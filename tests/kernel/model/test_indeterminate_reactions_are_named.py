@@ -46,7 +46,7 @@ def named(carried):
     return {name: set(r.indeterminate) for name, r in carried.items()}
 
 
-def test_three_equal_hinges_carry_thirds_and_none_of_it_is_certain():
+def test_three_equal_hinges_carry_thirds_and_all_are_marked_as_indeterminate():
     carried = asked(door())
     for hinge in carried.values():
         assert hinge.force[2] == pytest.approx(WEIGHT / 3.0, rel=SOLVED)
@@ -56,7 +56,7 @@ def test_three_equal_hinges_carry_thirds_and_none_of_it_is_certain():
     assert total == pytest.approx(-OUT * WEIGHT, rel=SOLVED), "together they carry the moment of the weight"
 
 
-def test_the_choice_is_the_least_norm_that_numpy_finds():
+def test_indeterminate_reactions_are_the_least_norm_of_numpy():
     """Equilibrium of the door as a linear system in its fifteen components, moments over the lever that is reported."""
     carried = asked(door())
     rows, want = np.zeros((5, 15)), np.array([0.0, 0.0, WEIGHT, 0.0, -OUT * WEIGHT])
@@ -77,7 +77,7 @@ def test_one_hinge_or_a_hinge_and_a_ball_on_rollers_are_determined():
 
 
 @pytest.mark.parametrize("elastic", [False, True])
-def test_a_body_welded_twice_or_welded_and_sprung(elastic):
+def test_a_body_welded_twice_is_indeterminate_and_one_welded_and_sprung_is_not(elastic):
     load = Body("load", MASS, inertia=cube(MASS))
     slide = Joint("slide", "prismatic", WORLD, "carriage", axis=X)
     weld = [Joint(f"weld{i}", "fixed", "carriage", "load", p, p_CJ=p) for i, p in enumerate((X, Y))]
@@ -92,7 +92,7 @@ def test_a_body_welded_twice_or_welded_and_sprung(elastic):
     assert carried["slide"].force[2] == pytest.approx(WEIGHT + G, rel=EXACT)
 
 
-def test_a_planar_linkage_in_space_is_certain_in_its_plane_only():
+def test_a_planar_linkage_in_space_is_determinate_in_its_plane_only():
     carried = asked(replace(four_bar(), gravity=G))
     assert set(map(frozenset, named(carried).values())) == {frozenset({"force y", "moment x", "moment z"})}
     free = asked(replace(_with_balls(four_bar()), gravity=G))
@@ -112,7 +112,7 @@ def _with_balls(system):
     return replace(system, joints=tuple(joints))
 
 
-def test_sarrus_names_what_each_pair_of_plates_may_twist():
+def test_the_twists_that_plates_of_a_sarrus_linkage_may_take_are_named():
     """One redundancy: all hinges in a chain share one pattern, and nothing else is uncertain."""
     carried = asked(replace(sarrus(), gravity=G))
     assert all("force z" not in r.indeterminate for r in carried.values())
@@ -128,7 +128,7 @@ def hung(*places):
     return System((link("load", MASS),), (Joint("f", "free", WORLD, "load"),), rigid_ropes=ropes_at(*places), gravity=G)
 
 
-def test_three_ropes_in_a_plane_share_by_the_least_norm_and_three_in_a_triangle_are_certain():
+def test_three_ropes_in_a_plane_share_by_the_least_norm_and_three_in_a_triangle_are_determinate():
     simulation = started(hung((-1.0, 0.0), (1.0, 0.0), (0.5, 0.0)), native=False)
     carried = reactions(simulation)
     places = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, 0.5]])
@@ -163,7 +163,7 @@ def test_rigid_feet_share_a_load_and_the_contacts_are_named():
     assert three.contacts == ()
 
 
-def test_the_table_marks_them_and_reports_what_is_shown():
+def test_the_table_marks_indeterminate_reactions():
     simulation = started(door(), native=False)
     found = equilibrium(simulation)
     text = statics_text(found, reactions(simulation), 0.0)
@@ -197,7 +197,7 @@ def test_a_run_that_records_such_loads_reports_so_once():
     [replace(four_bar(), gravity=G), door((0.0,)), hung((1.0, 0.0), (-0.5, 1.0), (-0.5, -1.0)), door(mass=MASS)],
     ids=["planar", "one-hinge", "tripod", "no-gravity"],
 )
-def test_no_note_where_nothing_uncertain_is_loaded(system):
+def test_no_note_is_given_without_indeterminate_loads(system):
     """A planar linkage in its plane leaves its redundant rows without load."""
     if len(system.joints) == 3:
         system = replace(system, gravity=0.0)

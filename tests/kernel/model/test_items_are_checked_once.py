@@ -19,7 +19,7 @@ def with_body(**changed: object) -> System:
     return replace(GOOD, bodies=(replace(ROD, **changed),))
 
 
-def test_variants_look_only_at_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variants_check_their_differences_only(monkeypatch: pytest.MonkeyPatch) -> None:
     check_description(GOOD)
     seen: list[str] = []
     plain = checks._check_item
@@ -37,7 +37,7 @@ def test_variants_look_only_at_what_differs(monkeypatch: pytest.MonkeyPatch) -> 
         ({"inertia": ((0.2, 0.1, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.1))}, "must be a symmetric matrix"),
     ],
 )
-def test_what_is_wrong_is_refused_each_time(wrong: dict[str, object], sentence: str) -> None:
+def test_an_invalid_description_is_refused_each_time(wrong: dict[str, object], sentence: str) -> None:
     for _ in range(2):
         check_description(GOOD)
         with pytest.raises(KernelError, match=sentence):

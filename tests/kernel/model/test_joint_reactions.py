@@ -57,14 +57,14 @@ def test_reactions_are_in_the_joint_s_own_axes():
     assert carried["weld"].force == pytest.approx([0.0, 10.0 * G, 0.0], abs=1e-12)
 
 
-def test_along_a_free_axis_a_joint_carries_what_its_laws_bring():
+def test_along_a_free_axis_a_joint_carries_the_force_of_its_laws():
     spring = JointSpring("spring", "load-guide", k=1e5, d=0.0, q_rest=0.01)
     system = replace(System((Body("load", 10.0),), (Joint("load-guide", "prismatic", "world", "load", axis=Z),)))
     system = replace(system, springs=(spring,), gravity=G)
     assert reactions(started(system, native=False))["load-guide"].force[2] == pytest.approx(1e3, rel=EXACT)
 
 
-def test_a_load_on_a_rope_leaves_its_guide_without_force():
+def test_a_load_on_a_rope_exerts_no_force_on_its_guide():
     simulation = started(hung(60.01), native=False)
     assert reactions(simulation)["load-guide"].force == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
 

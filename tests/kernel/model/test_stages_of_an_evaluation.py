@@ -86,7 +86,9 @@ class Watched(Evaluation):
 
 
 @pytest.mark.parametrize("stage", POSES + FORCES, ids=lambda stage: stage.run.__name__)
-def test_a_stage_touches_what_it_says(stage: EvaluationStage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stage_of_evaluation_changes_only_its_own_data(
+    stage: EvaluationStage, monkeypatch: pytest.MonkeyPatch
+) -> None:
     changed, touched = set[str](), set[str]()
 
     def run(x: Evaluation) -> None:

@@ -59,7 +59,7 @@ def test_a_threshold_fires_when_the_body_has_turned_that_far(kind, axis, goal):
     assert t == pytest.approx(radians(goal) / speed * 1e9, abs=ROUNDING + 1.0)
 
 
-def test_a_threshold_that_is_past_at_the_start_fires_at_once_and_one_behind_a_turn_does_not():
+def test_a_threshold_exceeded_at_the_start_fires_at_once_and_one_a_turn_behind_does_not():
     parts = tuple(Threshold(name, "angle", of="wheel", axis=1) for name in ("behind", "ahead"))
     s = started(wheel(Y, q0=radians(400.0), v0=1.0, thresholds=parts))
     s.watch("behind", radians(390.0), True)
@@ -147,7 +147,7 @@ def test_statics_wind_a_spring_beyond_half_a_turn(turns):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_body_that_tumbles_in_a_bushing_ends_the_run_before_its_rotation_vector_does(seed):
+def test_a_body_that_tumbles_in_a_bushing_ends_the_run_before_its_rotation_vector_is_singular(seed):
     random = np.random.default_rng(seed)
     distance = random.normal(size=3)
     distance *= 12.0 / np.linalg.norm(distance)
@@ -163,7 +163,7 @@ def test_a_body_that_tumbles_in_a_bushing_ends_the_run_before_its_rotation_vecto
     assert turned == pytest.approx(12.0 / W * np.abs(np.sin(W * t)), abs=1e-5), "about one axis, as a hinge would"
 
 
-def test_a_body_that_stays_below_half_a_turn_in_a_bushing_is_let_be():
+def test_a_body_that_stays_below_half_a_turn_in_a_bushing_is_accepted():
     soft = Bushing("rubber", Point("world"), Point("wheel"), STIFF, NONE)
     joint = Joint("axle", "free", "world", "wheel", v0=(0.0, 0.0, 0.0, 0.0, 0.0, 3.0 * W))
     s = started(replace(wheel(), joints=(joint,), forces=(soft,)), tolerance=1e-9)
@@ -173,7 +173,7 @@ def test_a_body_that_stays_below_half_a_turn_in_a_bushing_is_let_be():
     assert rz == pytest.approx(3.0 * sin(W), abs=EXACT)
 
 
-def test_cubes_turn_alike_at_fixed_steps_however_far_one_step_turns():
+def test_cubes_turn_alike_at_fixed_steps_of_any_angle():
     """100 rad/s in steps of 50 ms: five radians each."""
     scene = System((Body("wheel", 1.0, inertia=cube(1.0)),), wheel(Y, v0=100.0).joints, gravity=0.0)
     scene = replace(scene, measured=(Measured("angle", "angle", "wheel", axis=1),))

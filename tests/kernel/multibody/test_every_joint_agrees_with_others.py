@@ -52,7 +52,7 @@ def relative(x, want):
 
 
 @pytest.mark.parametrize("kind", MOVING)
-def test_alone_and_on_a_moving_body_as_in_pinocchio(kind):
+def test_joints_alone_and_on_a_moving_body_agree_with_pinocchio(kind):
     alone = System((SOLID,), (joint(kind),), gravity=GRAVITY)
     carrier = Joint("carrier", "free", "world", "b")
     carried = System((Body("b", 900.0, inertia=SOLID.inertia), SOLID), (carrier, joint(kind, parent="b")))
@@ -65,7 +65,7 @@ def test_alone_and_on_a_moving_body_as_in_pinocchio(kind):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_random_trees_of_all_joints_as_in_pinocchio(seed):
+def test_random_trees_of_all_joints_agree_with_pinocchio(seed):
     system = random_system(seed, 8, 2.0, kinds=(*KINDS, "constant-velocity"))
     program = Program(system)
     q, v = random_state(program.graph, seed)
@@ -106,7 +106,7 @@ def mujoco_model(graph):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_random_trees_as_in_mujoco(seed):
+def test_random_trees_agree_with_mujoco(seed):
     kinds = (*INTO_MUJOCO,)
     system = random_system(seed, 8, 2.0, kinds=kinds)
     root = next(j for j in system.joints if j.kind == "free")
@@ -166,7 +166,7 @@ def test_shafts_of_a_constant_velocity_joint_turn_equally_at_any_bend(bend, turn
 
 
 @pytest.mark.parametrize("kind", MOVING)
-def test_energy_is_kept_in_the_machine_code(kind):
+def test_energy_is_conserved_in_machine_code(kind):
     """The balance closes with a damped spring on every coordinate: columns, bias, places and laws fit each other."""
     v0 = tuple(0.3 + 0.2 * i for i in range(JOINTS[kind].n_v))
     springs = tuple(JointSpring(c, "j", 2e3, 1e2, 0.1, coordinate=c) for c in JOINTS[kind].actable)
@@ -180,7 +180,7 @@ def test_energy_is_kept_in_the_machine_code(kind):
     assert bool(springs) == (e[-1, 4] > 1.0), "the damping made heat"
 
 
-def test_axes_are_shown_by_what_moves_where():
+def test_axes_are_those_about_which_parts_move():
     """Planar: `second` is x; universal: the first turn carries the second axis; both shown by the child's pose."""
 
     def pose(kind, q0, **axes):

@@ -22,7 +22,7 @@ OTHERS = [name for name in FORMULATIONS if name != "recursive"]
 
 @SOME
 @TREES
-def test_on_random_trees_with_prescribed_joints(seed, n):
+def test_formulations_agree_on_random_trees_with_prescribed_joints(seed, n):
     system, random = random_system(seed, n, 3.0, kinds=(*KINDS, "constant-velocity")), np.random.default_rng(seed)
     graph = build_graph(system)
     q, v = random_state(graph, seed)

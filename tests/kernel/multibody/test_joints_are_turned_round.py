@@ -62,11 +62,11 @@ def test_a_joint_with_the_world_as_its_child_is_driven_as_any_other():
     assert s.row().poses[:3] == pytest.approx([3.0, 0.0, 0.0], abs=1e-12)
 
 
-def test_a_joint_whose_coordinates_would_be_others_is_refused():
+def test_a_joint_whose_coordinates_would_change_is_refused():
     load = Body("load", 3.0, inertia=cube(3.0))
     with pytest.raises(KernelError) as e:
         started(System((load,), (Joint("ball", "spherical", "load", WORLD),)))
     assert str(e.value) == (
-        "joint 'ball': nothing but it holds its parent 'load', and a joint carries its child; "
+        "joint 'ball': only this joint holds its parent 'load', and a joint carries its child; "
         "exchange its parent and child"
     )

@@ -48,7 +48,7 @@ def gap(q):
 
 
 @pytest.mark.parametrize("crank", [0.2, 0.9, 2.0, 3.0, -0.7])
-def test_what_is_not_asked_follows_what_is(crank):
+def test_free_coordinates_follow_those_that_are_given(crank):
     """The coupler and the rocker find a place for any angle of the crank; nothing asked has changed."""
     q, v, message = begun(parallelogram((crank,), speeds=((4.0,), (), ())))
     assert q[0] == pytest.approx(crank, abs=KEPT)
@@ -57,7 +57,7 @@ def test_what_is_not_asked_follows_what_is(crank):
     assert message == []
 
 
-def test_the_middle_joint_may_be_the_one_that_is_asked():
+def test_the_middle_joint_may_be_the_given_one():
     q, v, message = begun(parallelogram((), (-1.2,), (), speeds=((), (0.5,), ())))
     assert (q[1], v[1]) == pytest.approx((-1.2, 0.5), abs=1e-9)
     assert gap(q) < CLOSED
@@ -70,7 +70,7 @@ def test_a_closed_pose_stays_bit_for_bit():
     assert message == []
 
 
-def test_the_digits_of_a_start_pose_are_worth_no_word():
+def test_the_printed_digits_of_a_start_pose_need_no_note():
     """Angles to a hundredth of a degree."""
     off = np.radians(0.005)
     q, _, message = begun(parallelogram((0.9,), (-0.9 + off,), (0.9 - off,)))
@@ -142,7 +142,7 @@ def test_a_prescribed_crank_stays_where_its_drive_is():
 
 
 @pytest.mark.parametrize("asked", [0.9, 0.9 + 2.0 * np.pi, 0.5])
-def test_what_the_closing_joint_is_asked_is_looked_at_too(asked):
+def test_a_given_value_of_the_closing_joint_is_checked_too(asked):
     """Level coupler: the rocker stands at the crank's angle from it."""
     level = parallelogram((0.9,), (-0.9,), (0.9,))
     closing = replace(level.joints[3], q0=(asked,))
@@ -154,7 +154,7 @@ def test_what_the_closing_joint_is_asked_is_looked_at_too(asked):
         assert message == []
 
 
-def test_a_pose_that_cannot_close_at_all_is_refused_as_before():
+def test_a_pose_that_cannot_close_is_refused():
     short = parallelogram()
     short = replace(short, joints=(*short.joints[:3], replace(short.joints[3], p_CJ=(9.0, 0.0, 0.0))))
     with pytest.raises(KernelError, match=r"joint 'x': its loop does not close; .* are left"):
@@ -164,14 +164,14 @@ def test_a_pose_that_cannot_close_at_all_is_refused_as_before():
 # ---- speeds ------------------------------------------------------------------------------------------------------
 
 
-def test_a_speed_that_is_asked_is_kept_and_the_others_follow():
+def test_a_given_speed_is_kept_and_the_others_follow():
     """Level coupler: both cranks turn alike, the coupler turns back."""
     _, v, message = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (), ())))
     assert v == pytest.approx([4.0, -4.0, 4.0], rel=1e-9)
     assert message == []
 
 
-def test_speeds_that_contradict_each_other_are_reported_with_the_loop():
+def test_contradictory_speeds_are_reported_with_their_loop():
     _, v, (message,) = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (-3.0,), (4.0,))))
     assert v == pytest.approx([v[0], -v[0], v[0]], rel=1e-9)
     assert message.startswith(
@@ -215,7 +215,7 @@ mechanism:
 """
 
 
-def test_a_scene_asks_what_it_writes_and_nothing_else():
+def test_only_written_coordinates_of_a_scene_are_given():
     (mechanism,) = parse(SCENE).plan.mechanisms
     s = Simulation(mechanism.system, native=False)
     s.start()
@@ -224,7 +224,7 @@ def test_a_scene_asks_what_it_writes_and_nothing_else():
     assert not [n for n in s.notes if "changed" in n.sentence]
 
 
-def test_a_written_zero_is_asked():
+def test_a_written_zero_counts_as_given():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
     (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.mechanisms
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]

@@ -89,7 +89,7 @@ def finished(s: Any) -> tuple[Any, ...]:
 @pytest.mark.parametrize("face", [Simulation, Islands])
 @pytest.mark.parametrize("seed", range(25))
 @pytest.mark.large(beyond=16)
-def test_calls_in_any_order_are_refused_or_do_what_they_do_in_order(face: type, seed: int) -> None:
+def test_calls_in_any_order_are_refused_or_act_as_in_order(face: type, seed: int) -> None:
     random = np.random.default_rng(seed)
     s, kept = build(face), list[tuple[str, int, Callable[[Any], object], str]]()
     for _ in range(CALLS):
@@ -116,14 +116,14 @@ SETTLE = "the simulation was stopped there by an event or a command; call settle
 STOP = "the run has gone on since; call interrupt(t_ns) or fire() before, and settle() after it"
 
 
-def test_an_interrupt_behind_the_steps_that_are_taken_is_refused() -> None:
+def test_an_interrupt_before_the_last_step_is_refused() -> None:
     s = driven()
     s.run(3 * SECOND)
     with pytest.raises(KernelError, match=r"^time 1000000000 ns: it lies before the present, 2\d{9} ns$"):
         s.interrupt(SECOND)
 
 
-def test_an_interrupt_within_the_tentative_step_is_no_step_back() -> None:
+def test_an_interrupt_within_the_tentative_step_does_not_step_back() -> None:
     s, straight = driven(), driven()
     s.run(SECOND)
     assert s.next_ns > SECOND + 1
@@ -132,7 +132,7 @@ def test_an_interrupt_within_the_tentative_step_is_no_step_back() -> None:
     assert s.state.tobytes() == straight.state.tobytes()
 
 
-def test_no_load_falls_through_its_rope_behind_an_event_that_somebody_waits_for() -> None:
+def test_no_load_falls_through_its_rope_after_an_event_that_is_waited_for() -> None:
     s = driven(frozenset({"rope"}))
     with pytest.raises(KernelError) as e:
         s.interrupt(SECOND)
@@ -155,7 +155,7 @@ COMMANDS: dict[str, Callable[[Simulation], object]] = {
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_needs_a_simulation_that_stands_and_then_settle(name: str) -> None:
+def test_settling_needs_a_simulation_at_rest(name: str) -> None:
     s = driven()
     s.run(SECOND)
     before = s.P.tobytes()
@@ -173,7 +173,7 @@ def test_a_command_needs_a_simulation_that_stands_and_then_settle(name: str) -> 
     s.run(2 * SECOND)
 
 
-def test_settling_a_run_that_nothing_has_stopped_is_refused() -> None:
+def test_settling_a_run_that_was_not_stopped_is_refused() -> None:
     s = driven()
     s.run(SECOND)
     with pytest.raises(KernelError, match=r"^settle at 0\.\d+ s: the run has gone on since; call interrupt"):
@@ -190,14 +190,14 @@ def test_settling_twice_changes_nothing() -> None:
     assert s.state.tobytes() == once.state.tobytes()
 
 
-def test_a_start_in_mid_run_is_refused() -> None:
+def test_a_start_during_a_run_is_refused() -> None:
     s = driven()
     s.run(SECOND)
     with pytest.raises(KernelError, match="the simulation has been started and has gone on; build another one"):
         s.start()
 
 
-def test_a_profile_begins_neither_in_the_past_nor_behind_a_move() -> None:
+def test_a_profile_cannot_begin_in_the_past_or_before_a_running_move() -> None:
     s = driven()
     s.set_profile("travel", 0, 0.5, 1.0, None)
     s.settle()

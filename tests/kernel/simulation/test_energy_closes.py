@@ -38,7 +38,7 @@ def hoist(damping, **options):
     return s
 
 
-def test_a_winch_pays_for_the_tension_and_for_the_strain_that_it_winds_up():
+def test_a_winch_accounts_for_tension_and_for_the_strain_it_winds_up():
     s = hoist(2.0e5)
     assert events(s) == []
     assert imbalance(s) < CLOSES
@@ -47,7 +47,7 @@ def test_a_winch_pays_for_the_tension_and_for_the_strain_that_it_winds_up():
     assert raised == pytest.approx(MASS * G * 4.0, rel=1e-2)
 
 
-def test_without_the_wound_up_strain_the_balance_misses(monkeypatch):
+def test_without_the_wound_up_strain_the_balance_does_not_close(monkeypatch):
     whole = RopeLaw.answer
 
     def tension_only(law, f, p, ends, signal, joint, t):
@@ -58,7 +58,7 @@ def test_without_the_wound_up_strain_the_balance_misses(monkeypatch):
     assert imbalance(hoist(2.0e5, cache=False)) > 1e-4
 
 
-def test_a_damper_left_out_of_the_accounts_shows(monkeypatch):
+def test_a_damper_left_out_of_the_balance_is_noticed(monkeypatch):
     whole = RopeLaw.answer
 
     def uncounted(*given):
@@ -79,7 +79,7 @@ def test_a_load_that_falls_into_its_rope_and_bounces(damping):
     assert imbalance(s) < CLOSES_BOUNCING
 
 
-def test_strain_that_comes_back_after_slack_is_counted():
+def test_strain_that_returns_after_slack_is_counted():
     """A drum that pays out fast makes a stretched rope slack; when it stops, the rope is taut and stretched at once."""
     s = started(hung(60.0 * (1 + STRETCH), damping=3.0e7, winch=True), **FINE)
     s.references.set_profile("rope", 0, 0.5, 50.0, 0.02)
@@ -108,7 +108,7 @@ def test_unhooking_turns_strain_into_heat():
 
 
 @pytest.mark.parametrize("kind", ["prescribed", "servo", "speed"])
-def test_the_work_of_a_drive_is_the_energy_that_it_gives(kind):
+def test_the_work_of_a_drive_equals_its_energy(kind):
     """A trolley with a spring on its joint carries a pendulum along."""
     system = System(
         (Body("trolley", 3.0e5), Body("bob", 1.0e5, (0.0, 0.0, -30.0), cube(1.0e5))),
@@ -129,7 +129,7 @@ def test_the_work_of_a_drive_is_the_energy_that_it_gives(kind):
     assert imbalance(s) < CLOSES
 
 
-def test_everything_at_once():
+def test_the_energy_balance_closes_with_every_element_at_once():
     """Supports with friction, stops, a brake that slips, hinge springs, a sling that slackens."""
     bodies = (
         Body("block", 5.0e4, (0.3, 0.1, 0.0), cube(5.0e4, 4.0)),
@@ -163,7 +163,7 @@ def test_everything_at_once():
     assert imbalance(s) < CLOSES
 
 
-def test_closing_a_brake_that_is_closed_changes_nothing():
+def test_closing_a_closed_brake_changes_nothing():
     """Its elastic deflection would else vanish without heat."""
     system = replace(slider(axis=Z, mass=1.0e3), brakes=(Brake("brake", "load-guide", 5.0e4, 1.0e6, 1.0e4, True),))
     s = started(system, **FINE)
@@ -176,7 +176,7 @@ def test_closing_a_brake_that_is_closed_changes_nothing():
 
 
 @pytest.mark.parametrize("engaged", [True, False])
-def test_opening_a_brake_loses_what_it_held(engaged):
+def test_opening_a_brake_releases_the_energy_it_held(engaged):
     system = replace(slider(axis=Z, mass=1.0e3), brakes=(Brake("brake", "load-guide", 5.0e4, 1.0e6, 1.0e4, engaged),))
     s = started(system, **FINE)
     hand_over(s, SECOND)

@@ -61,7 +61,7 @@ def test_drives_that_contradict_each_other_in_a_loop_are_named(one: float, two: 
     assert "drives 'one' and 'two' move what one loop ties together and contradict each other; stop one" in message
 
 
-def test_drives_that_agree_in_a_loop_are_left_alone() -> None:
+def test_drives_that_agree_in_a_loop_are_accepted() -> None:
     s = started(four_bar("servo"))
     s.set_profile("one", 0, 0.3, 1.0, 0.1)
     s.set_profile("two", 0, 0.3, 1.0, 0.1)
@@ -109,7 +109,7 @@ def test_a_drive_that_tears_a_rigid_rope_is_named(slack: float) -> None:
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_method_is_a_remedy_only_for_another_one(method: str) -> None:
+def test_another_method_is_suggested_only_if_it_helps(method: str) -> None:
     """A spring that swings faster than any step, and the sentences of both ways to fail."""
     scene = replace(slider("cart", 1.0, axis=X), springs=(JointSpring("spring", "cart-guide", 1e30),))
     program = Program(scene)

@@ -58,7 +58,7 @@ def test_radius_and_gap_of_a_cart_that_runs_past():
     assert fired(cart(2.0), gap, 0.5, rising=False) == pytest.approx(3.25, abs=ROUNDING * 1e-9)
 
 
-def test_a_gap_between_turned_boxes_is_never_more_than_their_distance():
+def test_a_gap_between_turned_boxes_never_exceeds_their_distance():
     """A stick of 4 x 2 m turns beside a wall at x = 4: their gap falls as its corner comes near."""
     spin = Joint("axle", "revolute", "world", "stick", axis=Z, q0=(pi / 2,), v0=(-0.5,))
     stick = System((Body("stick", 10.0, inertia=cube(10.0)),), (spin,), gravity=0.0)
@@ -70,7 +70,7 @@ def test_a_gap_between_turned_boxes_is_never_more_than_their_distance():
 
 
 @pytest.mark.parametrize("shape", ["any", "booms"])
-def test_a_gap_is_the_distance_of_boxes_by_independent_code(shape):
+def test_a_gap_agrees_with_independent_code(shape):
     """Least squares within bounds (SciPy) find the nearest points of two boxes as they stand at random."""
     rng = np.random.default_rng(1)
     for _ in range(60):
@@ -90,7 +90,7 @@ def test_a_gap_is_the_distance_of_boxes_by_independent_code(shape):
             assert gap < 1e-6
 
 
-def test_off_lead_and_swing_of_a_pendulum():
+def test_off_lead_and_swing_of_a_pendulum_are_signals():
     """A pendulum that is let go at 0.1 rad in a plane at 30 degrees to x: its rope is as far off as its angle."""
     e = (cos(pi / 6), sin(pi / 6), 0.0)
     pivot = Joint("pivot", "revolute", "world", "bob", axis=(-e[1] * -1.0, -e[0], 0.0), q0=(0.1,))
@@ -112,7 +112,7 @@ def test_off_lead_and_swing_of_a_pendulum():
     assert reader(s.program, ScalarSignal("off-lead", ropes=("rod",)))(row) == pytest.approx(0.1, rel=1e-12)
 
 
-def test_load_is_tension_less_the_hook_block():
+def test_hook_load_is_tension_less_the_hook_block():
     scene = hung(60.0, L0=60.0)
     s = started(scene, **FINE)
     read = reader(s.program, ScalarSignal("load", ropes=("rope",), numbers=(1.0 / G, 25e3)))
@@ -126,7 +126,7 @@ CHART = (1.1 * 500.0 * G, 10.0, 20e3 * G, 15.0, 12e3 * G, 20.0, 8e3 * G)  # 20 t
 
 
 @pytest.mark.parametrize(("load", "reached"), [(15e3, 10.0), (10e3, 15.0), (7e3, 20.0), (400.0, None)])
-def test_a_moment_jumps_to_the_next_longer_radius_and_is_never_interpolated(load, reached):
+def test_a_chart_uses_the_next_longer_radius_without_interpolation(load, reached):
     """A trolley runs out at 1 m/s from 5 m: beyond the radius that its load may have it is at more than 100 %, and with
     no more than its hook block anywhere."""
     moment = ScalarSignal("moment", ropes=("fall",), point=Point("load"), origin=Point("world"), numbers=CHART)
@@ -139,7 +139,7 @@ def test_a_moment_jumps_to_the_next_longer_radius_and_is_never_interpolated(load
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_use_by_place_is_of_what_numpy_interpolates(seed):
+def test_a_utilisation_by_place_agrees_with_numpy_interpolation(seed):
     """Before the first place and beyond the last one that of the nearest counts."""
     rng = np.random.default_rng(seed)
     places, allowed = np.cumsum(rng.uniform(1.0, 9.0, seed + 1)), rng.uniform(1e4, 5e4, seed + 1)
@@ -151,14 +151,14 @@ def test_a_use_by_place_is_of_what_numpy_interpolates(seed):
         assert use == pytest.approx((pulls.sum() / G - 300.0) / np.interp(y, places, allowed), rel=1e-12)
 
 
-def test_the_use_of_several_ropes_is_that_of_the_most_used_one():
+def test_the_utilisation_of_several_ropes_is_that_of_the_most_utilised():
     rated = np.array([3e5, 1e5, 2e5])
     signal = ScalarSignal("use", ropes=("a", "b", "c"), numbers=tuple(1.0 / rated))
     for pulls in np.random.default_rng(1).uniform(0.0, 3e5, (20, 3)):
         assert scalar(signal, [], signal.numbers, pulls) == pytest.approx((pulls / rated).max(), rel=1e-14)
 
 
-def test_a_load_that_runs_in_along_its_chart_trips_where_that_falls():
+def test_a_load_that_moves_along_its_chart_trips_where_the_chart_falls():
     """5 t that go along y at 1 m/s, where the chart falls by a tonne a metre from 9 t at 2 m: at 6 m it is used."""
     scene = jib(5e3)
     joints = tuple(
@@ -179,7 +179,7 @@ def test_a_gust_is_waited_for():
     )
 
 
-def test_samples_are_what_guards_see():
+def test_samples_have_the_values_of_guards():
     """Of random signals the sample is the value at which a guard of that value has just fallen, and not before."""
     rng = np.random.default_rng(3)
     for _ in range(5):
@@ -216,7 +216,7 @@ def test_samples_are_what_guards_see():
         ),
     ],
 )
-def test_what_cannot_be_guarded_is_reported(signal, message):
+def test_invalid_guards_are_reported(signal, message):
     scene = jib(1e3) if "fall" in signal.ropes else cart(1.0)
     with pytest.raises(KernelError, match=message):
         started(replace(scene, thresholds=(guard_of("it", signal),)))

@@ -56,7 +56,7 @@ def test_states_agree_after_every_step(pair):
     assert max(apart) < SAME, apart
 
 
-def test_the_story_has_touched_every_law(pair):
+def test_the_run_has_used_every_law(pair):
     native, _, _ = pair
     row, names = native.row(), [(e.name, e.what) for _, e in native.log]
     assert [name for name, what in names if what == "closed"] == ["pad-1-1", "pad-11", "pad1-1", "pad11"]

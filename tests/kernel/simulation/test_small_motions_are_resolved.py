@@ -101,7 +101,7 @@ def test_effort_does_not_grow_without_end():
     assert all(after(oscillator(a)).native.evaluations < swift for a in AMPLITUDES if a < 1.0)
 
 
-def test_what_only_rounding_moves_rests():
+def test_motion_of_rounding_size_counts_as_rest():
     for stiffer in (1.0, 100.0, 1e4):
         rest = LENGTH * (1.0 + MASS * G / (stiffer * EA))
         scene = hung(rest)

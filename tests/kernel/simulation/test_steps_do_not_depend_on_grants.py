@@ -75,7 +75,7 @@ def test_many_small_windows_leave_the_bits_of_one_run():
         assert bits(cut) == bits(whole)
 
 
-def test_who_listens_leaves_the_bits_as_they_are():
+def test_observers_leave_the_bits_as_they_are():
     names = frozenset({"sling0", "sling1", "deep"})
     assert bits(story(lambda t: [t], names)) == bits(story(lambda t: [t]))
 
@@ -140,7 +140,7 @@ def test_an_input_one_nanosecond_before_an_event_can_prevent_it():
     assert not s.events.fallen
 
 
-def test_an_input_at_the_event_switches_first_and_then_applies():
+def test_an_input_at_the_time_of_an_event_comes_after_the_switch():
     s, t_ns = caught()
     assert s.fire()[0].what == "taut"
     s.unhook("rope")

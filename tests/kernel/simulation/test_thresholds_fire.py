@@ -28,7 +28,7 @@ def falling(*thresholds):
         (Threshold("fast", "speed", of="load-guide"), -7.0, False, 7.0 / G),
     ],
 )
-def test_falling(threshold, value, rising, when):
+def test_a_falling_body_fires_its_threshold(threshold, value, rising, when):
     s = falling(threshold)
     s.switches.watch(threshold.name, value, rising)
     s.settle()
@@ -141,7 +141,7 @@ def test_two_crossings_in_one_nanosecond_are_one_event_in_fixed_order():
     assert s.preview() == s.fire()
 
 
-def test_a_drive_that_stops_on_the_spot_of_a_threshold_reaches_it():
+def test_a_drive_that_stops_exactly_at_a_threshold_reaches_it():
     """A trolley that is driven to 2 m and watched at 2 m less a rounding error."""
     scene = replace(
         slider(axis=X),

@@ -73,7 +73,7 @@ def stand(law: str, heard: tuple[str, ...], t_ns: int, granted: int) -> Simulati
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("heard", HEARD, ids=["unheard", "heard"])
 @pytest.mark.parametrize("t_ns", [BREAK - 1, BREAK, BREAK + 1, EVENT - 1, EVENT, EVENT + 1, EVENT + 5_000_000])
-def test_a_command_stands_where_it_is_given(law, heard, t_ns):
+def test_a_command_takes_effect_where_it_is_given(law, heard, t_ns):
     s = stand(law, heard, t_ns, t_ns)
     assert (s.epoch, s["t"]) == (t_ns, 0.0)
     row = s.row()
@@ -146,7 +146,7 @@ def cut(seed: int) -> list[Tag]:
 @pytest.mark.parametrize("event_s", [LATER, AT_ONCE], ids=["10 ms later", "at once"])
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
 @pytest.mark.large(beyond=4)
-def test_however_grants_are_cut_events_and_samples_are_the_same_bytes(law, heard, event_s, second):
+def test_events_and_samples_are_the_same_however_grants_are_split(law, heard, event_s, second):
     whole = played(law, heard, [Tag(END)], event_s, second)
     for seed in range(6):
         assert played(law, heard, cut(seed), event_s, second) == whole
@@ -173,7 +173,7 @@ def test_tags_are_those_of_the_closed_forms(law):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_who_receives_the_law_moves_no_other_event_and_no_sample(law):
+def test_receiving_events_of_a_law_changes_no_other_event_and_no_sample(law):
     unheard, rows, times = played(law, (), [Tag(END)])
     text, same, instants = played(law, ("law",), [Tag(END)])
     assert unheard == [event for event in text if event[1] != "law"]

@@ -48,7 +48,7 @@ class Pendulum(Observed):
         return x[0], -x[0], x[1]
 
 
-def test_each_guard_falls_once_a_period_where_theory_says() -> None:
+def test_each_guard_fires_once_a_period_at_its_theoretical_time() -> None:
     text = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=seconds(13)) if isinstance(m, Passed)]
     falls = [(0, pi / 2), (1, 3 * pi / 2), (2, 2 * pi), (0, 5 * pi / 2), (1, 7 * pi / 2), (2, 4 * pi)]
     assert [m.which for _, m in text] == [(which,) for which, _ in falls]
@@ -73,7 +73,7 @@ class Cooling(Observed):
         return Passed((), self.present)
 
 
-def test_the_first_nanosecond_is_met_and_an_input_moves_the_event() -> None:
+def test_an_event_fires_at_its_first_nanosecond_and_an_input_moves_it() -> None:
     alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=seconds(30))]
     assert [tag for tag, _ in alone] == [Tag(ceil(log(8) * SECOND))]
     pushed = drive(Cooling("c"), [(seconds(1), "ask", Ask(40.0))], seconds(30))
@@ -81,13 +81,13 @@ def test_the_first_nanosecond_is_met_and_an_input_moves_the_event() -> None:
     assert pushed[0][0].t == pytest.approx((1 + log((start - 20) / 10)) * SECOND, abs=2)
 
 
-def test_two_inputs_change_nothing_but_by_what_they_push() -> None:
+def test_two_inputs_change_only_their_own_terms() -> None:
     asked = [(seconds(0.1 * i), "ask", Ask()) for i in range(1, 20)]
     (tag, _, _), *_ = drive(Cooling("c"), asked, seconds(30))
     assert tag.t == pytest.approx(log(8) * SECOND, abs=3)
 
 
-def test_the_state_at_the_end_is_a_result() -> None:
+def test_the_final_state_is_a_result() -> None:
     simulator = Simulator(Cooling("c"))
     simulator.start()
     simulator.run(seconds(1.5))
@@ -96,7 +96,7 @@ def test_the_state_at_the_end_is_a_result() -> None:
     assert message.state == pytest.approx((20 + 80 * exp(-1.5),), rel=1e-9)
 
 
-def test_a_snapshot_goes_on_to_the_last_bit() -> None:
+def test_a_restored_snapshot_repeats_the_run_to_the_last_bit() -> None:
     whole, cut = Simulator(FallingBall("ball", 3.0, 0.7)), Simulator(FallingBall("ball", 3.0, 0.7))
     for simulator in (whole, cut):
         simulator.start()
@@ -125,7 +125,7 @@ def test_a_ball_bounces_when_its_closed_form_reports_and_comes_to_rest(height: f
 
 
 @pytest.mark.parametrize("name", ["state", "at", "tell", "start"])
-def test_its_own_words_name_no_port(name: str) -> None:
+def test_methods_of_its_own_name_no_port(name: str) -> None:
     with pytest.raises(ModelError, match=rf"^m: a port cannot be called {name}: every "):
         Pendulum("m").add_in(name, Ask)
 
@@ -150,7 +150,9 @@ class Odd(Cooling):
         (Odd("m", lambda x: (1.0,), start=float("nan")), "go(nan,): the state must be finite numbers"),
     ],
 )
-def test_what_cannot_be_followed_is_reported(model: Odd, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_equations_that_cannot_be_integrated_are_reported(
+    model: Odd, sentence: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(hybrid, "STEPS", 1000)
     with pytest.raises(ModelError) as message:
         drive(model, until=seconds(5))
@@ -179,7 +181,7 @@ class Relay(Observed):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_flow_that_points_at_its_guard_from_both_sides_ends_by_name(seed: int) -> None:
+def test_a_flow_that_points_at_its_guard_from_both_sides_is_named(seed: int) -> None:
     down, up = (10.0 ** Random(f"{seed} {side}").uniform(-3, 3) for side in "du")
     model = Relay(down, up)
     with pytest.raises(ModelError, match=r"^relay at \(\d.*\): guards 0, 1 of guards\(\) fell 1000 times") as message:
@@ -193,7 +195,7 @@ def test_a_flow_that_points_at_its_guard_from_both_sides_ends_by_name(seed: int)
 
 @pytest.mark.parametrize("period", [1e-6, 2e-8], ids=["1 MHz", "50 MHz"])
 @pytest.mark.parametrize("duty", [0.2, 0.5, 0.8])
-def test_rapid_switching_is_no_chatter(period: float, duty: float) -> None:
+def test_rapid_switching_is_not_taken_for_chatter(period: float, duty: float) -> None:
     model = Relay(1 / duty, 1 / (1 - duty), width=period, start=period)
     n = 3 * hybrid.CROWD
     drive(model, until=seconds(n * period))

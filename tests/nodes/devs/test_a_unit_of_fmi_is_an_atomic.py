@@ -83,7 +83,7 @@ def stepped(file: Path, pushes: dict[int, float], steps: int) -> list[float]:
     return found
 
 
-def test_an_input_holds_from_the_step_that_begins_with_it_or_after_it(unit) -> None:
+def test_an_input_holds_from_the_first_step_that_begins_with_or_after_it(unit) -> None:
     inputs = [(ms(20), "u", Signals((("f", 3.0),))), (ms(33), "u", Signals((("f", -1.0),)))]
     text = drive(Fmu("spring", unit[0], ms(10), ["x", "steps"], {"m": 0.5}), inputs, until=ms(101))
     assert [tag for tag, _, _ in text] == [Tag(ms(10 * i)) for i in range(11)]
@@ -98,7 +98,7 @@ def test_its_step_is_its_lookahead(unit) -> None:
     assert simulator.lookahead == {"spring.y": ms(10)}
 
 
-def test_from_a_snapshot_it_goes_on_unchanged_or_reports_that_it_has_none(unit) -> None:
+def test_a_unit_continues_from_a_snapshot_or_reports_that_it_has_none(unit) -> None:
     file, keeps = unit
     simulator = Simulator(Fmu("spring", file, ms(10), ["x"]))
     simulator.start()
@@ -145,7 +145,7 @@ def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit,
     assert any("replayed from the start if it were lost: " in sentence for sentence in message) is not unit[1]
 
 
-def test_what_is_wrong_with_a_unit_is_reported_by_name(unit, tmp_path: Path) -> None:
+def test_faults_of_a_unit_are_reported_by_name(unit, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     other.write_bytes(b"no archive")
     with pytest.raises(ModelError, match=rf"^p: '{other}' is code in a folder that you have not trusted"):

@@ -54,7 +54,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_the_text_of_now_runs(way: str, write: Callable[[str, str], Path]) -> None:
+def test_the_current_text_runs(way: str, write: Callable[[str, str], Path]) -> None:
     where, edited, text = WAYS[way]
     for package in ("pack/__init__.py", "pack/sub/__init__.py"):
         write(package, "")

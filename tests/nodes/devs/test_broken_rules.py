@@ -49,7 +49,7 @@ def test_a_broken_lookahead_names_the_port() -> None:
     )
 
 
-def test_an_input_that_leaves_the_schedule_standing_does_not_break_the_lookahead() -> None:
+def test_an_input_that_keeps_the_schedule_does_not_break_the_lookahead() -> None:
     class Standing(Model):
         def external(self, e: int, x: Bag) -> None:
             pass
@@ -61,7 +61,7 @@ def test_an_input_that_leaves_the_schedule_standing_does_not_break_the_lookahead
     assert run(coupled("r", [g, m], (g.out, m.into)), 2)[-1] == (1.0, 0, "r.m", "internal")
 
 
-def test_when_all_are_passive_a_run_ends() -> None:
+def test_a_run_ends_when_all_models_are_passive() -> None:
     """At once, and after a step of positive length that left everybody passive."""
     assert len(run(coupled("r", [Relay("a", first=1), Sink("s")]), 1e6)) == 1
     g, a = Generator("g", seconds(1), count=1), Relay("a", seconds(2))

@@ -113,7 +113,7 @@ def test_structure_and_counts_are_exact(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "n"), [("LI", 2402), ("HI", 60026), ("HO", 60026)])
-def test_the_published_sizes(kind: str, n: int) -> None:
+def test_published_sizes_are_reproduced(kind: str, n: int) -> None:
     assert measured(kind, 50, 50)[2] == (n, n, n)
 
 

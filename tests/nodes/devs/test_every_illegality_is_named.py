@@ -73,7 +73,7 @@ FIVE = [
 
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
-def test_an_exception_in_each_of_the_five_functions(function: str, where: str) -> None:
+def test_an_exception_in_each_of_the_five_functions_is_reported(function: str, where: str) -> None:
     assert sentence(**{function: raising}) == f"{where} raised ZeroDivisionError: division by zero ({place(raising)})"
 
 
@@ -91,7 +91,7 @@ def endless(self: Atomic, *_: object) -> None:
 
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
-def test_an_endless_recursion_in_each_of_the_five_functions(function: str, where: str) -> None:
+def test_an_endless_recursion_in_each_of_the_five_functions_is_reported(function: str, where: str) -> None:
     assert sentence(**{function: endless}).startswith(f"{where} raised RecursionError: maximum recursion depth")
 
 
@@ -108,7 +108,7 @@ WAITS: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("wait", "wrong"), WAITS, ids=[repr(wait) for wait, _ in WAITS])
-def test_a_wait_that_is_none(wait: Any, wrong: str) -> None:
+def test_an_invalid_wait_is_reported(wait: Any, wrong: str) -> None:
     assert sentence(start=lambda self: self.hold_in(wait)) == f"r.m at (0 s, 0): {wrong}"
     assert sentence(internal=lambda self: self.hold_in(wait)) == f"r.m at (1 s, 0): {wrong}"
     assert sentence(external=lambda self, e, x: self.hold_in(wait)) == f"r.m at (2 s, 0): {wrong}"
@@ -135,13 +135,13 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
     (
         "foreign port",
         lambda m: m.parent.children["g"].out.send(Item(1)),
-        "r.g.out was sent to by another model: output() may only speak by its own ports",
+        "r.g.out was sent to by another model: output() may send to its own ports only",
     ),
 ]
 
 
 @pytest.mark.parametrize(("speak", "wrong"), [entry[1:] for entry in OUTPUTS], ids=[entry[0] for entry in OUTPUTS])
-def test_what_output_must_not_do(speak: Callable[[Any], object], wrong: str) -> None:
+def test_forbidden_changes_in_output_are_reported(speak: Callable[[Any], object], wrong: str) -> None:
     line = f"{Path(__file__).name}:{speak.__code__.co_firstlineno}"
     assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}".replace("LINE", line)
 
@@ -167,18 +167,18 @@ def test_output_must_not_change_the_structure(change: Callable[[Any], object]) -
 @pytest.mark.parametrize(
     ("function", "where"), [("start", "0"), ("internal", "1"), ("external", "2"), ("confluent", "3")]
 )
-def test_only_output_may_speak(function: str, where: str) -> None:
+def test_only_output_may_send(function: str, where: str) -> None:
     text = sentence(**{function: lambda self, *_: self.out.send(Item(1))})
-    assert text == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may speak"
+    assert text == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may send"
 
 
-def test_transitions_at_a_scheduled_tag_that_schedule_nothing() -> None:
+def test_transitions_at_a_scheduled_tag_without_a_new_schedule_are_reported() -> None:
     nothing = "() scheduled nothing: call hold_in or passivate"
     assert sentence(internal=lambda self: None) == f"r.m at (1 s, 0): internal{nothing}"
     assert sentence(confluent=lambda self, x: None) == f"r.m at (3 s, 0): confluent{nothing}"
 
 
-def test_functions_that_are_missing() -> None:
+def test_missing_functions_are_reported() -> None:
     class Deaf(Atomic):
         into, out = In(Item), Out(Item)
 
@@ -211,7 +211,7 @@ def zero_time_loop(model: Coupled) -> str:
     return str(caught.value).removesuffix(limit)
 
 
-def test_a_model_that_holds_for_0_ns_over_and_over() -> None:
+def test_a_model_that_waits_0_ns_forever_is_reported() -> None:
     class Restless(M):
         def internal(self) -> None:
             self.hold_in(0)
@@ -220,14 +220,14 @@ def test_a_model_that_holds_for_0_ns_over_and_over() -> None:
 
 
 @pytest.mark.parametrize("members", [2, 5])
-def test_a_ring_without_delay_names_its_members_and_nobody_else(members: int) -> None:
+def test_a_cycle_without_delay_names_its_members_only(members: int) -> None:
     ring = [Relay(name, first=1 if name == "a" else None) for name in "abcde"[:members]]
     couplings = [(m.out, ring[i - members + 1].into) for i, m in enumerate(ring)]
     model = coupled("r", [*ring, Generator("g", 1, first=0)], *couplings)
     assert zero_time_loop(model) == ", ".join(m.path for m in ring) + " at (0 s, 10000)"
 
 
-def test_many_zero_delays_at_different_times_are_no_loop() -> None:
+def test_many_zero_delays_at_different_times_are_legal() -> None:
     g, r = Generator("g", 10, count=200), Relay("r")
     simulator = Simulator(coupled("r", [g, r], (g.out, r.into)), microsteps=3)
     simulator.start()
@@ -235,7 +235,7 @@ def test_many_zero_delays_at_different_times_are_no_loop() -> None:
     assert simulator.next_time.t > 2000
 
 
-def test_a_model_that_runs_its_own_simulator() -> None:
+def test_a_model_that_runs_its_own_simulator_is_reported() -> None:
     class Hasty(M):
         def internal(self) -> None:
             simulator.run()
@@ -255,7 +255,7 @@ def test_a_model_that_runs_its_own_simulator() -> None:
     assert simulator.next_time == Tag(seconds(1))
 
 
-def test_what_has_not_begun() -> None:
+def test_a_model_before_its_start_is_refused() -> None:
     with pytest.raises(ModelError, match=r"^r: nothing has begun, call start\(\) first$"):
         Simulator(yard(M)).run()
 

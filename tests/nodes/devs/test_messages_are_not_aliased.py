@@ -42,7 +42,7 @@ class Loose(msgspec.Struct):
 define: Any = type(Message)
 
 
-def test_canonical_bytes_and_back() -> None:
+def test_messages_are_encoded_canonically_and_decoded() -> None:
     rich = Rich(Kind.TAUT, Place(1.0, 2.0), Point(3.0), (Item(1), Item(2)), "down", 0.5, Tag(7, 1))
     assert decode("Rich", encode(rich)) == rich
     assert encode(Item(5)) == b"\x81\xa1n\x05"
@@ -102,7 +102,7 @@ class Bundle(Message):
     ],
     ids=lambda x: "" if isinstance(x, dict) else x,
 )
-def test_annotations_or_not_no_container_that_changes_gets_into_a_message(fields: Any, shown: str) -> None:
+def test_no_mutable_container_enters_a_message_with_or_without_annotations(fields: Any, shown: str) -> None:
     """So neither a receiver nor the sender, after it has sent, can change what the others see."""
     with pytest.raises(ModelError) as caught:
         Bundle(**fields)
@@ -117,7 +117,7 @@ def test_a_mutable_default_is_refused_with_the_class() -> None:
         define("Heap", (Message,), {"__annotations__": {"parts": list[int]}, "parts": []})
 
 
-def test_what_receivers_share_is_the_message_and_nothing_that_changes() -> None:
+def test_receivers_share_the_message_and_nothing_mutable() -> None:
     """One spoils its bag, the others and the trace keep theirs."""
 
     class Spoiler(Relay):

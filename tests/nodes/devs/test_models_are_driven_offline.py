@@ -34,7 +34,7 @@ def test_a_model_is_driven_in_one_line() -> None:
     assert drive(processor, jobs, until=seconds(6.5)) == [(Tag(seconds(3.5)), "done", Job(1))]
 
 
-def test_inputs_of_one_tag_are_one_bag_and_tags_may_have_microsteps() -> None:
+def test_inputs_of_one_tag_are_one_bag_and_tags_have_microsteps() -> None:
     inputs: list[tuple[int | Tag, str, Message]] = [(5, "into", Item(1)), (5, "into", Item(2))]
     assert drive(Relay("r", 3), inputs) == [(Tag(8), "out", Item(1)), (Tag(8), "out", Item(2))]
     assert drive(Relay("r", 0), [(Tag(5, 2), "into", Item(1))]) == [(Tag(5, 3), "out", Item(1))]
@@ -59,7 +59,7 @@ def test_an_output_that_changes_its_model_is_refused() -> None:
         drive(Impure("g", seconds(1)), until=seconds(3))
 
 
-def test_transitions_can_be_looked_at() -> None:
+def test_transitions_can_be_inspected() -> None:
     log: list[Transition] = []
     drive(Processor("p", 10), [(5, "into", Job(1)), (15, "into", Job(2))], log=log.append)
     assert [(line.tag.t, line.kind) for line in log] == [(5, "external"), (15, "confluent"), (25, "internal")]
@@ -75,6 +75,6 @@ def test_transitions_can_be_looked_at() -> None:
         ((1, "into", Item(1)), "p.into carries Job, not Item"),
     ],
 )
-def test_inputs_that_do_not_fit(entry: Any, sentence: str) -> None:
+def test_inputs_that_do_not_fit_are_refused(entry: Any, sentence: str) -> None:
     with pytest.raises(ModelError, match=f"^{re.escape(sentence)}$"):
         drive(Processor("p", 10), [entry])

@@ -17,7 +17,7 @@ from random_models import END, build_deep, flat
 MODELS = range(60)
 
 
-def test_sixty_random_models_log_for_log() -> None:
+def test_sixty_random_models_give_equal_logs() -> None:
     transitions = confluent = microsteps = 0
     for seed in MODELS:
         by_the_book, flattened, cut = three_ways(seed)
@@ -41,7 +41,7 @@ def test_the_random_models_are_as_large_and_deep_as_they_say() -> None:
 @pytest.mark.parametrize(
     "model", [lambda: ring(5, 3, seconds(0.4)), lambda: workshop(seconds(1), seconds(2.5), seconds(10))]
 )
-def test_a_trace_is_the_log_by_the_book_line_for_line(model) -> None:
+def test_a_trace_equals_the_reference_log_line_by_line(model) -> None:
     by_the_book: list[Transition] = []
     nested(model(), seconds(12), by_the_book.append)
     message: list[Transition] = []
@@ -54,7 +54,7 @@ def test_a_trace_is_the_log_by_the_book_line_for_line(model) -> None:
     assert len(trace) == len(by_the_book) > 20
 
 
-def test_messages_from_outside_come_first_however_deep() -> None:
+def test_external_messages_come_first_at_any_depth() -> None:
     """Two sources inside, one outside three levels up whose name sorts last."""
 
     def model() -> tuple[Coupled, Sink]:
@@ -79,7 +79,7 @@ def test_messages_from_outside_come_first_however_deep() -> None:
     assert sink.got == [(Tag(0), [0, 1, 2])]
 
 
-def test_an_engine_that_sorted_no_bags_would_be_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_engine_without_sorted_bags_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = [flat(seed, END, build_deep) for seed in MODELS]
     monkeypatch.setattr(bags, "place", lambda entry: -entry[0])
     assert sum(flat(seed, END, build_deep) != truth[seed] for seed in MODELS) > 10

@@ -32,7 +32,7 @@ class Shot(Atomic):
         self.passivate()
 
 
-def test_a_shot_fires_once_and_a_passive_one_never() -> None:
+def test_one_shot_fires_once_and_a_passive_model_never() -> None:
     assert run(Shot(seconds(5)), 100) == [(5.0, 0, "shot", "internal")]
     assert run(Shot(NEVER), 100) == []
 

@@ -85,14 +85,14 @@ def compared(seed: int) -> tuple[int, int]:
 
 @pytest.mark.parametrize("seeds", [range(k, k + 40) for k in range(0, 400, 40)], ids=str)
 @pytest.mark.large(beyond=2)
-def test_what_is_plain_arrives_as_it_is(seeds: range) -> None:
+def test_plain_messages_arrive_unchanged(seeds: range) -> None:
     found = [compared(seed) for seed in seeds]
     assert sum(wrong for _, wrong in found) == 0
     assert sum(plain for plain, _ in found) > 150
 
 
 @pytest.mark.parametrize("careless", [int, str, float])
-def test_a_check_that_checks_less_is_caught(careless: type, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_weaker_check_is_found(careless: type, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         messages,
         "_check",

@@ -33,7 +33,7 @@ def test_fan_out_fan_in_and_three_levels_of_passing_through() -> None:
     assert sink.got == [(Tag(0, 1), [1, 1])]
 
 
-def test_an_unconnected_port_speaks_to_nobody() -> None:
+def test_an_unconnected_port_has_no_receiver() -> None:
     assert run(coupled("r", [Generator("g", seconds(1), count=1), Sink("s")]), 5) == [(1.0, 0, "r.g", "internal")]
 
 
@@ -84,11 +84,11 @@ def wrong(make: Callable[[], object], sentence: str) -> None:
         make()
 
 
-def test_names() -> None:
+def test_invalid_names_are_refused() -> None:
     r = coupled("r", [Sink("a")])
     wrong(lambda: r.add(Sink("a")), "r: two children are called a, rename one of them")
-    wrong(lambda: r.add(r), "r: r already has its place and cannot be added here")
-    wrong(lambda: Coupled("x").add(r.children["a"]), "x: r.a already has its place and cannot be added here")
+    wrong(lambda: r.add(r), "r: r already has a parent and cannot be added here")
+    wrong(lambda: Coupled("x").add(r.children["a"]), "x: r.a already has a parent and cannot be added here")
     wrong(lambda: Sink("a.b"), "'a.b' cannot name a model: use letters, digits, _ and - only")
     wrong(lambda: r.add_in("a b", Item), "r: 'a b' cannot name a port: use letters, digits, _ and - only")
     wrong(lambda: (r.add_in("i", Item), r.add_out("i", Item)), "r: port i is declared twice")
@@ -98,7 +98,7 @@ def test_names() -> None:
     )
 
 
-def test_couplings() -> None:
+def test_invalid_couplings_are_refused() -> None:
     a, b, inner = Relay("a"), Relay("b"), coupled("inner", [Relay("c")])
     r, c = coupled("r", [a, b, inner], (a.out, b.into)), inner.children["c"]
     i, o = r.add_in("i", Item), r.add_out("o", Item)
@@ -120,7 +120,7 @@ def test_couplings() -> None:
         wrong(partial(r.connect, source, target), f"r: coupling {source!r} -> {target!r}: {why}")
 
 
-def test_ports() -> None:
+def test_invalid_ports_are_refused() -> None:
     wrong(lambda: In(int), "a port cannot carry <class 'int'>: derive it from Message")  # type: ignore[type-var]
     wrong(lambda: Sink("s").add_out("o", Item, -1), "s: port o: lookahead -1 is not a number of ns >= 0")
     wrong(

@@ -24,7 +24,7 @@ def whole(model) -> list[Transition]:
     return log
 
 
-def test_two_halves_are_a_whole() -> None:
+def test_two_halves_of_a_run_equal_the_whole() -> None:
     for model, again in zip(models(), models(), strict=True):
         log: list[Transition] = []
         simulator = Simulator(model, log.append)
@@ -34,7 +34,7 @@ def test_two_halves_are_a_whole() -> None:
         assert log == whole(again)
 
 
-def test_a_snapshot_taken_anywhere_goes_on_as_if_nothing_had_happened() -> None:
+def test_a_snapshot_taken_anywhere_continues_unchanged() -> None:
     rng = random.Random(1)
     for number in range(3):
         expected = whole(list(models())[number])
@@ -75,7 +75,7 @@ def test_a_condition_on_the_state_ends_a_run_after_its_tag() -> None:
     assert s.got[-1][0].t == seconds(5)
 
 
-def test_a_state_that_cannot_be_kept_is_refused() -> None:
+def test_a_state_that_cannot_be_saved_is_refused() -> None:
     class Secret(Atomic):
         def start(self) -> None:
             self.law = lambda x: x

@@ -10,7 +10,7 @@ from devs_stories import Generator, Item, Relay, Sink, coupled, kinds, run
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, seconds
 
 
-def test_a_seed_to_two_makes_the_second_one_confluent() -> None:
+def test_a_seed_at_time_two_makes_the_second_transition_confluent() -> None:
     seed, a, b = Relay("seed", first=1), Relay("a"), Relay("b")
     model = coupled("r", [seed, a, b], (seed.out, a.into), (seed.out, b.into), (a.out, b.into))
     assert kinds(model, 1) == {"r.seed": "i", "r.a": "ei", "r.b": "eci"}
@@ -127,7 +127,7 @@ def test_two_sources_on_two_ports_at_one_instant_are_one_transition() -> None:
     assert acc.bags == 1
 
 
-def test_two_ways_to_one_port_deliver_twice() -> None:
+def test_two_paths_to_one_port_deliver_twice() -> None:
     inner = Coupled("inner")
     sink = inner.add(Sink("sink"))
     for name in ("one", "two"):

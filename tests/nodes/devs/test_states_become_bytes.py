@@ -68,14 +68,14 @@ VALUES: list[Any] = [
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
-def test_it_comes_back_as_it_was(value: Any) -> None:
+def test_an_object_is_restored_as_it_was(value: Any) -> None:
     again = thawed(frozen(value))
     assert again == value
     assert type(again) is type(value)
     assert frozen(again) == frozen(value)
 
 
-def test_a_generator_goes_on_where_it_was() -> None:
+def test_a_generator_continues_where_it_was() -> None:
     first = Random(7)
     first.gauss(0, 1)
     second = thawed(frozen(first))
@@ -89,14 +89,14 @@ def test_arrays_keep_their_bits() -> None:
     assert (again.dtype, again.shape, again.flags.writeable) == (x.dtype, x.shape, True)
 
 
-def test_what_was_one_thing_is_one_thing_again() -> None:
+def test_shared_objects_are_shared_again() -> None:
     shared = [1]
     a, b, c = thawed(frozen((shared, shared, [1])))
     assert a is b
     assert a is not c
 
 
-def test_circles_are_closed() -> None:
+def test_cycles_are_restored() -> None:
     job = Job(1)
     job.parts += [job, {"of": job}]
     again = thawed(frozen(job))
@@ -119,7 +119,7 @@ def test_attributes_in_slots_are_kept_and_those_that_were_never_set_are_not() ->
     assert not hasattr(again, "b")
 
 
-def test_the_order_of_attributes_and_of_sets_does_not_show() -> None:
+def test_the_order_of_attributes_and_sets_has_no_effect() -> None:
     a, b = Job(1), Job(1)
     b.__dict__ = dict(reversed(a.__dict__.items()))
     assert frozen(a) == frozen(b)
@@ -135,17 +135,17 @@ def circle() -> Any:
 @pytest.mark.parametrize(
     ("value", "why"),
     [
-        (lambda x: x, "<lambda> cannot be kept, it has no name"),
-        ((i for i in range(3)), "a generator cannot be kept"),
-        (iter([1]), "a list_iterator cannot be kept"),
+        (lambda x: x, "<lambda> cannot be saved, it has no name"),
+        ((i for i in range(3)), "a generator cannot be saved"),
+        (iter([1]), "a list_iterator cannot be saved"),
         (open, None),
-        (msgspec.json.Encoder(), "a Encoder cannot be kept"),
-        (np.array([object()]), "a ndarray cannot be kept"),
-        (np.float64(1.0), "a float64 cannot be kept"),
+        (msgspec.json.Encoder(), "a Encoder cannot be saved"),
+        (np.array([object()]), "a ndarray cannot be saved"),
+        (np.float64(1.0), "a float64 cannot be saved"),
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_what_cannot_be_kept_is_refused(value: Any, why: str | None) -> None:
+def test_objects_that_cannot_be_saved_are_refused(value: Any, why: str | None) -> None:
     if why is None:
         assert thawed(frozen(value)) is value
         return
@@ -157,12 +157,12 @@ def test_a_class_within_a_function_is_refused() -> None:
     class Here:
         pass
 
-    with pytest.raises(TypeError, match=r"Here cannot be kept, it has no name in a module"):
+    with pytest.raises(TypeError, match=r"Here cannot be saved, it has no name in a module"):
         frozen(Here())
 
 
 def test_a_tuple_that_holds_itself_is_refused() -> None:
-    with pytest.raises(TypeError, match="a tuple or message that holds itself"):
+    with pytest.raises(TypeError, match="a tuple or message that contains itself"):
         thawed(frozen(circle()))
 
 
@@ -179,7 +179,7 @@ def test_a_tuple_that_holds_itself_is_refused() -> None:
     ],
     ids=lambda forged: forged[0] + " " + forged[1],
 )
-def test_bytes_of_a_stranger_call_nothing(forged: list[Any], capfd: pytest.CaptureFixture[str]) -> None:
+def test_foreign_bytes_call_nothing(forged: list[Any], capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises((TypeError, LookupError, ValueError, AttributeError)):
         thawed(msgspec.msgpack.encode(forged))
     assert capfd.readouterr().out == ""
@@ -200,7 +200,7 @@ def test_bytes_of_a_stranger_call_nothing(forged: list[Any], capfd: pytest.Captu
         ["bytearray", 10**15],
     ],
 )
-def test_bytes_of_others_bring_no_function_of_python(folded):
+def test_foreign_bytes_import_no_function_of_python(folded):
     """What a model may call later is its own, or only computes."""
     import subprocess  # noqa: F401 - loaded, and yet not to be had
 

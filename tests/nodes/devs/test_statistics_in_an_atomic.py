@@ -17,14 +17,14 @@ def test_a_tally_counts_each_observation_once() -> None:
     assert tally.deviation == pytest.approx(stdev(draws), rel=1e-9)
 
 
-def test_before_the_second_observation_nothing_spreads() -> None:
+def test_before_the_second_observation_there_is_no_variance() -> None:
     tally = Tally()
     assert (isnan(tally.mean), isnan(tally.deviation)) == (True, True)
     tally.add(3)
     assert (tally.mean, isnan(tally.deviation)) == (3.0, True)
 
 
-def test_a_mean_over_time_weighs_how_long_a_value_holds() -> None:
+def test_a_time_average_weighs_how_long_a_value_holds() -> None:
     length = TimeWeighted()
     length.set(2, Tag(10))
     length.set(5, Tag(10, 1))  # 2 held for no time
@@ -36,7 +36,7 @@ def test_a_mean_over_time_weighs_how_long_a_value_holds() -> None:
     assert TimeWeighted(3.0, since_ns=7).mean(Tag(9)) == 3.0
 
 
-def test_what_is_no_observation_is_refused() -> None:
+def test_an_invalid_observation_is_refused() -> None:
     for take in (Tally().add, lambda x: TimeWeighted().set(x, Tag(1)), TimeWeighted):
         with pytest.raises(ModelError, match=r"^nan is no observation: give a finite number$"):
             take(float("nan"))

@@ -48,7 +48,7 @@ def started(builder: Coupled) -> Simulator:
     return simulator
 
 
-def test_what_is_added_starts_at_the_next_microstep() -> None:
+def test_an_added_model_starts_at_the_next_microstep() -> None:
     g, b, sink = Generator("g", seconds(1)), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, sink], (g.out, b.into)))
     simulator.run(seconds(5))
@@ -56,7 +56,7 @@ def test_what_is_added_starts_at_the_next_microstep() -> None:
     assert [m.name for m in simulator.atomics] == ["b", "g", "r0", "r1", "r2", "sink"]
 
 
-def test_what_is_removed_receives_nothing_any_more_but_what_came_at_that_instant() -> None:
+def test_a_removed_model_receives_only_messages_of_that_instant() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     remover = Remover("x", "sink", seconds(3))
     simulator = started(coupled("yard", [g, sink, remover], (g.out, sink.into)))
@@ -65,13 +65,13 @@ def test_what_is_removed_receives_nothing_any_more_but_what_came_at_that_instant
     assert [m.name for m in simulator.atomics] == ["g", "x"]
 
 
-def test_what_is_removed_does_not_speak() -> None:
+def test_a_removed_model_sends_nothing() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     started(coupled("yard", [g, sink, Remover("x", "g", seconds(2.5))], (g.out, sink.into))).run(seconds(6))
     assert sink.got == [(Tag(seconds(1)), [0]), (Tag(seconds(2)), [1])]
 
 
-def test_couplings_come_and_go() -> None:
+def test_couplings_can_be_added_and_removed() -> None:
     class Switch(Atomic):
         def start(self) -> None:
             self.hold_in(seconds(2))
@@ -90,7 +90,7 @@ def test_couplings_come_and_go() -> None:
     assert [n for _, n in right.got] == [[2], [3]]
 
 
-def test_the_clock_of_the_others_runs_on() -> None:
+def test_the_other_models_keep_their_clock() -> None:
     """A model whose neighbours change keeps its schedule and its elapsed time."""
     relay, g, b, sink = Relay("relay", seconds(2.5)), Generator("g", seconds(1), count=1), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))
@@ -111,7 +111,7 @@ def test_between_runs_the_structure_changes_before_the_next_tag() -> None:
     assert late.got == [(Tag(seconds(2)), [1]), (Tag(seconds(3)), [2])]
 
 
-def test_impossible_changes_name_place_and_time() -> None:
+def test_impossible_changes_are_reported_with_place_and_time() -> None:
     simulator = started(coupled("yard", [Remover("x", "nobody", seconds(2))]))
     with pytest.raises(ModelError) as error:
         simulator.run(seconds(5))
@@ -147,7 +147,7 @@ def test_a_promised_lookahead_holds() -> None:
     )
 
 
-def test_what_is_added_keeps_its_promise_from_the_change_on() -> None:
+def test_an_added_model_keeps_its_lookahead_from_then_on() -> None:
     class Hasty(Atomic):
         out = Out(Item, lookahead=seconds(1))
 

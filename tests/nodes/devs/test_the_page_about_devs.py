@@ -8,7 +8,7 @@ from types import ModuleType
 import pytest
 
 PAGE = (Path(__file__).parents[3] / "nodes" / "devs" / "DEVS.md").read_text()
-BLOCKS, ASSERTS = 7, 10
+BLOCKS, ASSERTS = 8, 11
 
 
 def test_all_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tu
     ]
 
 
-def test_a_traffic_light_turns() -> None:
+def test_a_traffic_light_changes() -> None:
     assert shown([], 130) == [
         (0.0, Colour.RED),
         (60.0, Colour.GREEN),
@@ -23,7 +23,7 @@ def test_a_traffic_light_turns() -> None:
     ]
 
 
-def test_an_operator_makes_it_blink_and_gives_it_back() -> None:
+def test_an_operator_makes_the_light_blink_and_releases_it() -> None:
     text = shown([(seconds(70), "take", Take(LightMode.MANUAL)), (seconds(71.2), "take", Take(LightMode.AUTO))], 132)
     assert text == [
         (0.0, Colour.RED),
@@ -36,7 +36,7 @@ def test_an_operator_makes_it_blink_and_gives_it_back() -> None:
     ]
 
 
-def test_one_token_goes_round() -> None:
+def test_one_token_circulates() -> None:
     model = ring(stations=4, tokens=1, hold=seconds(1))
     simulator = Simulator(model)
     simulator.start()

@@ -61,7 +61,7 @@ def given(plan: Plan, fidelity: Fidelity) -> Iterator[tuple[Mechanism, Fidelity]
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
 @pytest.mark.large(beyond=len(BUNDLED) + 6)
-def test_each_pass_is_pure_and_changes_nothing_twice(name: str) -> None:
+def test_each_pass_is_pure_and_idempotent(name: str) -> None:
     for fidelity in FIDELITIES:
         for machine, level in given(plan_of(name), fidelity):
             before = repr(machine)
@@ -73,6 +73,7 @@ def test_each_pass_is_pure_and_changes_nothing_twice(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+@pytest.mark.large(beyond=len(BUNDLED) + 6)
 def test_ropes_have_their_mass_and_its_centre(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         rows = {row.rope: row for row in machine.heavy if not row.why}
@@ -135,7 +136,7 @@ def test_hook_ropes_start_at_rest_under_what_they_carry_and_weigh(name: str) -> 
 
 @pytest.mark.parametrize("name", ["hall", "crawler", "spreader"])
 @pytest.mark.large(beyond=2)
-def test_more_lumps_come_closer(name: str) -> None:
+def test_more_lumps_come_closer_to_the_exact_rope(name: str) -> None:
     """Peaks of hook ropes; ropes that weigh a hundredth of their load leave as little."""
     runs = []
     for n in (1, 2, 4):
@@ -149,7 +150,7 @@ def test_more_lumps_come_closer(name: str) -> None:
         assert two[rope] == pytest.approx(peak, rel=LANDING)
 
 
-def test_a_crane_with_a_boom_that_bends_is_one_file(tmp_path: Path) -> None:
+def test_a_crane_with_an_elastic_boom_is_one_file(tmp_path: Path) -> None:
     """It starts bent and at rest, its hook where it is on a rigid boom."""
     plan = boom(tmp_path)
     assert "elastic parts rigid" in left_out(plan)

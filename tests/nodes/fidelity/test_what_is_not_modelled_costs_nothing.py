@@ -26,7 +26,7 @@ def count(f):
     return sum(count(n.args[0]) if n.op == "call" else 1 for n in f.nodes if n.op != "in")
 
 
-def test_pads_that_are_left_out_are_as_if_never_written():
+def test_omitted_pads_are_as_if_never_written():
     every, standing = declared("{}"), declared("{pads: standing}")
     kept = {s.name for s in standing.supports}
     assert len(kept) == len(every.supports) // 2
@@ -34,27 +34,27 @@ def test_pads_that_are_left_out_are_as_if_never_written():
     assert operations(standing) == operations(written) < operations(every)
 
 
-def test_a_locked_joint_is_as_if_its_bodies_were_one():
+def test_a_locked_joint_equals_one_rigid_body():
     free, locked = declared("{}"), declared("{locked: [hinges, gantries]}")
     assert operations(locked) < operations(free)
     assert len(Simulation(locked).state) < len(Simulation(free).state)
 
 
-def test_a_wind_that_is_left_out_is_as_if_it_never_blew():
+def test_omitted_wind_equals_calm_air():
     windy, still = mechanism("gust"), mechanism("gust", "mechanism.forces={}")
     never = System(windy.bodies, windy.joints, ropes=windy.ropes, gravity=windy.gravity)
     assert operations(still) == operations(never) < operations(windy)
     assert code(still) == code(never)
 
 
-def test_contacts_that_are_left_out_are_as_if_never_written():
+def test_omitted_contacts_are_as_if_never_written():
     touching, free = mechanism("ramp"), mechanism("ramp", "mechanism.contacts={}")
     never = System(touching.bodies, touching.joints, gravity=touching.gravity)
     assert operations(free) == operations(never) < operations(touching)
     assert code(free) == code(never)
 
 
-def test_a_contact_pair_that_is_left_out_is_as_if_never_written():
+def test_an_omitted_contact_pair_is_as_if_never_written():
     slope = "{ramp: {body: crate, box: [2 m, 2 m, 2 m], against: {normal: [0.5, 0, 0.8660254]}, friction: 0.3}}"
     both, one = mechanism("ramp"), mechanism("ramp", f"mechanism.contacts={slope}")
     never = System(both.bodies, both.joints, contacts=both.contacts[:1], gravity=both.gravity)
@@ -62,7 +62,7 @@ def test_a_contact_pair_that_is_left_out_is_as_if_never_written():
     assert code(one) == code(never)
 
 
-def test_supports_that_are_left_out_are_as_if_never_built():
+def test_omitted_supports_are_as_if_never_built():
     standing = declared("{}")
     flying = replace(standing, supports=())
     written = System(**{f.name: getattr(flying, f.name) for f in fields(System) if f.name != "supports"})
@@ -71,12 +71,12 @@ def test_supports_that_are_left_out_are_as_if_never_built():
     assert operations(standing) - operations(flying) == len(standing.supports) * (operations(one) - operations(flying))
 
 
-def test_a_joint_that_is_locked_is_as_if_its_bodies_had_been_made_in_one_piece():
+def test_a_locked_joint_equals_bodies_made_in_one_piece():
     apart, whole = arm("fixed"), arm(None)
     assert operations(apart) == operations(whole) < operations(arm("revolute"))
 
 
-def test_a_girder_that_does_not_bend_is_as_if_the_crane_had_none():
+def test_a_rigid_girder_equals_a_crane_without_elasticity():
     """Its beam taken out of the description by hand, trolleys on straight rails of the main body."""
     bending, rigid = declared("{girder: elastic}"), declared("{girder: rigid}")
     beam = next(b for b in bending.bodies if b.flexible)
@@ -108,14 +108,14 @@ def code(given):
     return Simulation(given, native=False).native.structure
 
 
-def test_each_level_down_costs_less():
+def test_each_lower_level_costs_less():
     candidates = ("{ropes: massive, lumps: 2, girder: elastic}", "{girder: elastic}", "{}", "{motion: across}")
     costs = [operations(declared(candidate)) for candidate in candidates]
     assert costs == sorted(costs, reverse=True)
     assert len(set(costs)) == len(costs)
 
 
-def test_a_joint_that_is_locked_in_mid_run_leaves_the_equations():
+def test_a_joint_locked_during_a_run_leaves_the_equations():
     """The choice is made again: another variant of the code, with less to compute."""
     swing = Joint("pin", "revolute", "world", "arm", axis=(0.0, 1.0, 0.0), q0=(0.3,), v0=(0.0,))
     bend = Joint("elbow", "revolute", "arm", "hand", (0.0, 0.0, -1.0), axis=(0.0, 1.0, 0.0), q0=(0.2,), v0=(0.0,))

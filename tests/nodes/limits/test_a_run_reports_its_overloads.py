@@ -85,7 +85,7 @@ def test_the_report_shows_each_row_and_no_raw_message(overloaded: Path, tmp_path
     assert (tmp_path / "by-command.html").read_text() == text
 
 
-def test_standing_at_an_end_is_no_place_beyond_it(tmp_path: Path) -> None:
+def test_standing_at_an_end_is_not_beyond_it(tmp_path: Path) -> None:
     """A trolley that runs on to the end of its girder, against which its servo presses."""
     run_on = 'actions=[{lower trolleys: "traverse 20 m/min until tension of crane.H1 >= 5 MN"}]'
     scene = bare("lift", [run_on, "cranes.crane.girder=[60 m, 81.2 m]", "rig.slack=0.4 m", "end=30 s"])

@@ -18,7 +18,7 @@ def add(monkeypatch: pytest.MonkeyPatch, folder: Path, *row: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "spreader"])
-def test_a_row_for_rest_refuses_a_scene(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_row_at_rest_refuses_a_scene(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     add(monkeypatch, tmp_path, "sling", "sling tension")
     with pytest.raises(SceneError, match=rf"1000 are needed \({OWN}\)"):
         load(name)

@@ -65,7 +65,7 @@ def test_a_quantity_without_a_limit_is_not_checked(quantity: Quantity, elements:
     assert state(use, {}) == expected
 
 
-def test_a_load_is_as_wrong_as_the_tensions_of_its_ropes_where_nothing_else_is_known() -> None:
+def test_the_error_of_a_load_is_that_of_its_rope_tensions_by_default() -> None:
     limit = RatedLimit(
         subject="load", quantity="hook load", unit="kg", value=10.0, elements=("a", "b"), source="the scene"
     )
@@ -101,7 +101,7 @@ def test_every_row_of_every_type_has_a_state_and_reports_what_would_turn_it_gree
     assert sum(int(one.split()[0]) for one in counts) == sum(c.state != "none" for c in checks)
 
 
-def test_an_unknown_limit_names_what_must_be_written() -> None:
+def test_an_unknown_limit_names_what_to_write() -> None:
     (check,) = [c for c in bare("lift").checks if c.subject == "block" and c.quantity == "support load"]
     message = "support load of block: give 'capacity' of its supports"
     assert (check.state, check.why, check.sentence) == ("amber", NOT_CHECKED, message)
@@ -111,12 +111,12 @@ def test_an_unknown_limit_names_what_must_be_written() -> None:
     ("state", "failing"),
     [("red", "red undecided amber"), ("undecided", "undecided amber"), ("amber", "amber"), ("green", "")],
 )
-def test_an_exit_code_is_that_of_the_state_that_is_named(state: str, failing: str) -> None:
+def test_an_exit_code_follows_the_named_state(state: str, failing: str) -> None:
     assert [word for word in ("red", "undecided", "amber") if fails(state, False, word)] == failing.split()
     assert fails(state, True, "") == (state in ("red", "undecided")), "--strict"
 
 
-def test_a_use_beyond_its_tolerance_alone_is_red() -> None:
+def test_a_utilisation_beyond_its_tolerance_alone_is_red() -> None:
     limit = RatedLimit(subject="crane", quantity="rails", unit="m", between=(0.0, 10.0), source="the scene")
     use = Use(limit, 10.04, 1.0, use=limit.use(10.04), tolerance=0.05)
     known = {"use of crane rails": 1e-6}

@@ -79,7 +79,7 @@ def test_a_narrow_clearance_turns_the_verdict_red() -> None:
         assert verdict_of_run(plan, History(np.arange(3.0), poses, {}, {}, []), text).red == red
 
 
-def test_wind_is_held_against_what_is_modelled_as_far_as_a_run_goes(tmp_path) -> None:
+def test_wind_is_checked_against_the_limit_as_far_as_a_run_goes(tmp_path) -> None:
     """It blows with 7.5 m/s at 11 s and with 15 m/s from 12 s on."""
     message = "red: the wind would be 15.00 m/s, lifting is allowed up to 10.00 m/s"
     assert message in str(check(load("gust", [WIND])))
@@ -106,7 +106,7 @@ def test_a_rope_over_sheaves_is_checked_by_its_most_loaded_part(tmp_path) -> Non
     assert "what ropes over sheaves carry between samples" in verdict.not_looked_at
 
 
-def test_a_limit_that_nothing_is_checked_by_is_a_fault_of_the_scene() -> None:
+def test_a_limit_that_no_check_uses_is_a_fault_of_the_scene() -> None:
     for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
         with pytest.raises(SceneError, match=f"limits.{key}: nothing is checked by it, for the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])

@@ -81,7 +81,7 @@ def test_a_design_load_is_the_load_at_rest_times_its_factors(
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_what_nobody_gives_is_a_row_without_a_number(
+def test_a_factor_that_nobody_gives_is_a_row_without_a_number(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -98,7 +98,7 @@ def test_what_nobody_gives_is_a_row_without_a_number(
     assert not [c for c in scene.checks if c.quantity == "factor sheet"]
 
 
-def test_dynamics_go_by_place_and_mass() -> None:
+def test_dynamic_factors_depend_on_place_and_mass() -> None:
     """0027/ND, table 5-1."""
     assert daf("onshore", 50e3) == (1.10, "0027/ND rev 11.2, table 5-1, onshore")
     found = [
@@ -112,7 +112,7 @@ def test_dynamics_go_by_place_and_mass() -> None:
     assert "dynamic" in [c.subject for c in message]
 
 
-def test_a_tilt_of_two_hooks_is_that_of_the_standard() -> None:
+def test_the_tilt_of_two_hooks_is_that_of_the_standard() -> None:
     """0027/ND, B.1.2, with the centre of mass where its envelope is worst for each hook."""
     length, c, d, a, b, x, z, tilt = 25.0, 12.0, 13.0, 10.0, 14.0, 0.9, 0.8, radians(3.0)
     for mine, com, level, expected in ((0, -x, (d + x) / length, 0.58214), (1, x, (c + x) / length, 0.54320)):
@@ -134,7 +134,7 @@ def test_a_tilt_of_two_hooks_is_that_of_the_standard() -> None:
         assert found * level == pytest.approx(expected, abs=5e-5)
 
 
-def test_in_a_run_the_larger_of_what_is_predicted_and_what_is_simulated_counts() -> None:
+def test_a_run_uses_the_larger_of_predicted_and_simulated_load() -> None:
     for dynamic, required in ((1.0, False), (1.5, True)):
         sets = [f"factors={{weight: 1.1, cog: [0 m, 0 m, 0 m], dynamic: {dynamic}, wind: 0 m/s}}", "end=60 s"]
         run = play(bare("lift", sets).plan)

@@ -29,7 +29,7 @@ NUMBERS = {
 
 
 @pytest.mark.parametrize("quantity", get_args(Quantity))
-def test_a_formula_gives_on_columns_what_it_gives_at_each_instant(quantity: Quantity) -> None:
+def test_a_formula_gives_the_same_on_columns_and_at_each_instant(quantity: Quantity) -> None:
     random, n = np.random.default_rng(1), 200
     lined, side = quantity in LINED, quantity in SIDES
     x = ScalarSignal(quantity, of="one", point=Point("a"), origin=Point("b"), ropes=("r", "s", "t"))
@@ -56,7 +56,7 @@ def test_the_limit_of_a_load_and_a_condition_on_it_name_one_signal(name: str) ->
 
 
 @pytest.mark.parametrize("name", sorted(bundled()))
-def test_what_a_limit_names_can_be_guarded_and_is_read_of_the_path(name: str) -> None:
+def test_a_limited_signal_can_be_guarded_and_read_along_the_path(name: str) -> None:
     scene = load(name)
     plan, signals = scene.plan, signals_of(scene.statics.states)
     system = assembled([machine.system for machine in plan.machines], plan.gravity)
@@ -73,7 +73,7 @@ def test_what_a_limit_names_can_be_guarded_and_is_read_of_the_path(name: str) ->
         assert (evaluated(plan, x, signals) is None) == (bent or not on_record), limit
 
 
-def test_pull_and_side_force_of_ropes_against_vectors() -> None:
+def test_pull_and_side_force_of_ropes_agree_with_vectors() -> None:
     """T and the weight of its length in the part at the upper end; T d / |d| summed over ropes."""
     random = np.random.default_rng(2)
     for _ in range(50):

@@ -47,7 +47,7 @@ def test_four_outriggers_bear_a_quarter_and_the_two_moments() -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_the_other_three_bear_it_where_one_outrigger_would_be_pulled(seed: int) -> None:
+def test_three_outriggers_carry_all_where_the_fourth_would_be_pulled(seed: int) -> None:
     """Three supports follow from forces and moments alone, here by a linear system; none of them is pulled."""
     random = np.random.default_rng(seed)
     V, u, v = 1e6 * random.uniform(0.5, 2.0), random.uniform(-1, 1), random.uniform(-1, 1)
@@ -64,7 +64,7 @@ def test_the_other_three_bear_it_where_one_outrigger_would_be_pulled(seed: int) 
         assert found[name] == pytest.approx(message[name], rel=EXACT, abs=EXACT * V)
 
 
-def test_what_goes_over_the_edge_of_its_base_tips() -> None:
+def test_a_resultant_outside_the_base_tips() -> None:
     assert distance_to_tipping(at(3.6), at(0.0), BASE, lifts=False)[0] == pytest.approx(1.0, rel=EXACT)
     assert distance_to_tipping(at(1.8), at(-1.6), BASE, lifts=False)[0] == pytest.approx(0.5, rel=EXACT)
     assert distance_to_tipping(at(1.8), at(-1.6), BASE, lifts=True)[0] == pytest.approx(
@@ -100,7 +100,7 @@ def lift(crane: str, folder: str, setting: str = "") -> tuple[Plan, Mechanism, S
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_each_type_presses_with_its_weights_and_what_hangs_there(
+def test_each_type_presses_with_its_weights_and_its_load(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """V = g sum(m) and the place sum(m x) / sum(m), with the weight of block, rigging and hook blocks below the hooks:
@@ -130,7 +130,7 @@ def test_each_type_presses_with_its_weights_and_what_hangs_there(
     assert [ex, ey] == pytest.approx([x, y], abs=1e-6 * size)
 
 
-def test_while_a_crane_slews_the_corner_that_it_passes_counts() -> None:
+def test_while_a_crane_slews_the_worst_corner_counts() -> None:
     """A crawler's worst track: over 100 degrees of slewing the load passes the side, where its lever is longest."""
     scene = load("crawler")
     (machine,) = (m for m in scene.plan.machines if m.name == "crawler")
@@ -171,7 +171,7 @@ def states(scene: str, quantity: str, *settings: str) -> set[str]:
     return {c.state for c in load(scene, list(settings)).checks if c.quantity == quantity}
 
 
-def test_what_the_ground_may_bear_decides() -> None:
+def test_the_bearing_capacity_of_the_ground_decides() -> None:
     assert states("crawler", "ground pressure") == {"amber"}
     message = next(c.sentence for c in load("crawler").checks if c.quantity == "ground pressure")
     assert "write 'ground: {bearing: 200 kPa}'" in message

@@ -57,7 +57,7 @@ def test_every_row_has_a_source_or_reports_that_it_is_not_known(name: str) -> No
     assert plan.decode(plan.encode(built)) == built
 
 
-def test_what_the_scene_reports_is_the_scenes_and_the_rest_is_assumed() -> None:
+def test_limits_of_the_scene_are_its_own_and_the_others_are_assumed() -> None:
     given = ["limits={clearance: 1.5 m, off-lead along: 2 deg}", "cranes.crane.hook capacity=500 t"]
     rows = {(limit.subject, limit.quantity): limit for limit in bare("lift", given).plan.limits}
     message = {
@@ -73,7 +73,7 @@ def test_what_the_scene_reports_is_the_scenes_and_the_rest_is_assumed() -> None:
         assert rows[key].source == source, key
 
 
-def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
+def test_every_damping_constant_is_a_key_with_a_source_or_is_assumed() -> None:
     found = {}
     for model in (SlingType, Supports, Block):
         found |= {(model.__name__, key): message for key, message in comments(model).items() if "damping" in key}
@@ -87,7 +87,7 @@ def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() ->
     assert all("assumed" in message for message in found.values()), found
 
 
-def test_the_keys_are_written_as_planners_write_them() -> None:
+def test_keys_are_written_in_planners_terms() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
         "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "impact",
@@ -112,7 +112,7 @@ def test_a_chart_is_read_between_its_points() -> None:
             assert limit.at(x) == pytest.approx(np.interp(x, *zip(*chart, strict=True)), rel=1e-12)
 
 
-def test_a_hook_is_checked_by_its_chart_where_its_trolley_stands() -> None:
+def test_a_hook_is_checked_by_the_chart_at_its_trolley_position() -> None:
     scene = bare("lift", [CHART])
     use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
     assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"
@@ -120,11 +120,11 @@ def test_a_hook_is_checked_by_its_chart_where_its_trolley_stands() -> None:
     assert use.use == pytest.approx(170 / (400 - 100 * 23 / 30), rel=2e-3)
     with pytest.raises(SceneError, match=r"the hook crane\.H3 would carry 169\.8 t of 169\.\d+ t \(sideways\)"):
         bare("lift", ["cranes.crane.capacity chart=[[0 m, 175.4 t], [81 m, 175.4 t], [141 m, 0.01 t]]"])
-    with pytest.raises(SceneError, match="the places of a chart rise, but 10 m comes after 60 m"):
+    with pytest.raises(SceneError, match="the places of a chart must increase, but 10 m comes after 60 m"):
         bare("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
 
 
-def test_two_judgements_of_a_sling() -> None:
+def test_a_sling_has_two_limits() -> None:
     """Its load against what it may carry, its peak against breaking force over partial factors."""
     built = bare("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
     cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
@@ -144,7 +144,7 @@ def test_two_judgements_of_a_sling() -> None:
     ]
 
 
-def test_the_first_that_is_beyond_is_reported_and_the_others_named() -> None:
+def test_the_first_exceeded_limit_is_reported_and_the_others_are_named() -> None:
     built = bare("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
     (message,) = likewise(judged(peaks, built))
@@ -152,7 +152,7 @@ def test_the_first_that_is_beyond_is_reported_and_the_others_named() -> None:
     assert message.severity == "red"
 
 
-def test_what_a_load_cell_reports_between_samples_is_red() -> None:
+def test_a_load_cell_beyond_its_limit_between_samples_is_red() -> None:
     """The sum of three ropes is only sampled; the cell saw it pass its rated value."""
     built = bare("lift").plan
     rated = (900e3 + 75e3) * built.gravity
@@ -175,7 +175,7 @@ def test_a_path_is_checked_as_the_scene_is() -> None:
     assert findings_of(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
 
 
-def test_a_place_may_yield_a_little_at_its_end() -> None:
+def test_a_position_may_exceed_its_end_slightly() -> None:
     built = bare("lift").plan
     for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
         at = np.array([[400.0 + beyond, 0.0, 0.0]])
@@ -202,7 +202,7 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
         load("trolley", ["limits={ropes: {fall-1: {factor: 5}}}"])
 
 
-def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+def test_rows_are_exported_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     app(["check", "lift", "--json", "--set", "rig.loaders.loader-3.capacity=140 t"], standalone_mode=False)
     message = json.loads(capsys.readouterr().out)
     rows = {(row["limit"]["subject"], row["limit"]["quantity"]): row for row in message["uses"]}
@@ -215,7 +215,7 @@ def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert message["verdict"].keys() <= {*RecordedVerdict.__struct_fields__}, "in the words of a run"
 
 
-def test_a_use_is_not_rounded_to_its_limit() -> None:
+def test_a_utilisation_is_not_rounded_to_its_limit() -> None:
     uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
     message = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
     assert [percent(use) for use in uses] == message

@@ -27,7 +27,7 @@ SHACKLES = "SH-35: {kind: shackle, WLL: 35 t, mass: 18 kg, standard: EN 13889}\n
 
 
 @pytest.mark.parametrize("d", TABLE)
-def test_the_terms_give_the_table_of_the_standard(d: int) -> None:
+def test_the_formula_gives_the_table_of_the_standard(d: int) -> None:
     """Fmin = 0.356 d2 1770 N/mm2."""
     known = Terms(0.356 * d * d * 1770.0, termination="ferrule")
     one, *legs = TABLE[d]
@@ -40,13 +40,13 @@ def test_the_terms_give_the_table_of_the_standard(d: int) -> None:
     assert assembly(known, 1, G) is None
 
 
-def test_an_assembly_is_as_good_as_the_cosine_of_those_that_carry() -> None:
+def test_an_assembly_is_rated_by_the_cosine_of_its_loaded_legs() -> None:
     for legs, carry in ((2, 2), (3, 3), (4, 3)):
         for angle, factor in KL[legs]:
             assert factor == pytest.approx(carry * {45.0: 0.7071, 60.0: 0.5}[angle], rel=0.015)
 
 
-def test_beyond_its_table_the_standard_reports_nothing() -> None:
+def test_beyond_its_table_the_standard_gives_no_value() -> None:
     heavy = at_rest(Terms(6.43e6), G)
     assert heavy.factor == 5.0
     assert heavy.source == "assumed: the table of EN 13414-1 ends at 60 mm and 42 t a leg"
@@ -75,7 +75,7 @@ def test_heavy_slings_have_the_factors_of_0027() -> None:
     assert in_a_run(Terms(1e6, diameter=0.1, pin=0.2)).factor == pytest.approx(4.72, abs=0.02)
 
 
-def test_shackles_end_where_their_standard_does() -> None:
+def test_shackles_end_where_their_standard_ends() -> None:
     assert not shackle(25e3, "EN 13889")
     assert not shackle(85e3, "RR-C-271")
     assert "ends at 25 t, assumed" in shackle(35e3, "EN 13889")
@@ -119,7 +119,7 @@ def scene(folder: Path, named: str) -> str:
     return str(folder / "geared.yaml")
 
 
-def test_gear_is_taken_from_its_files_and_listed(tmp_path: Path) -> None:
+def test_gear_is_read_from_its_files_and_listed(tmp_path: Path) -> None:
     found = load(scene(tmp_path, "gear: [slings.csv, shackles.yaml]\n"))
     sling = found.scene.rigging["legs"].sling  # type: ignore[union-attr]
     assert (sling.breaking, sling.EA, sling.termination) == (1600e3, 60e6, "ferrule")
@@ -175,7 +175,7 @@ def test_gear_may_stand_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None:
         ("gear: [slings.csv, shackles.yaml]\n", "sling: {gear: WR-48-8}", "sling: {gear: SH-35}", "has no 'breaking'"),
     ],
 )
-def test_gear_that_cannot_be_had_is_reported_at_its_place(
+def test_gear_that_cannot_be_found_is_reported_with_its_place(
     named: str, old: str, new: str, told: str, tmp_path: Path
 ) -> None:
     path = Path(scene(tmp_path, named))
@@ -185,7 +185,7 @@ def test_gear_that_cannot_be_had_is_reported_at_its_place(
     assert told in str(error.value)
 
 
-def test_four_legs_are_not_shared_in_silence() -> None:
+def test_four_legs_are_not_shared_without_a_note() -> None:
     """Where no assembly is rated, a row asks how."""
     heavy = "rigging.legs.sling={EA: 60 MN, breaking: 4000 kN}"
     (asked,) = (c for c in load("crawler", [heavy]).checks if c.quantity == "sharing")
@@ -195,7 +195,7 @@ def test_four_legs_are_not_shared_in_silence() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_of_each_type_the_legs_of_a_bridle_are_rated_together_or_asked_about(
+def test_legs_of_a_bridle_are_rated_together_or_asked_about_on_each_type(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

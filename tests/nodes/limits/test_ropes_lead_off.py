@@ -60,7 +60,7 @@ def use(built: Plan, signals: SignalColumns, quantity: str, subject: str = HOOK)
     return next(x for x in uses_of(built, [signals]) if (x.limit.quantity, x.limit.subject) == (quantity, subject))
 
 
-def test_the_angle_is_that_of_each_direction() -> None:
+def test_the_angle_is_measured_in_each_direction() -> None:
     built, draw = plan(), random.Random(3)
     for _ in range(50):
         x, y = draw.uniform(-5, 5), draw.uniform(-5, 5)
@@ -105,7 +105,7 @@ def test_an_unknown_limit_is_reported_and_not_checked() -> None:
         assert f"off-lead {distance} of crane.H1: the machine's limit is unknown" in message
 
 
-def test_the_side_pull_is_held_against_drive_and_brake() -> None:
+def test_the_side_pull_is_checked_against_drive_and_brake() -> None:
     built = plan("cranes.crane.trolley drive=60 kN", "cranes.crane.trolley brake=90 kN", "limits={off-lead: 10 deg}")
     angle = radians(3.0)
     signals = hung(built, 0.0, LENGTH * tan(angle))
@@ -139,7 +139,7 @@ def spread(built: Plan, angle: float, tension: float = 5e5) -> SignalColumns:
     return SignalColumns(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
 
 
-def test_bridles_are_reported_beyond_45_and_red_beyond_60_degrees() -> None:
+def test_bridles_beyond_45_degrees_are_noted_and_beyond_60_are_red() -> None:
     built = plan()
     for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
         found = judged(built, replace(spread(built, radians(angle)), dynamic=True))
@@ -189,7 +189,7 @@ def test_a_path_at_rest_is_checked_state_by_state() -> None:
     assert {f.where for f in found} == {built.actions[2].where}
 
 
-def test_what_has_no_known_limit_is_shown_all_the_same() -> None:
+def test_a_value_without_a_known_limit_is_shown_too() -> None:
     built = unstated_pushes(plan())
     uses = uses_of(built, [hung(built, 0.0, LENGTH * tan(radians(2.0)))])
     table = {(row[1], row[2], row[7]): row for row in rows(checks_of(built, uses, [], {}, []), every=True)}

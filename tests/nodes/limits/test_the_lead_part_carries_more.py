@@ -64,7 +64,7 @@ def test_the_table_of_the_wire_rope_users_manual() -> None:
     assert factor * sheave * sheave * 6000 == pytest.approx(2202, abs=6), "[lb], of a load of 6000 lb"
 
 
-def test_the_verdict_flips_on_the_drum_ends_and_the_page_reports_what_it_assumes() -> None:
+def test_the_verdict_follows_the_drum_ends_and_the_page_states_its_assumptions() -> None:
     two = str(check(bare("lift", [*HEAVY, *crane(sheave_efficiency="98.5 %")])))
     assert "20 falls, 2 drum ends, sheave efficiency 0.985: lead part 1.069 of the mean" in two
     with pytest.raises(SceneError) as refusal:
@@ -106,7 +106,7 @@ def test_the_drum_end_bears_the_weight_of_its_rope(tmp_path: Path) -> None:
     assert pull.value == pytest.approx((carried + own) / 20, rel=1e-3)
 
 
-def test_a_drum_that_cannot_pull_so_much_refuses_the_lift() -> None:
+def test_a_drum_with_too_little_pull_refuses_the_lift() -> None:
     with pytest.raises(SceneError, match=r"the rope crane.H3 would pull 109.4 kN at its drum, which may pull 100 kN"):
         bare("lift", crane(drum_pull="100 kN"))
 

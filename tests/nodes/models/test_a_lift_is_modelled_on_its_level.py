@@ -47,7 +47,7 @@ def test_nothing_moves_before_it_is_ordered(rung):
     assert np.abs(speeds).max() < (SETTLES if "elastic" in rung else QUIET)
 
 
-def test_what_is_left_out_is_not_there():
+def test_omitted_parts_are_absent():
     count = {r: len(system(lift(r).plan).joints) for r in ("{}", "{locked: [hinges]}", "{ropes: massive}")}
     assert count["{ropes: massive}"] == count["{}"] + 3 * 4 * 3  # ropes, lumps, joints of each
     hinges = [j.kind for j in system(lift("{locked: [hinges]}").plan).joints if "hinge" in j.name]
@@ -89,7 +89,7 @@ def test_a_mirrored_lift_moves_in_its_plane():
     assert plane.tension == pytest.approx(space.tension, rel=SAME_PLANE)
 
 
-def test_an_order_to_a_locked_joint_that_no_check_has_seen_ends_in_a_sentence():
+def test_an_order_to_a_locked_joint_ends_in_a_sentence():
     """As an operator gives it."""
     given = lift("{}")
     locked = msgspec.structs.replace(given.plan.fidelity, locked=("crane.upper-slide", "crane.lower-slide"))
@@ -100,6 +100,6 @@ def test_an_order_to_a_locked_joint_that_no_check_has_seen_ends_in_a_sentence():
         paused(scene, after="sideways")
 
 
-def test_joints_that_are_not_there_cannot_be_locked():
+def test_unknown_joints_cannot_be_locked():
     with pytest.raises(SceneError, match=r"no joint 'hinge' to lock.*(?s:.)*hinges"):
         lift("{locked: [hinge]}")

@@ -41,28 +41,28 @@ def line(order: Order) -> Order:
     return msgspec.structs.replace(order, where=LINE)
 
 
-def test_two_orders_for_one_actor_in_one_action() -> None:
+def test_two_orders_for_one_actor_in_one_action_are_refused() -> None:
     both = Action(orders=(hoist("west.H1", -2.0), line(hoist("west.H1", 2.0))))
     assert fails(turnover(both)) == (
         f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist (order 1 of action 1) is not done, {DONE}"
     )
 
 
-def test_an_order_for_an_actor_that_is_still_moving() -> None:
+def test_an_order_for_a_moving_actor_is_refused() -> None:
     first = Action(orders=(line(hoist("west.H1", -9.5)),))
     lifted = [e for i in (1, 2, 3, 4) for e in events("open", 5.0, f"block.lower-{i}")]
     second = Action(when=LiftedCondition(), orders=(hoist("west.H1", 2.0),))
     assert f"west.H1 gets an order while its hoist ({LINE}) is not done" in fails(turnover(first, second), *lifted)
 
 
-def test_an_order_for_an_actor_that_follows_the_turn() -> None:
+def test_an_order_for_an_actor_that_follows_the_turn_is_refused() -> None:
     both = Action(orders=(Turn(rate=0.1, accel=0.1, to=1.0), line(hoist("east.H3", 2.0))))
     assert fails(turnover(both)) == (
         f"(0 s, 0): {LINE}: east.H3 gets an order while it follows the turn, wait until it is done"
     )
 
 
-def test_travelling_with_a_block_that_still_stands() -> None:
+def test_travelling_with_a_block_on_its_supports_is_refused() -> None:
     go = Action(when=taut(SLINGS[0]), orders=(line(travel("west", 120.0)),))
     assert fails(turnover(go), *events("taut", 9.0, SLINGS[0])) == (
         f"(9 s, 1): {LINE}: west cannot travel while block stands on its supports and loader-1.sling-1 is "
@@ -93,11 +93,11 @@ def test_the_other_crane_may_travel() -> None:
         (BrakeOrder(model="loader-1", brake="lock", engaged=True), "loader-1 has no brake lock"),
     ],
 )
-def test_orders_without_an_object(order: Order, sentence: str) -> None:
+def test_orders_without_an_object_are_refused(order: Order, sentence: str) -> None:
     assert fails(turnover(at(line(order)), hooked="A")) == f"(0 s, 0): {LINE}: {sentence}"
 
 
-def test_all_slings_of_an_empty_set() -> None:
+def test_slings_of_an_empty_set_are_refused() -> None:
     when = SlingsCondition(
         names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE
     )

@@ -75,11 +75,11 @@ def test_a_goal_is_reached_from_where_the_last_move_ended() -> None:
     ]
 
 
-def test_no_way_to_go_is_done_at_once() -> None:
+def test_a_distance_of_zero_is_done_at_once() -> None:
     assert drive().put(3.0, "order", run(1.0, to=10.0)).said() == [(3.0, "report", Done("x", 1, 10.0))]
 
 
-def test_a_halted_move_ramps_down_and_is_done_where_it_stands() -> None:
+def test_a_halted_move_ramps_down_and_is_done_where_it_stops() -> None:
     context = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", end(1))
     assert context.said() == [
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05)),
@@ -109,7 +109,7 @@ def test_two_moves_at_once_are_refused_with_the_number_of_the_second() -> None:
         context.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
 
 
-def test_orders_to_others_are_not_received() -> None:
+def test_orders_to_others_are_ignored() -> None:
     assert drive().put(0.0, "order", Order("y", 1, (0, 0), Motion(speed=1.0, accel=1.0, by=4.0))).said() == []
 
 
@@ -131,7 +131,7 @@ def test_a_distance_beyond_the_end_is_cut_short_and_reported_and_the_way_back_is
     ]
 
 
-def test_a_follower_holds_its_place_when_released_and_knows_it() -> None:
+def test_a_released_follower_keeps_its_position() -> None:
     context = drive().put(0.0, "order", follow(-14.6)).put(620.0, "order", end(3, 3.141592653589793))
     out = context.put(630.0, "order", run(1.0, 1.0, to=40.2)).said()
     assert out[0] == (0.0, "input", SetFollow("x", "turn", (0.0, -14.6, 0.0)))
@@ -139,7 +139,7 @@ def test_a_follower_holds_its_place_when_released_and_knows_it() -> None:
     assert out[2] == (630.0, "input", SetProfile("x", seconds(630.0), 1.0, 1.0, about(1.0)))
 
 
-def test_release_and_a_new_move_fit_into_one_bag() -> None:
+def test_release_and_a_new_move_may_be_in_one_bag() -> None:
     context = drive().put(0.0, "order", follow(1.0))
     out = context.put(9.0, "order", end(3), run(1.0, 1.0, by=4.0)).said()
     assert [type(m) for _, _, m in out] == [SetFollow, SetFollow, SetProfile, Done]
@@ -156,7 +156,7 @@ def winch() -> Bench:
     return Bench(WinchActor("H1", "x", start=60.0, lower=10.0, upper=90.0, switch=(eye, 80.0)))
 
 
-def test_the_drum_runs_empty() -> None:
+def test_an_empty_drum_stops_the_winch() -> None:
     out = winch().put(0.0, "order", run(1.0, 1.0)).said()
     assert out[1:] == [
         (0.0, "input", SetProfile("x", 0, 1.0, 1.0, 30.0)),

@@ -77,7 +77,7 @@ def test_the_commander_is_connected_to_every_machine_and_the_kernel_receives_all
         assert target == "kernel" or into in models[target].ports
 
 
-def test_state_events_go_to_the_model_that_lives_on_them() -> None:
+def test_state_events_go_to_the_model_that_they_concern() -> None:
     heard = subscriptions(turnover())
     assert heard["loader-3.sling-2"] == ("loader-3",)
     assert heard["block.lower-1"] == ("block",)
@@ -179,7 +179,7 @@ def test_conditions_bring_their_thresholds_to_the_model_that_watches() -> None:
     assert subscriptions(plan)["block.angle-1"] == ("block",)
 
 
-def test_a_mechanism_declares_exactly_what_was_written() -> None:
+def test_a_mechanism_declares_exactly_the_written_parts() -> None:
     link = Joint("q1", "revolute", "world", "link1", axis=(0.0, 1.0, 0.0), q0=(0.3,), v0=(0.0,))
     written = System(
         bodies=(Body("link1", 10.0), Body("mass", 5.0)),

@@ -118,7 +118,7 @@ def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
     assert [t for t, _ in builder.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
 
 
-def test_a_condition_that_holds_already_acts_at_once() -> None:
+def test_a_condition_that_already_holds_acts_at_once() -> None:
     slack = taut(state="slack")
     skipped = Action(orders=(hoist("west.H1", speed=0.5, until=slack),))
     at_once = Action(when=And(all=(slack, LandedCondition())), orders=(hoist("west.H2", -9.5),))
@@ -126,7 +126,7 @@ def test_a_condition_that_holds_already_acts_at_once() -> None:
     assert runs(builder) == [(0.0, "west.H2")]
 
 
-def test_waits_take_their_time_and_times_count_from_the_action_before() -> None:
+def test_waits_are_measured_from_the_action_before() -> None:
     wait = Action(orders=(Wait(seconds=60.0), hoist("west.H1", -9.5)))
     after = Action(when=And(all=(MovesDone(), AfterCondition(seconds=100.0))), orders=(hoist("west.H2", -9.5),))
     early = Action(

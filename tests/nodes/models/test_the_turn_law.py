@@ -64,6 +64,6 @@ def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
     )
 
 
-def test_nothing_hooked_cannot_turn() -> None:
+def test_a_block_without_slings_cannot_turn() -> None:
     with pytest.raises(ModelError, match=r"^the block cannot turn, no sling is hooked"):
         laws(turnover(), {})

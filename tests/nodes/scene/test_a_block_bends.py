@@ -94,7 +94,7 @@ def test_on_two_slings_it_sags_as_euler_and_bernoulli_say() -> None:
     assert scene.statics.states[-1].tensions["r0.sling-1"] == pytest.approx(MASS * G / 2, rel=1e-6)
 
 
-def test_four_slings_share_it_by_its_stiffness_and_theirs() -> None:
+def test_four_slings_share_a_flexible_block_by_all_stiffnesses() -> None:
     """Compatibility: each sling with its rope is a spring between a hook and the bent axis; all hooks hang alike."""
     places = (-15.0, -5.0, 5.0, 15.0)
     scene = hung("beam: {EI y: 6 GN m2, modes: 4, damping: 2 %, loads: [-15 m, -5 m, 5 m, 15 m]}", places)
@@ -140,7 +140,7 @@ def test_it_swings_up_and_down_as_a_beam_on_two_springs() -> None:
         assert found[np.argmin(np.abs(found - f))] == pytest.approx(f, rel=2e-3)
 
 
-def test_modes_of_a_table_give_way_as_their_numbers_say() -> None:
+def test_modes_of_a_table_have_their_stated_stiffness() -> None:
     """One bending mode: 2 T phi / (m w^2) of the lugs."""
     phi = -0.0997
     words = f"{{frequency: 1.5 Hz, mass: 37.5 t, damping: 2 %, shape: {{L0: [0, 0, {phi}], L1: [0, 0, {phi}]}}}}"
@@ -220,6 +220,6 @@ def test_a_run_samples_what_bends_and_reports_it() -> None:
         ("inertia: [1 t m2, 1 t m2, 1 t m2]\n  beam: {EI y: 6 GN m2}", "give the beam a 'mass', that of what bends"),
     ],
 )
-def test_what_cannot_bend_so_is_reported(bends: str, told: str) -> None:
+def test_a_block_that_cannot_bend_so_is_reported(bends: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         hung(bends)

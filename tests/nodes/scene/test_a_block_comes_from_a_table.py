@@ -84,7 +84,7 @@ def test_a_block_that_a_setting_gives_whole_wins_over_the_row_that_it_names(scen
     assert meant(whole) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_workbook_reports_the_same(scene: Path) -> None:
+def test_a_workbook_gives_the_same_block(scene: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for line in BLOCKS.splitlines():
@@ -110,7 +110,7 @@ def test_a_workbook_reports_the_same(scene: Path) -> None:
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
     ],
 )
-def test_what_is_wrong_is_reported_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
+def test_faults_are_reported_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
     table = scene.parent / "blocks.csv"
     table.write_text(BLOCKS.replace(old, new, 1))
     assert sentence in refused(scene)
@@ -133,7 +133,7 @@ def test_what_is_wrong_is_reported_with_file_row_and_column(scene: Path, old: st
         ("17", "write the table and the row, such as 'from: blocks.csv#B17'"),
     ],
 )
-def test_what_is_no_table_is_reported(scene: Path, named: str, sentence: str) -> None:
+def test_a_file_that_is_no_table_is_reported(scene: Path, named: str, sentence: str) -> None:
     assert sentence in refused(scene, f"block.from={named}")
 
 
@@ -147,7 +147,7 @@ def test_a_lug_without_a_place_is_reported_in_its_table(scene: Path) -> None:
 
 
 @pytest.mark.parametrize("column", range(2, 9))
-def test_an_empty_cell_is_an_error_there_though_the_scene_beneath_has_the_key(scene: Path, column: int) -> None:
+def test_an_empty_cell_is_an_error_even_if_the_base_scene_has_the_key(scene: Path, column: int) -> None:
     head, row = BLOCKS.splitlines()[0].split(";"), BLOCKS.splitlines()[3].split(";")
     row[0], row[column] = "B19", ""
     (scene.parent / "blocks.csv").write_text(BLOCKS + ";".join(row) + "\n")
@@ -164,7 +164,7 @@ def test_an_empty_cell_is_an_error_there_though_the_scene_beneath_has_the_key(sc
     assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
 
 
-def test_a_lug_that_a_table_lacks_is_not_that_of_the_scene_beneath(scene: Path) -> None:
+def test_a_lug_missing_in_a_table_is_not_taken_from_the_base_scene(scene: Path) -> None:
     (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: next\nblock: {lugs from: lugs.csv#B18}\n")
     message = refused(scene.parent / "next.yaml")
     assert "'P2'" in message

@@ -100,7 +100,7 @@ def test_one_of_several_blocks_turns_alike() -> None:
     assert [p[0] for p, _ in both] == pytest.approx([q[0] for _, q in both], abs=1e-2)
 
 
-def test_it_can_be_set_down_on_its_other_face() -> None:
+def test_the_block_can_be_set_down_on_its_other_face() -> None:
     block, tank = (parse(text, "tilting.yaml").plan.machines for text in (SCENE, several(SCENE)))
     sets = [next(m for m in machines if m.cargo) for machines in (block, tank)]
     assert [[s.height for s in m.system.supports] for m in sets] == [[1.0] * 8] * 2
@@ -115,7 +115,7 @@ def test_a_second_block_of_a_list_does_not_turn() -> None:
 
 @pytest.mark.parametrize("beam", ["block-loader", "bar.yaml"])
 @pytest.mark.parametrize("crane", ["goliath-900", "twin-hook-600, upper: 83 m, lower: 67 m"])
-def test_what_hangs_on_frames_of_any_type_turns(crane: str, beam: str, tmp_path: Path) -> None:
+def test_a_block_on_frames_of_any_type_turns(crane: str, beam: str, tmp_path: Path) -> None:
     """On two trolleys of any crane, below hinged beams or plain bars of a user's own."""
     (tmp_path / "bar.yaml").write_text(BAR)
     (tmp_path / "scene.yaml").write_text(FRAMES.replace("BEAM", beam).replace("CRANE", crane))
@@ -126,7 +126,7 @@ def test_what_hangs_on_frames_of_any_type_turns(crane: str, beam: str, tmp_path:
     assert np.abs(np.array(p) - np.array(q)).max() < 0.1
 
 
-def test_what_hangs_on_trolleys_turns_about_its_centre_of_mass() -> None:
+def test_a_block_on_trolleys_turns_about_its_centre_of_mass() -> None:
     run = play(parse(SCENE, "tilting.yaml").plan)
     pose, stages = run.past().part(0, len(run.t)).poses["block"], {name: t for t, _, name in run.conduct.stages}
     before, after = pose[np.searchsorted(run.t, stages["turn"])], pose[run.t > stages["still"]].mean(axis=0)

@@ -59,7 +59,7 @@ def written(folder: Path, text: str, **files: str) -> Path:
     return folder / "scene.yaml"
 
 
-def test_the_bundled_one_under_other_names_is_the_same_lift(tmp_path: Path) -> None:
+def test_the_bundled_frame_under_other_names_gives_the_same_lift(tmp_path: Path) -> None:
     names = {"upper": "yoke", "lower": "traverse", "hinge": "pin", "hinge.damper": "oil", "hinge.lock": "pawl"}
     own = LOADER
     for old in reversed(names):  # the longer ones first; parameters keep theirs
@@ -112,7 +112,7 @@ def test_its_parameters_are_inputs(tmp_path: Path) -> None:
         ("mass: 14 t", "mass: -14 t", "must be"),
     ],
 )
-def test_what_is_wrong_is_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_faults_of_a_frame_are_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
     path = written(tmp_path, HUNG.replace(old, new, 1), four=FOUR, jib="machine type: 1\n")
     with pytest.raises(SceneError) as caught:
         load(path)
@@ -127,7 +127,7 @@ def test_what_is_wrong_is_one_sentence(tmp_path: Path, old: str, new: str, told:
         ("bodies: {", "bodies: {spare: {mass: 1 t}, ", "no joint carries the body 'one.spare'"),
     ],
 )
-def test_what_is_wrong_in_a_type_is_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_faults_of_a_frame_type_are_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
     with pytest.raises(SceneError) as caught:
         load(written(tmp_path, HUNG, four=FOUR.replace(old, new)))
     assert told in str(caught.value)

@@ -74,7 +74,7 @@ def test_a_lift_begins_where_another_has_come_and_one_when_that_is_done(folder: 
     assert events[-1].t * 1e-9 >= stages["c: out"] + 6.0
 
 
-def test_each_moves_as_it_does_alone_but_later(folder: Path, tmp_path: Path) -> None:
+def test_each_lift_moves_as_alone_but_later(folder: Path, tmp_path: Path) -> None:
     played = play(load(of(folder)).plan)
     names = {e.type for e in played.events}
     assert not names & {Begun.__name__, Ended.__name__}, "lists talk to each other inside their node"
@@ -116,7 +116,7 @@ def test_a_run_reports_what_its_lists_wait_for(folder: Path) -> None:
         ("  a: {", "  all: {", "a lift cannot be called 'all'"),
     ],
 )
-def test_what_cannot_begin_is_reported_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
+def test_lifts_that_cannot_begin_are_reported_with_their_line(folder: Path, old: str, new: str, sentence: str) -> None:
     with pytest.raises(SceneError) as message:
         load(of(folder, old=old, new=new))
     assert sentence in str(message.value)

@@ -75,7 +75,7 @@ def test_a_storm_brake_holds_the_crane_by_its_own_joint() -> None:
     assert list(build(scene.plan)["site"].children) == ["crane-gantry-acted-on"]
 
 
-def test_what_touches_the_block_is_not_a_stool() -> None:
+def test_a_contact_with_the_block_is_no_support() -> None:
     """The block is lifted when its supports are free, though it rubs along a wall."""
     wall = "{body: block, at: [0, 8 m, 0], against: {at: [40 m, 83 m, 0], normal: [0, -1, 0]}, friction: 0.2}"
     scene = lift(f"  contacts: {{wall: {wall}}}\n")
@@ -127,7 +127,7 @@ def test_what_touches_the_block_is_not_a_stool() -> None:
         ),
     ],
 )
-def test_what_cannot_act_is_stated_with_its_line(parts: str, sentence: str) -> None:
+def test_elements_that_cannot_act_are_reported_with_their_line(parts: str, sentence: str) -> None:
     with pytest.raises(SceneError) as refusal:
         lift(parts)
     first = str(refusal.value).splitlines()[0]

@@ -65,7 +65,7 @@ def test_orders_reach_their_actuators() -> None:
     assert last.orders == (Wait(seconds=5.0, where="scene.yaml:35:5"),)
 
 
-def test_conditions_have_thresholds_of_their_own() -> None:
+def test_conditions_have_their_own_thresholds() -> None:
     built = parse(SCENE).plan
     when, until = built.actions[2].when, built.actions[2].orders[0]
     assert isinstance(when, And)

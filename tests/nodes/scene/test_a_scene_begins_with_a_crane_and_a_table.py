@@ -64,7 +64,7 @@ def test_the_command_writes_one_for_each_row(folder: Path) -> None:
         (("--crane", "jib-60", "--blocks", "bare.csv#a"), "the row gives no size"),
     ],
 )
-def test_what_cannot_be_begun_is_reported(folder: Path, words: tuple[str, ...], told: str) -> None:
+def test_scenes_that_cannot_be_written_are_reported(folder: Path, words: tuple[str, ...], told: str) -> None:
     (folder / "bare.csv").write_text("block,mass [t]\na,3\n")
     with pytest.raises(SceneError, match=told):
         CliRunner().invoke(app, ["new", "mine", *words], catch_exceptions=False)

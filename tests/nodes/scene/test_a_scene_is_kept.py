@@ -41,7 +41,7 @@ def test_a_second_start_has_the_plan_of_the_first(tmp_path: Path) -> None:
     assert loaded(tmp_path / "cache", "lift", *settings[1:])[1]  # other settings are another lift
 
 
-def test_its_keys_are_read_when_somebody_asks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cached_keys_are_read_on_demand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     first, again = load("lift"), load("lift")
     assert (again.plan, again.facts, again.settings) == (first.plan, first.facts, first.settings)
@@ -49,7 +49,7 @@ def test_its_keys_are_read_when_somebody_asks(tmp_path: Path, monkeypatch: pytes
     assert again.findings == first.findings
 
 
-def test_what_stands_in_several_files_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_of_several_files_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     base, scene = tmp_path / "base.yaml", tmp_path / "scene.yaml"
     base.write_text("extends: lift\nsamples: 5 Hz\n")

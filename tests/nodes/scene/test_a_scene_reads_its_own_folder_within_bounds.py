@@ -53,14 +53,14 @@ BASES = {
 
 
 @pytest.mark.parametrize(("base", "told"), BASES.items())
-def test_what_a_scene_may_not_extend(folder: Path, base: str, told: str) -> None:
+def test_forbidden_files_cannot_be_extended(folder: Path, base: str, told: str) -> None:
     (folder / "case.yaml").write_text(f'heavylift: 1\nextends: "{base}"\nname: case\n')
     text = refused(folder / "case.yaml")
     assert f"{folder / 'case.yaml'}:2:11: error: extends: " in text
     assert told in text
 
 
-def test_what_lies_below_may_be_extended_and_may_look_back(folder: Path) -> None:
+def test_files_below_may_be_extended_and_may_refer_back(folder: Path) -> None:
     (folder / "base.yaml").write_text("heavylift: 1\nextends: pendulum\nname: base\n")
     (folder / "below" / "middle.yaml").write_text("extends: ../base.yaml\nseed: 3\n")
     (folder / "case.yaml").write_text("extends: below/middle.yaml\nname: case\n")
@@ -126,7 +126,7 @@ BOMBS = {
 
 
 @pytest.mark.parametrize("case", BOMBS)
-def test_what_would_grow_without_end_is_reported_in_short(case: str) -> None:
+def test_an_expansion_without_end_is_reported_briefly(case: str) -> None:
     text, message = BOMBS[case]
     answer = refused(text)
     assert message in answer

@@ -67,7 +67,7 @@ def test_a_new_verb_is_read_resolved_run_and_waited_for(tmp_path: Path) -> None:
         ("hoist 3 m/min by 1 m", "it can: slew, luff, drive, stop, hold, swivel"),
     ],
 )
-def test_mistakes_name_it(written: str, told: str) -> None:
+def test_faults_name_the_verb(written: str, told: str) -> None:
     with pytest.raises(SceneError, match=re.escape(told)):
         parse(SCENE.replace("swivel 3 deg/s by 30 deg", written))
 

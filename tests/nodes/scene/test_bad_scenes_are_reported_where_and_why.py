@@ -32,7 +32,7 @@ def refused(text: str, *settings: str) -> str:
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_a_bad_scene(name: str) -> None:
+def test_a_bad_scene_is_reported(name: str) -> None:
     scene, edits, points_at, sentence = BAD[name]
     text = TEXTS[scene]
     for old, new in edits:
@@ -111,18 +111,18 @@ def test_a_recording_is_no_scene_and_is_reported_as_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "- a", "just words", "heavylift: [1", "a: &x [*x]", "? [a]\n: 1", "{}"])
-def test_whatever_stands_in_the_file_ends_in_sentences(text: str) -> None:
+def test_any_text_ends_in_sentences(text: str) -> None:
     assert HEAD.fullmatch(refused(text).splitlines()[0])
 
 
-def test_whatever_a_run_names_itself_is_reserved() -> None:
+def test_names_used_by_the_run_are_reserved() -> None:
     assert {COMMANDER, KERNEL, OBSERVER, "event", "coordinator"} <= set(RESERVED)
     for word in ("event", OBSERVER):
         with pytest.raises(ProtocolError):
             check_names([word], "node")
 
 
-def test_rope_lines_to_unknown_bodies_are_reported_with_all_else() -> None:
+def test_rope_lines_to_unknown_bodies_are_reported_with_all_other_faults() -> None:
     message = refused("""\
 heavylift: 1
 name: hanging

@@ -40,7 +40,7 @@ def test_a_sling_to_a_lug_below_the_block_is_refused_with_its_line(face: float) 
     assert "loader-3.sling-1 would go through 8 m of the block on its straight way to the lug R1" in str(error.value)
 
 
-def test_a_sling_past_the_end_wall_is_none_through_the_block() -> None:
+def test_a_sling_past_the_end_wall_does_not_pass_through_the_block() -> None:
     load("turnover")
     text = LIFT.replace("R1: [-2 m, 6 m, 4.3 m]", "R1: [-2 m, 8.3 m, -3 m]")
     text = text.replace("R2: [2 m, 6 m, 4.3 m]", "R2: [2 m, 8.3 m, -3 m]").replace("H3, sling: 10 m", "H3, sling: 18 m")
@@ -55,7 +55,7 @@ def test_a_rope_that_begins_overloaded_is_refused_with_its_tension() -> None:
         parse(heavy, "lift.yaml")
 
 
-def test_a_sling_without_slack_hangs_from_the_rope_as_it_is_stretched() -> None:
+def test_a_sling_without_slack_hangs_from_the_stretched_rope() -> None:
     built = parse(LIFT.replace("slack: 50 mm", "slack: 0 mm")).plan
     assert slings(built)["loader-1.sling-1"][0].lug == "P1"
     with pytest.raises(SceneError, match="is 31 mm too short for the lug P1"):

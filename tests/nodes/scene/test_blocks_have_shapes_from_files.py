@@ -64,7 +64,7 @@ def test_a_box_and_a_tetrahedron_have_the_moments_of_the_books() -> None:
     assert found.moments[3:] == pytest.approx([8.0 / 80.0 * x for x in (24.0, 12.0, 8.0)], rel=1e-13)
 
 
-def test_finer_balls_come_to_two_fifths_of_m_r_squared() -> None:
+def test_finer_balls_approach_two_fifths_of_m_r_squared() -> None:
     """Errors of volume and moment fall by four with each division of the triangles, as those of inscribed planes do."""
     errors = []
     for n in (2, 3, 4):
@@ -96,7 +96,7 @@ def test_gltf_has_its_y_upwards(tmp_path: Path) -> None:
     assert block.size == pytest.approx((6.0, 2.0, 4.0))
 
 
-def test_it_is_drawn_as_slices_that_hold_all_of_it(tmp_path: Path) -> None:
+def test_a_hull_is_drawn_as_slices_that_contain_it(tmp_path: Path) -> None:
     """Twelve along the longest edge, of which each point of the surface lies in one; together less than the box."""
     mesh = hull()
     boxes = list(slices(mesh.triangles.tolist(), 12))
@@ -126,7 +126,7 @@ def test_it_is_drawn_as_slices_that_hold_all_of_it(tmp_path: Path) -> None:
         ("../hull.stl", "mass: 60 t", "is outside of the scene's folder"),
     ],
 )
-def test_what_cannot_be_a_shape_is_a_sentence(tmp_path: Path, shape: str, more: str, told: str) -> None:
+def test_an_invalid_shape_is_a_sentence(tmp_path: Path, shape: str, more: str, told: str) -> None:
     """With the place in the scene."""
     mesh = hull()
     trimesh.Trimesh(mesh.vertices, mesh.faces[1:]).export(tmp_path / "open.stl")
@@ -140,7 +140,7 @@ def test_what_cannot_be_a_shape_is_a_sentence(tmp_path: Path, shape: str, more: 
     assert told in str(error.value)
 
 
-def test_without_the_library_it_is_reported_how_to_have_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_reported_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One sentence."""
     mesh = hull()
     mesh.export(tmp_path / "hull.stl")
@@ -191,7 +191,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("file", BROKEN)
-def test_a_broken_file_ends_in_a_sentence_of_ours(tmp_path: Path, file: str) -> None:
+def test_a_broken_file_ends_in_a_sentence(tmp_path: Path, file: str) -> None:
     data, message = BROKEN[file]
     (tmp_path / file).write_bytes(data)
     (tmp_path / "shaped.yaml").write_text(SCENE % (file, "mass: 60 t"))
@@ -200,7 +200,7 @@ def test_a_broken_file_ends_in_a_sentence_of_ours(tmp_path: Path, file: str) -> 
 
 
 @pytest.mark.parametrize("kind", ["stl", "glb", "gltf"])
-def test_a_file_with_spoiled_bytes_is_read_or_refused_in_our_words(tmp_path: Path, kind: str) -> None:
+def test_a_corrupt_file_is_read_or_refused_in_a_sentence(tmp_path: Path, kind: str) -> None:
     """Cut, or with bytes of others: whatever the library raises, its words are not shown."""
     whole = gltf(BOX) if kind == "gltf" else BOX.export(file_type=kind)
     random = Random(kind)

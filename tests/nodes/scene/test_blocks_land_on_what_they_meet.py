@@ -61,7 +61,7 @@ def test_a_run_ends_on_the_quay(tmp_path: Path) -> None:
     assert block[-1, 2] == pytest.approx(3.0, abs=2e-3)
 
 
-def test_what_is_above_the_floor_is_the_lowest_corner() -> None:
+def test_the_clearance_above_the_floor_is_that_of_the_lowest_corner() -> None:
     """However the block is turned: the gap to the floor is that of the corner that comes to it first."""
     it = parse(FLOOR, passing=True, followed=False).plan.actions[3].orders[0].until.threshold
     for R in Rotation.random(5, random_state=1).as_matrix():
@@ -94,14 +94,14 @@ def test_a_block_lands_on_another_one() -> None:
         ("landed on hall.main", "'block' meets no 'hall.main' on which it could land"),
     ],
 )
-def test_what_it_cannot_land_on_is_reported(words: str, told: str) -> None:
+def test_impossible_supports_are_reported(words: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         parse(TEXT.replace("landed on quay", words), passing=True)
     assert told.split(":")[0] in str(error.value)
     assert "scene.yaml:12:" in str(error.value)
 
 
-def test_contacts_that_nothing_presses_yet_change_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_without_pressure_change_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = at_rest(parse(TEXT, passing=True, followed=False).plan)
     few = StaticRun(plan)
     monkeypatch.setattr(static_run, "apart", lambda *contact: False)
@@ -116,7 +116,7 @@ def test_contacts_that_nothing_presses_yet_change_no_rest(monkeypatch: pytest.Mo
         assert x.poses["block"][0] == pytest.approx(y.poses["block"][0], abs=1e-6)
 
 
-def test_what_is_lowered_too_far_is_followed_until_it_touches() -> None:
+def test_a_load_lowered_too_far_is_followed_until_it_touches() -> None:
     """The quay is 1 m high, the middle 2 m above the lower face; half of the ramp's time is lost."""
     scene = parse(TEXT.replace("lower 0.5 m/min until landed on quay", "lower 0.5 m/min by 2 m"), passing=True)
     begun, speed = scene.statics.acted[-1], 0.5 / 60.0

@@ -63,7 +63,7 @@ def test_every_block_meets_the_floor_and_every_other_block() -> None:
 
 
 @pytest.mark.parametrize(("meets", "corners"), [("corners", 8), ("lower corners", 4)])
-def test_corners_are_met_one_by_one(meets: str, corners: int) -> None:
+def test_corners_touch_one_by_one(meets: str, corners: int) -> None:
     """Points at half the edges of the block; lower ones at its lower face only."""
     text = PUSHED.replace("meets: corners", f"meets: {meets}")
     contacts = system(parse(text).plan).contacts
@@ -98,7 +98,7 @@ def test_a_block_does_not_begin_inside_of_an_obstacle(meets: str, deep: float) -
     parse(wall.replace(f"{2.5 - deep:.6f} m", "2.5 m"))
 
 
-def test_nor_inside_of_the_floor_or_of_another_block() -> None:
+def test_a_block_does_not_begin_inside_of_the_floor_or_another_block() -> None:
     with pytest.raises(SceneError, match=r"scene\.yaml:20:.*inside of the floor"):
         parse(TWO.replace("height: -1 m", "height: 0.7 m"))
     with pytest.raises(SceneError, match=r"scene\.yaml:13:.*'left' begins 0.5 m inside of 'right'"):

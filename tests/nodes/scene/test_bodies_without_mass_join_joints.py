@@ -90,7 +90,7 @@ def test_a_joint_of_two_moves_as_in_mujoco(name: str) -> None:
         ),
     ],
 )
-def test_what_carries_nothing_needs_mass(old: str, new: str, told: str) -> None:
+def test_a_body_that_carries_nothing_needs_mass(old: str, new: str, told: str) -> None:
     scene = SCENE.format(first=JOINTS["PR"][0], last=JOINTS["PR"][1], laws="")
     assert old in scene
     with pytest.raises(SceneError) as e:

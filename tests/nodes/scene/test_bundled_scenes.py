@@ -41,12 +41,12 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
 }
 
 
-def test_all_scenes_are_reported() -> None:
+def test_all_scenes_are_listed() -> None:
     assert sorted(bundled()) == sorted(SIZES)
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x == "ramp" else []) for x in SIZES])
-def test_a_scene_has_its_size(name: str) -> None:
+def test_a_scene_has_its_stated_size(name: str) -> None:
     scene = load(name)
     message = check(scene)
     assert (message.bodies, message.dof, message.ropes, message.slings, message.models, message.actions) == SIZES[name]
@@ -92,7 +92,7 @@ def test_turnover_is_followed_through_its_stages() -> None:
     assert message.known
 
 
-def test_the_page_of_turnover_reports_its_uses() -> None:
+def test_the_report_of_turnover_shows_its_utilisations() -> None:
     page = str(check(load("turnover")))
     assert page.startswith("turnover: 19 bodies, 54 degrees of freedom, 6 ropes, 12 slings, 10 models, 23 actions")
     for line in (
@@ -106,7 +106,7 @@ def test_the_page_of_turnover_reports_its_uses() -> None:
         assert line in page
 
 
-def test_the_page_of_turnover_reports_the_stages_that_change_its_loads() -> None:
+def test_the_report_of_turnover_shows_the_stages_that_change_its_loads() -> None:
     lines = str(check(load("turnover"))).splitlines()
     assert lines[4:17] == [
         "  static sling load [t]         east.H1  east.H2  east.H3  west.H1  west.H2  west.H3",

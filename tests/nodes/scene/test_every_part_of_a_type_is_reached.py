@@ -28,7 +28,7 @@ def numbers(at: object, kind: object, path: Path = ()) -> Iterator[Path]:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_a_path_that_is_printed_is_read(name: str) -> None:
+def test_every_printed_path_can_be_set(name: str) -> None:
     scene, source = load(name), read(TEXTS[name], name)
     found = [path for path in numbers(scene.scene, None) if path[0] == "machines"]
     assert len(found) > 20
@@ -40,13 +40,13 @@ def test_a_path_that_is_printed_is_read(name: str) -> None:
     assert parse(TEXTS[name], f"{name}.yaml", same, passing=True).scene == scene.scene
 
 
-def test_a_setting_of_a_part_is_laid_over_its_type() -> None:
+def test_a_setting_of_a_part_overrides_its_type() -> None:
     scene = parse(TEXTS["jib"], "jib.yaml", ["machines.jib.hooks.jib.main.at.x=39 m"], passing=True).scene
     assert scene.machines["jib"].hooks["jib.main"].at == (39.0, 0.0, 0.0)
     assert scene.machines["jib"].hooks["jib.main"].falls == 8
 
 
-def test_a_scene_may_write_it_too() -> None:
+def test_a_scene_may_write_the_part_itself() -> None:
     written = parse(
         "extends: jib\nname: own\nmachines: {jib: {hooks: {jib.main: {block: 3 t}}}}\n", "scene.yaml", passing=True
     )
@@ -61,7 +61,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("setting", BAD)
-def test_what_it_does_not_make_is_reported(setting: str) -> None:
+def test_parts_that_a_type_does_not_make_are_reported(setting: str) -> None:
     with pytest.raises(SceneError) as error:
         parse(TEXTS["jib"], "jib.yaml", [setting], passing=True)
     assert BAD[setting] in str(error.value)

@@ -28,7 +28,7 @@ mechanism:
 """
 
 
-def test_what_stands_there_is_what_the_kernel_gets() -> None:
+def test_written_flexible_bodies_reach_the_kernel_unchanged() -> None:
     system = parse(SCENE).plan.mechanisms[0].system
     assert system.bodies[0].flexible == Flexible(4, Beam(30.0, 200.0, 9e8, 4e8), loads=(30.0,))
     assert (system.bodies[0].mass, system.bodies[1].flexible) == (0.0, None)
@@ -79,7 +79,7 @@ def test_matrices_come_from_files_beside_the_scene(tmp_path: Path, form: str) ->
         ),
     ],
 )
-def test_what_cannot_be_is_reported_where_it_stands(old: str, new: str, told: str) -> None:
+def test_faults_are_reported_with_their_line(old: str, new: str, told: str) -> None:
     assert old in SCENE
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

@@ -68,7 +68,7 @@ def written(tmp_path, code_allowed):
     return write
 
 
-def test_every_kind_becomes_its_description(written, tmp_path):
+def test_every_type_of_force_is_built(written, tmp_path):
     forces = {force.name: force for force in load(str(written())).plan.mechanisms[0].system.forces}
     jib, cart, k6 = Point("jib"), Point("cart"), (1e3, 1e3, 5e3, 0.0, 0.0, 7.0)
     K, D = (
@@ -93,7 +93,7 @@ def test_every_kind_becomes_its_description(written, tmp_path):
     assert list(forces) == ["bar", "gale", "motor", "mount", "own", "stay", "tug"]
 
 
-def test_forces_cross_processes_as_they_are(written):
+def test_forces_cross_processes_unchanged(written):
     plan = load(str(written())).plan
     assert decode(encode(plan)) == plan
 
@@ -116,7 +116,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("old", "new", "told"), BAD)
-def test_mistakes_are_reported_where_they_stand(written, old, new, told):
+def test_faults_are_reported_with_their_line(written, old, new, told):
     with pytest.raises(SceneError) as e:
         load(str(written((old, new))))
     sentence = str(e.value)

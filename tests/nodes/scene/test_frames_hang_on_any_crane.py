@@ -46,7 +46,7 @@ def lifted(name: str) -> str:
 
 @pytest.mark.parametrize("name", sorted(library()))
 @pytest.mark.large(beyond=3)
-def test_a_frame_hangs_on_it(name: str) -> None:
+def test_a_frame_hangs_on_every_type_of_crane(name: str) -> None:
     scene = parse(lifted(name), "scene.yaml", passing=True)
     (hook,) = (h for machine in scene.plan.machines for h in machine.hooks if h.eye.body == "one.upper")
     assert scene.statics.known
@@ -60,7 +60,7 @@ def test_a_frame_hangs_on_it(name: str) -> None:
     assert run.peaks[hook.rope].tension == pytest.approx(carried * scene.plan.gravity, rel=0.1)
 
 
-def test_a_machine_that_stands_on_another_one_holds_rigging() -> None:
+def test_a_machine_standing_on_another_one_can_hold_rigging() -> None:
     text = bundled()["floating"].read_text() + "rig: {loaders: {one: {hook: crane main, sling: 3 m}}}\n"
     with pytest.raises(SceneError, match="crane stands on barge: hang `rigging` on its hooks, no frame of `rig`"):
         parse(text, "scene.yaml", passing=True)

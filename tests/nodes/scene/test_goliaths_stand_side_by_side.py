@@ -52,7 +52,7 @@ def test_the_plan_names_every_part_once(two: LoadedScene) -> None:
     assert ("b-loader-3", "report", "commander", "report_b") in wires
 
 
-def test_each_is_modelled_as_it_is_written(two: LoadedScene) -> None:
+def test_each_crane_is_modelled_as_written(two: LoadedScene) -> None:
     a, b = two.plan.lists
     bending = msgspec.structs.replace(b, fidelity=plan.Fidelity(girder="elastic"))
     models = build(msgspec.structs.replace(two.plan, lists=(a, bending)))
@@ -64,7 +64,7 @@ def test_each_is_modelled_as_it_is_written(two: LoadedScene) -> None:
     assert len(ropes) == 18
 
 
-def test_the_first_moves_to_the_bit_as_it_does_alone(runs: dict[str, Recording]) -> None:
+def test_the_first_crane_moves_to_the_bit_as_alone(runs: dict[str, Recording]) -> None:
     alone, other = runs["one"], runs["two"]
     for name in ("rope/tension/{}crane.H3", "rope/tension/{}loader-2.sling-1", "pose/{}block/z"):
         own, found = (
@@ -76,7 +76,7 @@ def test_the_first_moves_to_the_bit_as_it_does_alone(runs: dict[str, Recording])
         assert [found[t] for t in times] == [own[t] for t in times]
 
 
-def test_the_other_stands_at_its_place(runs: dict[str, Recording]) -> None:
+def test_the_other_crane_stands_at_its_place(runs: dict[str, Recording]) -> None:
     other = runs["two"]
     for part in ("block", "crane.upper", "loader-2.lower"):
         first, there = (other[f"pose/{x}-{part}"].values[0, :3] for x in "ab")
@@ -84,7 +84,7 @@ def test_the_other_stands_at_its_place(runs: dict[str, Recording]) -> None:
     assert {name for _, name in other.stages()} >= {"a: lift off", "b: lift off"}
 
 
-def test_one_digest_in_any_placement(two: LoadedScene, runs: dict[str, Recording], tmp_path: Path) -> None:
+def test_the_digest_is_equal_in_any_placement(two: LoadedScene, runs: dict[str, Recording], tmp_path: Path) -> None:
     placement = Placement.spread([*build(two.plan), KERNEL], 4)
     found = run(two, tmp_path / "apart.mcap", placement=placement)
     assert found.digest == runs["two"].result["digest"]

@@ -81,7 +81,7 @@ def faults(inertia, mass="1 kg", joint=PIN):
         ),
     ],
 )  # fmt: skip
-def test_one_sentence_with_cause_and_remedy(inertia, told):
+def test_an_impossible_inertia_is_one_sentence_with_cause_and_remedy(inertia, told):
     assert faults(inertia) == [f"scene.yaml:{told}"]
 
 
@@ -96,7 +96,7 @@ def test_a_free_body_is_reported_once():
 
 
 @pytest.mark.parametrize("mass", ["-1 kg", ".nan", "1 m"])
-def test_a_mass_that_is_none_is_reported_at_the_mass(mass):
+def test_an_invalid_mass_is_reported_at_the_mass(mass):
     (message,) = faults("[1 kg m2, 1 kg m2, 1 kg m2]", mass=mass)
     assert message.startswith("scene.yaml:7:13: error: mechanism.bodies.bar.mass: ")
 
@@ -114,7 +114,7 @@ def test_the_rounding_of_printed_digits_is_no_fault(inertia):
     assert faults(inertia) == []
 
 
-def test_what_is_proposed_is_accepted():
+def test_the_proposed_inertia_is_accepted():
     """For random moments beyond the sum: the sentence ends with some that are possible."""
     import numpy as np
 

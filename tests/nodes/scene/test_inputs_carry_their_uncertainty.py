@@ -54,7 +54,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("setting", "name", "value", "kind", "sd"), TOLD)
-def test_an_uncertainty_is_read(setting: str, name: str, value: float, kind: str, sd: float) -> None:
+def test_uncertainties_are_read(setting: str, name: str, value: float, kind: str, sd: float) -> None:
     (found,) = uncertain_inputs(load("lift", [setting]))
     assert (found.name, found.kind) == (name, kind)
     assert found.value == pytest.approx(value, rel=1e-15)
@@ -63,7 +63,7 @@ def test_an_uncertainty_is_read(setting: str, name: str, value: float, kind: str
 
 
 @pytest.mark.parametrize(("setting", "sentence"), REFUSED)
-def test_what_makes_no_sense_is_refused_at_its_place(setting: str, sentence: str, tmp_path: Path) -> None:
+def test_invalid_uncertainties_are_refused_with_their_place(setting: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(SceneError) as message:
         load("lift", [setting])
     assert sentence in str(message.value)
@@ -87,7 +87,7 @@ def test_the_run_is_that_of_the_nominal_values(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_nothing_of_the_plan_changes_with_the_spelling_but_how_limits_are_checked() -> None:
+def test_an_uncertainty_changes_only_how_limits_are_checked() -> None:
     plain = load("lift", ["block.mass=300 t", "rig.sling.EA=445 MN"])
     for text in ("300 t +- 3 %", "290..310 t", "300 t sd 5000 kg"):
         stated = load("lift", [f"block.mass={text}", "rig.sling.EA=445 MN ± 10 %"])
@@ -95,7 +95,7 @@ def test_nothing_of_the_plan_changes_with_the_spelling_but_how_limits_are_checke
         assert replace(stated.plan, limits=limits) == plain.plan
 
 
-def test_texts_for_people_are_no_numbers() -> None:
+def test_texts_are_no_numbers() -> None:
     stage = "actions.0.stage=20..30 t on the hooks"
     source = "limits={ropes: {crane.H1: {tension: 4 MN, source: 3 +- 1 tests}}}"
     scene = load("lift", [stage, source])
@@ -104,7 +104,7 @@ def test_texts_for_people_are_no_numbers() -> None:
     assert uncertain_inputs(scene) == []
 
 
-def test_what_is_stated_besides_takes_the_place_of_the_file() -> None:
+def test_a_value_on_the_command_line_replaces_that_of_the_file() -> None:
     scene = load("lift", ["block.mass=300 t +- 3 %"])
     mass, com = uncertain_inputs(scene, ["block.mass sd 2 t", "block.com.x +- 0.2 m"])
     assert (mass.sd, com.sd, com.value) == (2e3, 0.1, 0.0)
@@ -125,7 +125,7 @@ def test_what_is_stated_besides_takes_the_place_of_the_file() -> None:
         (["samples +- 3 %"], "a frequency is a setting of the run"),
     ],
 )
-def test_what_cannot_be_stated_besides(given: list[str], sentence: str) -> None:
+def test_invalid_uncertainties_on_the_command_line_are_refused(given: list[str], sentence: str) -> None:
     with pytest.raises(SceneError) as message:
         uncertain_inputs(load("lift"), given)
     assert sentence in str(message.value)

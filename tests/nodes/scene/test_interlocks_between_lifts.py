@@ -66,7 +66,7 @@ def test_loads_of_lifts_are_shares_of_their_own_charts(tmp_path: Path) -> None:
     assert (guard.quantity, guard.ropes, guard.point.body) == ("moment", ("b-jib.main",), "b-jib.main")
 
 
-def test_what_moves_apart_stays_free_between_any_two_machines() -> None:
+def test_machines_that_move_apart_are_not_blocked() -> None:
     """Two cranes of a hall on one runway, and a trolley that traverses to a post beside it: each is barred the way to
     the other alone."""
     text = bundled()["hall"].read_text(encoding="utf-8").split("actions:")[0]

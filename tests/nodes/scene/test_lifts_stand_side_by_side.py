@@ -43,7 +43,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
     return {name: Recording(folder / f"{name}.mcap") for name in ("one", "two")}
 
 
-def test_each_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
+def test_each_lift_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
     """The first to the bit, the second 7 s later, where rounding by its place decides the rest."""
     alone, other = runs["one"], runs["two"]
     own, first = last_at(alone["rope/tension/a-hall.main"]), last_at(other["rope/tension/a-hall.main"])
@@ -60,7 +60,7 @@ def test_each_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
     assert there - end == pytest.approx((3.0, 40.0, 0.0), abs=2e-3)
 
 
-def test_what_happens_to_one_leaves_a_row_of_that_one_alone(runs: dict[str, Recording]) -> None:
+def test_an_event_of_one_lift_adds_a_row_to_that_lift_only(runs: dict[str, Recording]) -> None:
     """The samples of all have the common times; between them stand the rows of the lift to which something happened,
     those that it has alone."""
     alone, other = runs["one"]["rope/tension/a-hall.main"], runs["two"]
@@ -149,7 +149,7 @@ def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
         ("samples: 5 Hz", "models: {}", "models: a scene of several lifts has nothing else"),
     ],
 )
-def test_what_cannot_stand_beside_is_reported_with_its_line(old: str, new: str, sentence: str) -> None:
+def test_lifts_that_cannot_be_combined_are_reported_with_their_line(old: str, new: str, sentence: str) -> None:
     assert old in TEXT
     with pytest.raises(SceneError) as message:
         parse(TEXT.replace(old, new), passing=True)

@@ -74,19 +74,19 @@ def test_a_scene_that_extends_itself_is_refused(tmp_path: Path) -> None:
         ("yard/none.yaml", "there is no scene file 'yard/none.yaml'"),
     ],
 )
-def test_a_scene_that_is_not_there(name: str, told: str) -> None:
+def test_a_missing_base_scene_is_reported(name: str, told: str) -> None:
     with pytest.raises(SceneError) as refusal:
         load(name)
     assert str(refusal.value) == told
 
 
-def test_a_file_that_is_no_text(tmp_path: Path) -> None:
+def test_a_file_that_is_no_text_is_reported(tmp_path: Path) -> None:
     (tmp_path / "run.yaml").write_bytes(b"\x89MCAP\xff\xfe")
     with pytest.raises(SceneError, match="cannot be read: it is not UTF-8 text"):
         load(tmp_path / "run.yaml")
 
 
-def test_what_an_anchor_names_is_laid_below() -> None:
+def test_an_anchor_is_expanded_before_it_is_merged() -> None:
     text = "a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\nc: &c {<<: [*a, {x: 5, z: 6}]}\nd: {q: 1, <<: *c}\n"
     found = read(f"{text}e: &e {{<<: *e, f: 1}}\n", "s")
     assert found.data["b"] == {"y": 3, "x": 1}

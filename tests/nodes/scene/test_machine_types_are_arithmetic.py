@@ -77,7 +77,7 @@ def test_arithmetic_is_that_of_python_in_units_of_si(text: str, number: float, u
 
 
 @pytest.mark.parametrize(("text", "column", "told"), WRONG)
-def test_what_makes_no_sense_is_reported_with_its_column(text: str, column: int, told: str) -> None:
+def test_invalid_arithmetic_is_reported_with_its_column(text: str, column: int, told: str) -> None:
     with pytest.raises(ExpressionError, match="[" + told[0] + "]" + told[1:].replace("(", r"\(")) as error:
         evaluated(text, parameter)
     assert error.value.column == column
@@ -153,7 +153,7 @@ hooks: {H3: {falls: 18}}
 
 
 @pytest.mark.parametrize(("text", "hook", "falls"), [(OLD, "H4", 20), (NEW, "H3", 18)])
-def test_a_type_is_laid_over_the_one_that_it_extends(tmp_path: Path, text: str, hook: str, falls: int) -> None:
+def test_a_type_overrides_the_one_that_it_extends(tmp_path: Path, text: str, hook: str, falls: int) -> None:
     (tmp_path / "mine.yaml").write_text(text)
     (tmp_path / "scene.yaml").write_text(
         "extends: lift\nname: other\ncranes: {crane: {type: mine.yaml, main_mass: 4000 t}}\n"
@@ -167,7 +167,7 @@ def test_a_type_is_laid_over_the_one_that_it_extends(tmp_path: Path, text: str, 
 
 
 @pytest.mark.parametrize("name", sorted(library()))
-def test_every_type_reports_what_it_is_and_where_its_numbers_are_from(name: str) -> None:
+def test_every_type_states_what_it_is_and_the_source_of_its_numbers(name: str) -> None:
     kind = machine_type(name)
     assert kind.data["name"] == name
     assert all(kind.about(key) for key in ("about", "capacity", "source"))

@@ -23,7 +23,7 @@ mechanism:
 """
 
 
-def test_without_a_word_steps_are_as_long_as_the_accuracy_allows():
+def test_by_default_steps_are_as_long_as_the_accuracy_allows():
     plan = parse(SCENE.format("")).plan
     assert (plan.method, plan.step) == ("dopri5", None)
 
@@ -38,7 +38,7 @@ def test_what_is_written_is_in_the_plan_and_in_the_recording(tmp_path: Path):
     assert (facts["method"], facts["step"]) == ("rk4", "0.005 s")
 
 
-def test_settings_lie_over_the_scene():
+def test_settings_override_the_scene():
     plan = parse(SCENE.format("method: rk4\nstep: 5 ms"), overrides=["method=radau5", "step=20 ms"]).plan
     assert (plan.method, plan.step) == ("radau5", 0.02)
 
@@ -55,7 +55,7 @@ def test_settings_lie_over_the_scene():
         ),
     ],
 )
-def test_mistakes_are_reported_where_they_stand(keys: str, sentence: str):
+def test_faults_are_reported_with_their_line(keys: str, sentence: str):
     with pytest.raises(SceneError, match=rf"(?s){sentence}"):
         parse(SCENE.format(keys))
 
@@ -67,7 +67,7 @@ def test_mistakes_are_reported_where_they_stand(keys: str, sentence: str):
         ("method: rk4\nstep: 5 s", "too long for method 'rk4', since 'bob' swings at 0.3"),
     ],
 )
-def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, tmp_path: Path):
+def test_methods_that_cannot_run_are_refused_before_the_start(keys: str, sentence: str, tmp_path: Path):
     with pytest.raises(HeavyliftError, match=sentence):
         run(parse(SCENE.format(keys)), tmp_path / "swing.mcap", in_process=True)
 
@@ -82,7 +82,7 @@ def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, t
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
     ],
 )
-def test_a_check_ends_with_the_sentence_with_which_the_run_would(scene, keys, sentence, tmp_path, monkeypatch, capsys):
+def test_check_ends_with_the_sentence_of_the_run(scene, keys, sentence, tmp_path, monkeypatch, capsys):
     text = []
     for command in (["check", scene], ["run", scene, "--in-process", "-o", str(tmp_path / "out.mcap")]):
         monkeypatch.setattr("sys.argv", ["heavylift", *command, *(x for key in keys for x in ("--set", key))])

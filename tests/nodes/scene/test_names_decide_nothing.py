@@ -44,6 +44,7 @@ def whole(scene: LoadedScene, plan: Plan) -> LoadedScene:
 
 
 @pytest.mark.parametrize("name", ["lift", "turnover"])
+@pytest.mark.large(beyond=1)
 def test_a_lift_under_other_names_is_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load(name)
     new = Renamed(scene.plan, monkeypatch)

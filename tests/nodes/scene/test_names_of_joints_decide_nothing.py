@@ -65,7 +65,7 @@ def answer(bodies, joints, names):
 
 @pytest.mark.parametrize("seed", range(40))
 @pytest.mark.large(beyond=8)
-def test_the_answer_is_the_same(seed):
+def test_renamed_joints_give_the_same_answer(seed):
     bodies, joints = mechanism(Random(seed))
     names = [f"joint-{i}" for i in range(len(joints))]
     first = answer(bodies, joints, names)

@@ -91,7 +91,7 @@ def test_until_it_is_hooked_the_next_block_changes_nothing(both: Recording, tmp_
         assert mine.values[:n] == pytest.approx(theirs.values[:n, shared], abs=2e-3 * scale), name
 
 
-def test_what_is_ambiguous_or_unknown_is_asked_back() -> None:
+def test_ambiguous_or_unknown_slings_are_asked_back() -> None:
     for old, new, sentence in (
         ("first.A, first.B", "A, first.B", "rigging.legs.to[0]: several blocks have a lug 'A'"),
         ("until first lifted", "until lifted", "which block? write 'first lifted' or 'second lifted'"),

@@ -58,7 +58,7 @@ def test_every_number_of_every_default_can_be_set(name: str) -> None:
             assert scenes[0] == scenes[1], place
 
 
-def test_settings_variants_and_limits_name_it_alike() -> None:
+def test_settings_variants_and_limits_use_the_same_path() -> None:
     text = TEXTS["lift"]
     plans = [
         parse(text, "lift.yaml", [f"{path}=0.1 m"]).plan for path in ("block.com[0]", "block.com.x", "block.com.0")
@@ -70,6 +70,6 @@ def test_settings_variants_and_limits_name_it_alike() -> None:
 
 
 @pytest.mark.parametrize("setting", ["block.com[5]=1 m", "block.com.w=1 m", "block.mass[0]=1 t", "block.lugs[0]=1 m"])
-def test_what_is_no_place_of_it_is_refused(setting: str) -> None:
+def test_a_path_into_no_place_is_refused(setting: str) -> None:
     with pytest.raises(SceneError, match=r"--set:1:1|no place|block"):
         parse(TEXTS["lift"], "lift.yaml", [setting])

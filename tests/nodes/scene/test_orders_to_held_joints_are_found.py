@@ -36,7 +36,7 @@ def test_a_list_of_locked_joints_is_named_as_such():
     ]
 
 
-def test_a_turn_needs_the_trolleys_that_carry():
+def test_a_turn_needs_the_trolleys_that_carry_its_load():
     (_, message), *_ = refused("turnover", "fidelity.locked=[west.upper-slide]")
     assert message == f"actions[5].block: west.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}"
 

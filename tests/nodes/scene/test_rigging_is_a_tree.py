@@ -21,7 +21,7 @@ def spreader() -> LoadedScene:
     return load("spreader", ["rigging.rear.friction=0"])
 
 
-def test_the_tree_hangs_at_rest_from_the_start() -> None:
+def test_the_rigging_tree_hangs_at_rest_from_the_start() -> None:
     """The links carry the spreader alone, the hook ropes their blocks besides; nothing else is taut."""
     first = spreader().statics.states[0]
     carried = {name: tension for name, tension in first.tensions.items() if tension > 0.0}
@@ -92,7 +92,7 @@ def test_a_bridle_of_four_legs_hangs_by_its_master_link() -> None:
         ("breaking: 4 MN}}\n  rear", "breaking: 2.9 MN}}\n  rear", "4.82 times below its breaking force, 5 are needed"),
     ],
 )
-def test_what_is_loaded_beyond_its_rating_is_refused(old: str, new: str, sentence: str) -> None:
+def test_a_load_beyond_its_rating_is_refused(old: str, new: str, sentence: str) -> None:
     with pytest.raises(SceneError) as message:
         parse(changed(old, new), passing=True)
     assert sentence in str(message.value)
@@ -142,7 +142,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_cannot_hang_is_reported_where_and_why(name: str) -> None:
+def test_rigging_that_cannot_hang_is_reported_with_place_and_reason(name: str) -> None:
     old, new, sentence = BAD[name]
     with pytest.raises(SceneError) as message:
         parse(changed(old, new), passing=True)

@@ -82,17 +82,17 @@ def test_every_row_of_the_table_is_among_these():
 
 
 @pytest.mark.parametrize(("words", "sentence"), NONE.items())
-def test_what_nothing_has_is_reported(read, words, sentence):
+def test_an_unknown_signal_is_reported(read, words, sentence):
     (message,) = read("wind-tandem", words)
     assert message.startswith(sentence)
 
 
-def test_no_wind_is_reported(read):
+def test_missing_wind_is_reported(read):
     assert read("jib", "wind >= 12 m/s") == ["no wind blows in this scene: add 'wind': "]
 
 
 @pytest.mark.parametrize(("words", "sentence"), MISSPELT.items())
-def test_what_is_misspelt_is_reported(words, sentence):
+def test_a_misspelt_signal_is_reported(words, sentence):
     with pytest.raises(PhraseError, match=sentence):
         read_condition(words)
 
@@ -126,7 +126,7 @@ def test_limits_are_over_the_same_signals():
     assert len(message) == 4, "the hooks are level"
 
 
-def test_a_share_is_the_use_of_a_row():
+def test_a_share_is_the_utilisation_of_a_row():
     """What `check` tells of a load in per cent is what a condition compares."""
     subjects = ("east H2", "east upper", "east", "loader-1", "loader-1.sling-1")
     sets = {"all slings": "", "loader-1 slings": "loader-1."}
@@ -149,7 +149,7 @@ def test_a_share_is_the_use_of_a_row():
 CHART = "[[60 m, 400 t], [82 m, 300 t], [140 m, 120 t]]"
 
 
-def test_a_share_by_a_chart_is_of_what_it_allows_where_the_trolley_stands():
+def test_a_share_by_a_chart_uses_the_allowance_at_the_trolley_position():
     """The load is the same in every place of the trolley; what it may be there, the chart interpolates."""
     scene = parse(
         f"extends: lift\nname: charted\ncranes: {{crane: {{capacity chart: {CHART}}}}}\n"
@@ -177,7 +177,7 @@ def test_a_share_by_a_chart_is_of_what_it_allows_where_the_trolley_stands():
         ("tension of all slings in %", "use"),
     ],
 )
-def test_a_model_of_your_own_receives_shares(words, quantity):
+def test_a_user_model_receives_shares(words, quantity):
     """What a condition with the same words and a value in % compares."""
     chart = f"cranes: {{crane: {{capacity chart: {CHART}}}}}\n" if "H3" in words else ""
     text = (
@@ -222,7 +222,7 @@ def test_an_interlock_watches_each_sling(value, number):
         ("load of west H1 <= 3 m", "'3 m' is no mass"),
     ],
 )
-def test_what_cannot_be_limited_is_reported(words, sentence):
+def test_signals_that_cannot_be_limited_are_reported(words, sentence):
     with pytest.raises(SceneError) as error:
         limited(words)
     assert sentence in str(error.value)

@@ -138,7 +138,7 @@ actions:
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_a_rope_passes_on_the_side_that_looks_away_from_what_is_inside(turned: bool) -> None:
+def test_a_rope_passes_on_the_outer_side_of_an_edge(turned: bool) -> None:
     """Whichever end of the edge is named first; a rope over it is one over a sheave, and can be taken off."""
     ends = "from: [0, -1 m, 0], to: [0, 1 m, 0]"
     text = ROPE.replace(ends, "from: [0, 1 m, 0], to: [0, -1 m, 0]") if turned else ROPE
@@ -191,7 +191,7 @@ def test_edges_on_bodies_that_stay_parallel_bend_one_rope(joint: str) -> None:
     assert "scene.yaml:" in str(message.value)
 
 
-def test_a_rope_over_a_pier_that_gives_way_keeps_the_energy(tmp_path: Path) -> None:
+def test_a_rope_over_a_yielding_pier_conserves_the_energy_balance(tmp_path: Path) -> None:
     """Pulled askew over an edge without friction, on a body of its own that the rope pushes to and fro."""
     text = ROPE.split("actions:")[0].replace(
         "joints: {", "joints: {gives: {type: prismatic, child: pier, axis: [1, 0, 0]}, "
@@ -264,7 +264,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_with_an_edge_is_reported(name: str) -> None:
+def test_faults_of_an_edge_are_reported(name: str) -> None:
     old, new, sentence = BAD[name]
     assert TEXT.count(old) == 1
     with pytest.raises(SceneError) as message:

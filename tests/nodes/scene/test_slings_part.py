@@ -46,7 +46,7 @@ def refused(*actions: str, mechanism: str = "") -> str:
     return str(refusal.value).splitlines()[0]
 
 
-def test_the_others_take_over_with_the_peak_that_energy_gives(tmp_path: Path) -> None:
+def test_the_other_slings_take_over_with_the_peak_of_the_energy_balance(tmp_path: Path) -> None:
     """Undamped, the load swings about its new rest as far as it was above it: peak = 2 m g / 2 - m g / 3."""
     run(parse(THREE), tmp_path / "three.mcap", in_process=True)
     peaks = peaks_of(tmp_path / "three.mcap")
@@ -55,7 +55,7 @@ def test_the_others_take_over_with_the_peak_that_energy_gives(tmp_path: Path) ->
     assert peaks["b"] == pytest.approx(MASS * G / 3, rel=1e-6)
 
 
-def test_a_lift_hangs_on_what_is_left() -> None:
+def test_a_lift_hangs_on_the_remaining_slings() -> None:
     scene = lift(
         TAUT, "all hooks: hoist 3 m/min by 1.5 m", "loader-3.sling-1: release", mechanism="block: {mass: 450 t}\n"
     )
@@ -112,14 +112,14 @@ TAG = "mechanism: {ropes: {tag: {start: {body: world}, end: {body: block}, EA: 1
         (("crane H1: release",), "'crane H1' cannot release"),
     ],
 )
-def test_what_cannot_part_or_be_hooked(actions: tuple[str, ...], told: str) -> None:
+def test_ropes_that_cannot_part_or_be_hooked_are_refused(actions: tuple[str, ...], told: str) -> None:
     at = f"scene.yaml:{4 + len(actions)}:"
     sentence = refused(*actions, mechanism=TAG)
     assert sentence.startswith(at)
     assert f": {told}" in sentence
 
 
-def test_a_winch_of_a_mechanism_has_no_speed_limit_of_a_crane() -> None:
+def test_a_winch_of_a_mechanism_has_no_speed_limit() -> None:
     winch = "{ramp: 1 m/s2, shortest: 9 m, longest: 200 m}"
     rope = f"{{start: {{body: world}}, end: {{body: block}}, EA: 1 MN, length: 100 m, winch: {winch}}}"
     scene = lift("tugger: hoist 30 m/min by 1 m", mechanism=f"mechanism: {{ropes: {{tugger: {rope}}}}}\n")

@@ -32,7 +32,7 @@ def said(capsys, monkeypatch, *words: str) -> str:
     return capsys.readouterr().out
 
 
-def test_the_pendulum_reports_its_period(capsys, monkeypatch):
+def test_the_pendulum_has_its_period(capsys, monkeypatch):
     text = said(capsys, monkeypatch, "modes", "pendulum")
     assert "0.0643 Hz  15.542 s  0.000 %  load 100 %; by pivot.rate" in text
     (mode,) = json.loads(said(capsys, monkeypatch, "modes", "pendulum", "--json"))["modes"]
@@ -53,7 +53,7 @@ def test_statics_of_the_lift_at_its_start_and_when_it_hangs(capsys, monkeypatch)
     assert gantry == pytest.approx([0.0, 0.0, gantry[2]], abs=1e-6 * gantry[2])
 
 
-def test_statics_of_what_stands_upright(capsys, monkeypatch, tmp_path):
+def test_statics_of_an_upright_body_are_reported_as_unstable(capsys, monkeypatch, tmp_path):
     file = tmp_path / "upright.yaml"
     file.write_text(UPRIGHT)
     text = said(capsys, monkeypatch, "statics", str(file))
@@ -83,7 +83,7 @@ def test_a_paused_run_is_where_the_run_is():
         (["--at", "-1"], "heavylift: --at -1 s: the time must lie between 0 and 360000 s"),
     ],
 )
-def test_what_cannot_be_asked_is_one_sentence(capsys, monkeypatch, words, sentence):
+def test_impossible_questions_are_one_sentence(capsys, monkeypatch, words, sentence):
     monkeypatch.setattr(sys, "argv", ["heavylift", "statics", "lift", *words])
     with pytest.raises(SystemExit, match="1"):
         main()

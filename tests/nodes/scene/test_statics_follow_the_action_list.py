@@ -67,7 +67,7 @@ def test_a_stage_whose_condition_holds_already_is_red():
     assert "red: the stage 'again' ends at once" in str(check(scene))
 
 
-def test_a_lift_that_finds_no_rest_is_stated_not_to_be_checked_further():
+def test_a_lift_that_finds_no_rest_is_reported_as_unchecked_from_there():
     scene = lift("  - stage: higher\n    all hooks: hoist 3 m/min by 1 m\n  - stage: let go\n    crane H1: unhook\n")
     (message,) = [f for f in scene.findings if f.kind == "unfollowed"]
     assert message.severity == "warning"
@@ -81,7 +81,7 @@ def test_a_mechanism_that_does_not_rest_reports_why():
     assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in message
 
 
-def test_what_was_followed_is_kept_by_the_numbers_of_the_plan():
+def test_a_followed_path_is_cached_by_the_numbers_of_the_plan():
     assert load("lift").statics == load("lift").statics
     heavier = load("lift", ["block.mass=310 t"]).statics
     assert heavier != load("lift").statics

@@ -104,7 +104,7 @@ def test_a_mistake_in_any_bundled_scene_is_reported_at_its_line(mistake: Callabl
         ("a: 1\n---\nb: 2\n", (2, 1), "'---' begins a second document; a scene is one"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_reported_in_a_persons_words(text: str, place: tuple[int, int], sentence: str) -> None:
+def test_a_yaml_mistake_is_reported_in_plain_words(text: str, place: tuple[int, int], sentence: str) -> None:
     (fault, *_) = read(text, "x.yaml").faults
     assert fault.mark is not None
     assert (fault.sentence, (fault.mark.line, fault.mark.column)) == (sentence, place)

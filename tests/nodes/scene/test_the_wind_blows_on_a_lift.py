@@ -17,26 +17,26 @@ HOUR, RUNS = 3600.0, 20
 SCATTER = 0.1  # of a spectrum's mean over a band, of so many hours
 
 
-def test_it_sees_the_sides_of_the_block() -> None:
+def test_the_wind_acts_on_the_sides_of_the_block() -> None:
     wind = load("lift", [ALONG]).plan.mechanisms[0].system.forces
     assert [(x.name, x.at.body) for x in wind] == [("wind.block", "block")]
     assert isinstance(wind[0], Wind)
     assert (wind[0].sides, wind[0].drag, wind[0].direction) == ((128.0, 160.0, 320.0), 1.2, (1.0, 0.0, 0.0))
 
 
-def test_what_blows_along_the_rails_is_held_by_the_drive_of_the_gantry() -> None:
+def test_wind_along_the_rails_is_held_by_the_gantry_drive() -> None:
     """The sum of the horizontal forces on all that hangs from the crane is 0 wherever the lift comes to rest."""
     uses = load("lift", [ALONG]).uses
     held = next(u.value for u in uses if (u.limit.subject, u.limit.quantity) == ("crane", "side force"))
     assert held == pytest.approx(FORCE, rel=LEANS)
 
 
-def test_it_is_recorded_and_the_run_is_checked_by_it() -> None:
+def test_the_wind_is_recorded_and_checked() -> None:
     result = simulate(load("lift", [ALONG, "end=2 s"]))
     assert result["wind/force"]["wind.block"][0] == pytest.approx(FORCE, rel=SLOW)
 
 
-def test_a_turbulent_wind_has_its_mean_its_deviation_and_its_spectrum() -> None:
+def test_a_turbulent_wind_has_its_mean_deviation_and_spectrum() -> None:
     """EN 1991-1-4, B.1; estimated by Welch's method from hours of twenty seeds."""
     mean, deviation, scale = 15.0, 2.25, 130.0
     power = np.zeros(513)
@@ -71,16 +71,16 @@ def test_the_seed_of_the_scene_draws_the_gusts() -> None:
         ("wind={speed: 9 m/s, direction: [1, 0, 0], gusts: [[0 s, 9 m/s]], turbulence: 0.1}", "either 'gusts' or"),
     ],
 )
-def test_what_cannot_blow_is_reported(setting: str, sentence: str) -> None:
+def test_invalid_wind_is_reported(setting: str, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence.replace("[", r"\[")):
         load("lift", [ALONG, setting])
 
 
-def test_a_mechanism_has_another_name() -> None:
+def test_wind_on_a_mechanism_has_another_key() -> None:
     with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is what the wind is called"):
         load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
 
 
-def test_without_a_block_bodies_are_named() -> None:
+def test_without_a_block_the_bodies_of_wind_are_named() -> None:
     with pytest.raises(SceneError, match="wind: there is no block"):
         load("pendulum", [ALONG])

@@ -31,7 +31,7 @@ def test_the_second_begins_when_the_first_has_slewed_by_60_degrees(recording: Re
     assert stages["a: let go"] > stages["the first stands"]
 
 
-def test_three_quarters_of_the_chart_are_where_its_next_row_begins(recording: Recording) -> None:
+def test_three_quarters_of_the_chart_are_reached_at_its_next_row(recording: Recording) -> None:
     """20 t and a hook block of 2 t are 61 % of 36 t within 22 m, and 76 % of 29 t beyond."""
     first = next(e for e in recording.events() if e.type == "Tripped" and e.value["actor"] == "a-jib.heavy")
     hook = recording["pose/a-jib.main"]

@@ -76,7 +76,7 @@ def test_every_type_is_tested_here() -> None:
     ("name", "span", "girder", "main", "load"),
     [("goliath-1200", 154.0, 2500e3, 3740e3, 1000), ("goliath-1600", 180.0, 3400e3, 5400e3, 1400)],
 )
-def test_larger_goliaths_lift_nearly_all_that_they_may(
+def test_larger_goliaths_lift_nearly_their_rated_load(
     name: str, span: float, girder: float, main: float, load: float
 ) -> None:
     """1000 t and 1400 t on their hooks; of goliath-1200 span, girder and legs are published: 2500 + 540 + 700 t."""
@@ -142,7 +142,7 @@ def with_boom(boom: float) -> HookKeys:
 
 
 @pytest.mark.parametrize("boom", LOADS)
-def test_loads_are_those_of_the_makers_sheet_rounded_down(boom: int) -> None:
+def test_rated_loads_are_those_of_the_makers_sheet_rounded_down(boom: int) -> None:
     chart = rough_terrain(boom).chart
     assert chart is not None
     assert [radius / FOOT for radius, _ in chart] == pytest.approx(list(LOADS[boom]), rel=1e-12)
@@ -164,7 +164,7 @@ def test_between_boom_lengths_the_next_longer_one_counts(boom: float, found: flo
     assert hook.chart == next(x.chart for x in hook.capacity_charts if x.boom == found)
 
 
-def test_what_no_chart_allows_is_refused() -> None:
+def test_loads_beyond_all_charts_are_refused() -> None:
     with pytest.raises(SceneError, match="no chart for a boom so long"):
         lift("rough-terrain-59", 5, ", boom: 24 m")
     with pytest.raises(SceneError, match=r"would carry 19\.5 t of 18\.09 t"):

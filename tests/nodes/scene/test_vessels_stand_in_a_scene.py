@@ -78,7 +78,7 @@ vessels:
 
 
 @pytest.mark.parametrize("heading", [0.0, 35.0, -90.0])
-def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_responses_say(heading: float) -> None:
+def test_the_tip_of_a_crane_on_a_vessel_moves_by_its_responses(heading: float) -> None:
     """Place and velocity of the boom's tip against R(t) A cos(w t + phase - k x), k = w^2 / g, at some times."""
     given = GIVEN.replace("    responses:", f"    heading: {heading} deg\n    responses:")
     plan = parse(given + CRANE + BLOCK % "180 t" + "actions: [{wait: 1 s}]\n").plan
@@ -131,7 +131,7 @@ def test_what_is_more_than_two_percent_of_the_displacement_is_refused() -> None:
         (FORCES.replace("[1e6, 0, 0, 0, 4e6, 0]", "[1e6, 0, 0, 0, 5e6, 0]"), "added mass must be a symmetric matrix"),
     ],
 )
-def test_vessels_that_cannot_be_are_a_sentence(text: str, told: str) -> None:
+def test_invalid_vessels_are_a_sentence(text: str, told: str) -> None:
     """Each names the place and what to write."""
     with pytest.raises(SceneError, match=r"scene\.yaml:\d+:\d+") as error:
         parse(text)
@@ -197,7 +197,7 @@ def test_a_vessel_floats_on_an_even_keel_with_its_crane() -> None:
     assert R[0][2] == pytest.approx(12e3 * 26.0 / (carried * 180.0), rel=0.02)
 
 
-def test_a_vessel_turned_with_its_wave_answers_alike() -> None:
+def test_a_vessel_turned_with_its_wave_responds_alike() -> None:
     """Free in the water, its motions along its own axes are the same, to what the integration allows."""
     found = []
     for heading in (0, 40):
@@ -213,7 +213,7 @@ def test_a_vessel_turned_with_its_wave_answers_alike() -> None:
     assert found[1] == pytest.approx(found[0], abs=1e-7)
 
 
-def test_instances_lie_in_one_sea(tmp_path: Path) -> None:
+def test_instances_share_one_sea(tmp_path: Path) -> None:
     """The wave meets a vessel of an instance where it is put, with the phase of one that stands there alone."""
     (tmp_path / "sea.yaml").write_text(GIVEN + "actions: [{wait: 1 s}]\n")
     (tmp_path / "yard.yaml").write_text("heavylift: 1\nname: yard\nlifts: {a: {extends: sea.yaml, at: [5 m, 90 m]}}\n")

@@ -143,7 +143,7 @@ def test_a_bouncing_ball_comes_to_rest_after_infinitely_many_bounces():
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_nothing_sinks_in_and_energy_never_grows(restitution):
+def test_no_contact_penetrates_and_energy_never_grows(restitution):
     """A brick is thrown onto the ground with spin and friction, and comes to rest on one of its faces."""
     s = started(thrown(restitution), **FINE, sample_ns=2_000_000)
     s.run(5 * SECOND)
@@ -246,7 +246,7 @@ def test_a_ball_bounces_off_a_corner_along_the_line_of_centres():
 
 @pytest.mark.parametrize("seed", [9, 14, 30, 31])
 @pytest.mark.large(beyond=1)
-def test_states_settle_where_a_cube_catches_on_an_edge(seed):
+def test_states_converge_where_a_cube_catches_on_an_edge(seed):
     """Contacts that begin to slide do so from rest, whatever round-off has left of another motion."""
     s = started(tumbling(seed))
     s.run(3 * SECOND)
@@ -267,7 +267,7 @@ def apart(up, low):
 
 
 @pytest.mark.parametrize("hinges", [1, 2])
-def test_an_arm_falls_on_the_floor_whatever_repeats_its_hinge(hinges):
+def test_an_arm_falls_on_the_floor_as_its_mirrored_hinge_does(hinges):
     """The second hinge closes a loop that holds nothing new; nor can the tip move across."""
     arm = Body("arm", 2.0, (0.5, 0.0, 0.0), ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)))
     place = {"axis": (0.0, 1.0, 0.0), "p_PJ": (0.0, 0.0, 0.2)}

@@ -107,7 +107,7 @@ def test_a_ball_touches_faces_edges_and_corners_of_a_box():
 
 
 @pytest.mark.parametrize("law", ["ball_plane", "ball_ball", "ball_box", "box_plane", "box_box"])
-def test_witnesses_know_their_rates(law):
+def test_witness_points_have_the_right_rates(law):
     ball, plane, cube = np.array([0.1, 0.2, 0.3, 0.25]), np.array([0.1, 0.0, 0.2, 0.6, 0.0, 0.8]), box((1, 2, 3))
     shapes = {"ball": ball, "plane": plane, "box": cube}
     first, second = (shapes[x] for x in law.split("_"))

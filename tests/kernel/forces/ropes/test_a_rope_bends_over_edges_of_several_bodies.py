@@ -59,7 +59,7 @@ def gantries(friction: float) -> System:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_it_is_the_shortest_way_over_both_edges(seed):
+def test_the_rope_takes_the_shortest_path_over_both_edges(seed):
     random = np.random.default_rng(seed)
     a = (-random.uniform(4.0, 7.0), random.uniform(-3.0, 3.0), random.uniform(-5.0, -2.0))
     b = (random.uniform(4.0, 7.0), random.uniform(-3.0, 3.0), random.uniform(-5.0, -2.0))
@@ -73,7 +73,7 @@ def test_it_is_the_shortest_way_over_both_edges(seed):
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.15])
-def test_bodies_that_slide_and_turn_along_their_edges_keep_the_energy_in_the_accounts(friction):
+def test_bodies_that_slide_and_turn_along_their_edges_conserve_the_energy_balance(friction):
     s = started(gantries(friction), **FINE)
     hand_over(s, 3 * SECOND)
     s.settle()
@@ -114,5 +114,5 @@ def test_bodies_that_can_turn_their_edges_out_of_parallel_are_refused(kind, more
 
 
 @pytest.mark.parametrize(("kind", "more"), [("prismatic", {"axis": X}), ("revolute", {"axis": Y})])
-def test_bodies_that_cannot_are_not(kind, more):
+def test_bodies_whose_edges_stay_parallel_are_accepted(kind, more):
     started(loose(kind, **more))

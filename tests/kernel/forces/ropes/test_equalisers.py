@@ -37,7 +37,7 @@ def test_an_equaliser_holds_one_tension_whatever_the_lengths():
     assert np.ptp(T) <= EQUAL * T.max()
 
 
-def test_an_equaliser_beam_shares_as_its_tilt_says():
+def test_an_equaliser_beam_shares_by_its_tilt():
     """C09: (T1 - T2)/(T1 + T2) = (h/c) tan phi; with the expected ratio the tilted beam stands still."""
     given, expected = FORMS["C09"]["given"], FORMS["C09"]["expected"]
     c, h, phi = given["c"], given["h"], radians(given["phi_deg"])

@@ -35,7 +35,7 @@ def tackle(falls: int, eta: float, mass: float, height: float, EA: float, dampin
     return replace(slider(mass=mass, q0=-height), forces=(rope,))
 
 
-def test_the_lead_of_a_tackle_carries_more_when_it_hoists_and_less_when_it_lowers():
+def test_the_lead_line_of_a_tackle_carries_more_when_hoisting_and_less_when_lowering():
     given, expected = FORMS["C14"]["given"], FORMS["C14"]["expected"]
     W, n, eta = given["W"], given["n"], given["eta"]
     s = started(tackle(n, eta, W / G, 20.0, 1.0e8, 3e4), tolerance=1e-9)
@@ -56,7 +56,7 @@ def test_the_lead_of_a_tackle_carries_more_when_it_hoists_and_less_when_it_lower
     assert imbalance(s) < CLOSES
 
 
-def test_the_parts_of_a_frictionless_tackle_are_equal_and_those_of_a_rope_with_lines():
+def test_parts_of_a_frictionless_tackle_have_equal_tension():
     given, expected = FORMS["C14"]["given"], FORMS["C14"]["expected"]
     scene = tackle(given["n"], 1.0, given["W"] / G, 20.0, 1.0e8, 0.0)
     s = started(scene, tolerance=1e-9)
@@ -147,7 +147,7 @@ def test_a_load_that_falls_into_its_tackle_bounces():
     assert imbalance(s) < CLOSES
 
 
-def test_wrapped_ropes_pull_as_mujocos_tendons():
+def test_wrapped_ropes_pull_as_mujocos_tendons_do():
     """A boom on a hinge with a sheave at its tip, a fixed sheave, an eye between them, a load on a free joint."""
     boom, load = (
         Body("boom", 300.0, (2.0, 0.0, 0.0), cube(300.0, 2.0)),

@@ -99,7 +99,7 @@ def test_a_rope_on_a_girder_is_softer_by_the_girder():
     assert drop == pytest.approx(P / 30269512.598129544, rel=STATIC)
 
 
-def test_statics_and_modes_of_a_scene_know_its_girder():
+def test_statics_and_modes_of_a_scene_include_its_girder():
     s = started(girder(load=MASS, rope=True))
     rest = equilibrium(s)
     assert rest.q == pytest.approx(at_rest(s.program), rel=1e-6, abs=1e-9)
@@ -166,7 +166,7 @@ def test_given_matrices_of_a_beam_are_that_beam():
     )
 
 
-def test_a_load_on_a_damped_girder_swings_out_and_the_accounts_close():
+def test_a_load_on_a_damped_girder_swings_out_and_the_energy_balance_closes():
     """Vibration at the loaded frequency with the decay of the damping ratio, and the sag of rest at the end."""
     system = girder(replace(SIMPLE, modes=1, damping=0.1), load=MASS)
     s = started(system, tolerance=1e-10, sample_ns=10_000_000, h_max=0.01)

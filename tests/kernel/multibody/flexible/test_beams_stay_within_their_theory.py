@@ -174,7 +174,7 @@ def test_a_column_buckles_under_its_own_weight_and_under_loads_along_it():
         assert half.startswith("ends") == (part > 1.0)
 
 
-def test_a_body_of_matrices_reports_that_it_does_not_know_of_compression():
+def test_a_body_given_by_matrices_reports_that_compression_is_ignored():
     flexible = matrices(BEAM, "clamped")
     assert upright(column(flexible, force=on_tip(0.04))) == ""
     noted = upright(column(flexible, force=on_tip(0.2)))
@@ -183,7 +183,7 @@ def test_a_body_of_matrices_reports_that_it_does_not_know_of_compression():
     assert upright(column(flexible, force=on_tip(1.1))).startswith("ends: body 'jib'")
 
 
-def test_a_column_that_something_else_holds_is_not_refused():
+def test_a_column_held_by_something_else_is_not_refused():
     """Guyed at its top it carries more; how much more its frame cannot say."""
     system = column(Flexible(3, BEAM, damping=1.0), force=on_tip(1.5))
     feet = ((8.0, 0.0), (-8.0, 0.0), (0.0, 8.0), (0.0, -8.0))
@@ -197,7 +197,7 @@ def test_a_column_that_something_else_holds_is_not_refused():
     assert "if nothing but its frame held it" in sentence
 
 
-def test_a_shock_is_no_buckling():
+def test_a_shock_is_not_reported_as_buckling():
     """Twice the Euler load for 30 ms."""
     blow = InputSignal(times=(0.0, 0.5, 0.5, 0.53, 0.53), values=(0.0, 0.0, 1.0, 1.0, 0.0))
     system = column(Flexible(2, BEAM, damping=0.1), force=on_tip(2.0), signal=blow)

@@ -60,14 +60,14 @@ BAD = [
 
 
 @pytest.mark.parametrize(("flexible", "told"), BAD, ids=[told[:40] for _, told in BAD])
-def test_flexible_bodies_that_cannot_be(flexible, told):
+def test_invalid_flexible_bodies_are_refused(flexible, told):
     with pytest.raises(KernelError) as e:
         Program(system(flexible))
     assert str(e.value).startswith(f"body 'beam': {told}")
     assert "\n" not in str(e.value)
 
 
-def test_points_beside_a_flexible_body():
+def test_points_off_a_flexible_body_are_refused():
     with pytest.raises(KernelError, match=r"body 'beam': x = 10.5 m lies beyond its ends at 0 and 10 m"):
         Program(system(GOOD, (10.5, 0.0, 0.0)))
     held = replace(NODAL, held=(0, 1))
@@ -81,7 +81,7 @@ def test_only_the_recursive_formulation_knows_modes():
 
 
 @pytest.mark.parametrize("EA", [1e6, 0.0])
-def test_a_rope_is_hooked_at_a_new_point_of_its_own_station_only(EA):
+def test_a_rope_is_hooked_at_a_new_point_of_the_same_station_only(EA):
     """The new end is given in the body's frame: 2 m above the axis at x = 5 m, 1 m from the rope's other end."""
     line = Line(Point("beam", (5.0, 0.0, 0.5)), Point("world", (5.0, 0.0, 3.0)))
     rope = Rope("rope", (line,), EA, 4.0, hooked=False) if EA else RigidRope("rope", (line,), 4.0, hooked=False)

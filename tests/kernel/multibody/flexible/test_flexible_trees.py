@@ -89,7 +89,7 @@ def test_a_floating_tree_keeps_energy_and_momentum(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_inverse_dynamics_gives_back_the_forces(seed):
+def test_inverse_dynamics_returns_the_forces(seed):
     program = Program(flexible_tree(seed, ("revolute", "prismatic", "spherical")))
     q, v = state_of(program, seed)
     x = evaluated(program, q, v)

@@ -1,0 +1,76 @@
+"""What moves through a network, and the order in which it waits."""
+
+from heapq import heappop, heappush
+from itertools import accumulate
+from math import isfinite
+from typing import Literal, get_args
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Message
+
+Discipline = Literal["first in, first out", "last in, first out", "priority"]
+
+
+class Entity(Message):
+    """A customer, job or part: its number, kind, priority (lowest first), and when it came into being [ns]."""
+
+    number: int
+    kind: str = ""
+    priority: int = 0
+    born: int = 0
+
+
+class Demand(Message):
+    """A server is ready for so many entities."""
+
+    count: int = 1
+
+
+class Part(Atomic):
+    """An atomic of a network."""
+
+    @property
+    def ns(self) -> int:
+        """The present time [ns]."""
+        return self._present.now[0]
+
+
+class Waiting:
+    """Entities in the order in which they are taken: by priority if that is the discipline, then by their turns."""
+
+    def __init__(self, discipline: str = "first in, first out") -> None:
+        if discipline not in get_args(Discipline):
+            raise ModelError(f"there is no discipline '{discipline}'; choose one of {', '.join(get_args(Discipline))}")
+        self._by_priority = discipline == "priority"
+        self.heap = list[tuple[int, int, int, int, Entity]]()
+
+    def __len__(self) -> int:
+        return len(self.heap)
+
+    def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
+        """Add an entity with its turn among its equals; it waits since a time [ns], and has `left` [ns] of a service
+        that was interrupted (-1: none)."""
+        heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
+
+    def take(self) -> tuple[int, int, int, Entity]:
+        """Remove the first: turn, since, left and entity."""
+        return heappop(self.heap)[1:]
+
+
+def turn_of(discipline: str, count: int) -> int:
+    """The turn of the entity that arrives as number `count`."""
+    return -count if discipline == "last in, first out" else count
+
+
+def capacity_of(name: str, given: int | None) -> int | None:
+    if given is not None and (not isinstance(given, int) or given < 0):
+        raise ModelError(f"{name}: capacity {given!r}; give a whole number >= 0, or None for no bound")
+    return given
+
+
+def shares_of(name: str, weights: tuple[float, ...]) -> list[float]:
+    """Where the choice with each weight ends in [0, 1), without the last one; raises ModelError for weights that choose
+    nothing."""
+    if not weights or not all(isfinite(x) and x >= 0 for x in weights) or not sum(weights):
+        raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")
+    return [x / sum(weights) for x in accumulate(weights)][:-1]

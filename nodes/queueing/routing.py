@@ -1,0 +1,162 @@
+"""Where entities go: branches, joins, resources that they seize and release, and monitors between two points."""
+
+from bisect import bisect
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Bag, In, Message, Out, Tally, TimeWeighted, stream
+from heavylift.nodes.queueing.entities import Entity, Part, Waiting, shares_of, turn_of
+
+
+class MonitorStatistics(Message):
+    """Entities that left, and mean and largest number and mean time between two points [s]."""
+
+    left: int
+    number: float
+    most: int
+    time: float
+
+
+class ResourceStatistics(Message):
+    """Seizures; mean wait for one [s]; mean number seized and waiting."""
+
+    seized: int
+    wait: float
+    used: float
+    waiting: float
+
+
+class _Forwarding(Part):
+    """Sends what its transitions put into `leaving` at the next microstep."""
+
+    def start(self) -> None:
+        """Nothing is on its way."""
+        self.leaving = list[tuple[str, Entity]]()
+
+    def output(self) -> None:
+        """Send all."""
+        for port, entity in self.leaving:
+            self.ports[port].send(entity)  # type: ignore[attr-defined]
+
+    def internal(self) -> None:
+        """All have left."""
+        self.leaving = []
+        self.passivate()
+
+    def forward(self) -> None:
+        """Send soon, if there is anything."""
+        self.hold_in(0) if self.leaving else self.passivate()
+
+
+class Branch(_Forwarding):
+    """Sends each entity by one of the ports out0, out1, ..., drawn by weights."""
+
+    into = In(Entity)
+
+    def __init__(self, name: str, weights: tuple[float, ...], seed: int = 1) -> None:
+        super().__init__(name)
+        self.sums, self.seed = shares_of(name, weights), seed
+        for n in range(len(weights)):
+            self.add_out(f"out{n}", Entity)
+
+    def start(self) -> None:
+        """Begin the stream of draws."""
+        super().start()
+        self.random = stream(self.seed, self.path)
+
+    def external(self, e: int, x: Bag) -> None:
+        """Draw a port for each."""
+        for entity in x[self.into]:
+            self.leaving.append((f"out{bisect(self.sums, self.random.random())}", entity))
+        self.forward()
+
+
+class Join(_Forwarding):
+    """Sends one entity when `parts` of the same number have arrived: the last of them."""
+
+    into, out = In(Entity), Out(Entity)
+
+    def __init__(self, name: str, parts: int) -> None:
+        super().__init__(name)
+        self.parts = parts
+
+    def start(self) -> None:
+        """Nothing has arrived."""
+        super().start()
+        self.arrived = dict[int, int]()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Count each."""
+        for entity in x[self.into]:
+            count = self.arrived.pop(entity.number, 0) + 1
+            if count == self.parts:
+                self.leaving.append(("out", entity))
+            else:
+                self.arrived[entity.number] = count
+        self.forward()
+
+
+class Resource(_Forwarding):
+    """So many equal units, of which each entity seizes one: it leaves by `seized` and returns it by `release`."""
+
+    request, release, seized = In(Entity), In(Entity), Out(Entity)
+
+    def __init__(self, name: str, units: int, discipline: str = "first in, first out") -> None:
+        super().__init__(name)
+        self.units, self.discipline = units, discipline
+
+    def start(self) -> None:
+        """All units are free."""
+        super().start()
+        self.waiting, self.count, self.holders = Waiting(self.discipline), 0, dict[int, None]()
+        self.waits, self.used, self.length = Tally(), TimeWeighted(), TimeWeighted()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Take back released units, then give free ones to those who wait."""
+        now = self.now
+        for entity in x[self.release]:
+            if self.holders.pop(entity.number, self) is not None:
+                raise ModelError(f"entity {entity.number} releases a unit of {self.name} that it has not seized")
+        for entity in x[self.request]:
+            self.count += 1
+            self.waiting.put(turn_of(self.discipline, self.count), now.t, -1, entity)
+        while self.waiting and len(self.holders) < self.units:
+            _, since, _, entity = self.waiting.take()
+            if entity.number in self.holders:
+                raise ModelError(f"entity {entity.number} seizes a second unit of {self.name}; one each is possible")
+            self.holders[entity.number] = None
+            self.waits.add((now.t - since) / 1e9)
+            self.leaving.append(("seized", entity))
+        self.used.set(len(self.holders), now)
+        self.length.set(len(self.waiting), now)
+        self.forward()
+
+    def result(self) -> ResourceStatistics:
+        """What was measured."""
+        return ResourceStatistics(
+            self.waits.count, self.waits.mean, self.used.mean(self.now), self.length.mean(self.now)
+        )
+
+
+class Monitor(Part):
+    """Measures how many entities are between two points of a network, and for how long."""
+
+    enter, leave = In(Entity), In(Entity)
+
+    def start(self) -> None:
+        """Nobody is inside."""
+        self.inside, self.number, self.times = dict[int, int](), TimeWeighted(), Tally()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Note who enters and who leaves."""
+        now = self.now
+        for entity in x[self.enter]:
+            self.inside[entity.number] = now.t
+        for entity in x[self.leave]:
+            if (since := self.inside.pop(entity.number, None)) is not None:
+                self.times.add((now.t - since) / 1e9)
+        self.number.set(len(self.inside), now)
+
+    def result(self) -> MonitorStatistics:
+        """What was measured."""
+        n = self.number
+        return MonitorStatistics(self.times.count, n.mean(self.now), int(n.most), self.times.mean)

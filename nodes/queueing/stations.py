@@ -1,0 +1,196 @@
+"""Stations of a network: sources, queues, delays, sinks; each with its statistics as its result.
+
+Times of several atomics are independent: each draws from the stream of its seed and path.
+"""
+
+from bisect import bisect
+from heapq import heappop, heappush
+
+from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
+from heavylift.nodes.queueing.distributions import Distribution
+from heavylift.nodes.queueing.entities import Demand, Entity, Part, Waiting, capacity_of, shares_of, turn_of
+
+
+class SourceStatistics(Message):
+    """Number of entities that a source has sent."""
+
+    sent: int
+
+
+class WaitingStatistics(Message):
+    """Entities that passed and were lost; mean time in the queue [s]; mean and largest length."""
+
+    passed: int
+    lost: int
+    wait: float
+    length: float
+    longest: int
+
+
+class SinkStatistics(Message):
+    """Entities that arrived, and mean, deviation, least and most of their time in the network [s]."""
+
+    count: int
+    mean: float
+    deviation: float
+    least: float
+    most: float
+
+
+class Source(Part):
+    """Sends entities, the first after a first interval, `most` in all; each of a priority drawn by weights."""
+
+    out = Out(Entity)
+
+    def __init__(
+        self,
+        name: str,
+        every: Distribution,
+        kind: str = "",
+        weights: tuple[float, ...] = (1.0,),
+        most: int = 0,
+        seed: int = 1,
+    ) -> None:
+        super().__init__(name)
+        self.every, self.kind, self.most, self.seed = every, kind, most, seed
+        self.sums = shares_of(name, weights)
+
+    def start(self) -> None:
+        """Draw the first interval."""
+        self.random, self.number = stream(self.seed, self.path), 0
+        self.next()
+
+    def output(self) -> None:
+        """Send the next entity."""
+        self.out.send(Entity(self.number, self.kind, self.priority, self.ns))
+
+    def internal(self) -> None:
+        """Count it, and draw the next interval."""
+        self.number += 1
+        if self.number == self.most:
+            self.passivate()
+        else:
+            self.next()
+
+    def next(self) -> None:
+        """Draw interval and priority of the next entity."""
+        draw = self.random.random() if self.sums else 0.0
+        self.priority = bisect(self.sums, draw)
+        self.hold_in(seconds(self.every.draw(self.random)))
+
+    def result(self) -> SourceStatistics:
+        """The count so far."""
+        return SourceStatistics(self.number)
+
+
+class Queue(Part):
+    """Holds entities until servers demand them; beyond its capacity they are lost."""
+
+    into, demand, out, lost = In(Entity), In(Demand), Out(Entity), Out(Entity)
+
+    def __init__(self, name: str, discipline: str = "first in, first out", capacity: int | None = None) -> None:
+        super().__init__(name)
+        self.discipline, self.capacity = discipline, capacity_of(name, capacity)
+
+    def start(self) -> None:
+        """Nothing waits."""
+        self.waiting, self.demanded, self.count = Waiting(self.discipline), 0, 0
+        self.leaving, self.balked = list[Entity](), list[Entity]()
+        self.waits, self.length, self.losses = Tally(), TimeWeighted(), 0
+
+    def external(self, e: int, x: Bag) -> None:
+        """Match entities and demands."""
+        now = self.now
+        self.demanded += sum(demand.count for demand in x[self.demand])
+        for entity in x[self.into]:
+            if self.demanded or self.capacity is None or len(self.waiting) < self.capacity:
+                self.count += 1
+                self.waiting.put(turn_of(self.discipline, self.count), now.t, -1, entity)
+                self.match()
+            else:
+                self.losses += 1
+                self.balked.append(entity)
+        self.match()
+        self.length.set(len(self.waiting), now)
+        self.hold_in(0) if self.leaving or self.balked else self.passivate()
+
+    def match(self) -> None:
+        """Let entities leave that are demanded."""
+        while self.demanded and self.waiting:
+            _, since, _, entity = self.waiting.take()
+            self.demanded -= 1
+            self.waits.add((self.ns - since) / 1e9)
+            self.leaving.append(entity)
+
+    def output(self) -> None:
+        """Send those that leave and those that are lost."""
+        for entity in self.leaving:
+            self.out.send(entity)
+        for entity in self.balked:
+            self.lost.send(entity)
+
+    def internal(self) -> None:
+        """They have left."""
+        self.leaving, self.balked = [], []
+        self.passivate()
+
+    def result(self) -> WaitingStatistics:
+        """What was measured."""
+        return WaitingStatistics(
+            self.waits.count, self.losses, self.waits.mean, self.length.mean(self.now), int(self.length.most)
+        )
+
+
+class Delay(Part):
+    """Holds each entity for a time of its own, as a server without end of units does."""
+
+    into, out = In(Entity), Out(Entity)
+
+    def __init__(self, name: str, time: Distribution, seed: int = 1) -> None:
+        super().__init__(name)
+        self.time, self.seed = time, seed
+
+    def start(self) -> None:
+        """Hold nothing."""
+        self.random, self.count = stream(self.seed, self.path), 0
+        self.held = list[tuple[int, int, Entity]]()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Draw a time for each entity."""
+        for entity in x[self.into]:
+            self.count += 1
+            heappush(self.held, (self.ns + seconds(self.time.draw(self.random)), self.count, entity))
+        self.hold_in(self.held[0][0] - self.ns)
+
+    def output(self) -> None:
+        """Send all whose time is over."""
+        for at, _, entity in sorted(self.held):
+            if at == self.held[0][0]:
+                self.out.send(entity)
+
+    def internal(self) -> None:
+        """Forget those that left."""
+        at = self.held[0][0]
+        while self.held and self.held[0][0] == at:
+            heappop(self.held)
+        self.hold_in(self.held[0][0] - at if self.held else NEVER)
+
+
+class Sink(Part):
+    """Takes entities out of the network and measures how long they were in it."""
+
+    into = In(Entity)
+
+    def start(self) -> None:
+        """Nothing has arrived."""
+        self.times = Tally()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Measure each."""
+        for entity in x[self.into]:
+            self.times.add((self.ns - entity.born) / 1e9)
+
+    def result(self) -> SinkStatistics:
+        """What was measured."""
+        t = self.times
+        return SinkStatistics(t.count, t.mean, t.deviation, t.least, t.most)
