@@ -7,7 +7,7 @@ small however large the yard.
 
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import exact
@@ -40,23 +40,6 @@ Label = tuple[str, str]  # kind and name: of a law, a guard, an account
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
 
 
-class _Cut(NamedTuple):
-    """Cache of programs: what those of a description share."""
-
-    of: System
-    how: "tuple[type[Program], str, frozenset[str] | None]"
-    system: System
-    graph: Graph
-    locked: frozenset[str]
-    trees: list[Tree]
-    poses_at_start: Poses
-    traced: list[Tree]
-    contacts: ContactPointRows
-    constraints: Constraints
-    instances: list[tuple[Tree, SharedTree]]
-
-
-_last: list[_Cut] = []  # the last one
 _made: "list[tuple[System, tuple[object, ...], Program]]" = []  # the last ones, as descriptions that were checked
 MOST = 16
 
@@ -105,14 +88,8 @@ class Program:
         self.calm = calm
 
     def _cut(self, system: System, locked: frozenset[str] | None) -> list[Tree]:
-        """Graph, trees with functions, rows and start poses, shared by all programs of a description."""
-        x = next(iter(_last), None)
-        if x is not None and x.of is system and x.how == (type(self), self.formulation, locked):
-            self.system, self.graph, self.locked = x.system, x.graph, x.locked
-            self.trees, self.poses_at_start = x.trees, x.poses_at_start
-            self.contacts, self.constraints, self.instances = x.contacts, x.constraints, x.instances
-            return x.traced
-        given, modes = system, None
+        """Graph, trees with functions, rows and start poses; returns the trees as they are traced."""
+        modes = None
         if any(b.flexible for b in system.bodies):
             from heavylift.kernel.multibody.flexible.tracks import (
                 with_stations,  # needs linear algebra, which rigid scenes do not
@@ -140,9 +117,6 @@ class Program:
         self.constraints = Constraints(self.graph, self.system.rigid_ropes, self.contacts)
         self.instances = self._share(traced)
         self.constraints.link(self.instances)
-        own = self.system, self.graph, self.locked, self.trees, self.poses_at_start, traced
-        rows = self.contacts, self.constraints, self.instances
-        _last[:] = [_Cut(given, (type(self), self.formulation, locked), *own, *rows)]
         return traced
 
     def _label(self) -> None:
