@@ -129,10 +129,11 @@ def _film(drawing: _Drawing) -> bytes:
         bodies.set(verts=faces, facecolors=colours)
         ropes.set_segments(list(lines))
         title.set_text(drawing.title(i))
-        canvas.draw()
+        canvas.draw()  # type: ignore[no-untyped-call]
         figure.set_layout_engine("none")  # as it is now
-        picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-        pictures.append(picture.quantize(palette=pictures[0], dither=0) if pictures else picture.quantize())
+        drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        picture, inks = Image.fromarray(drawn).convert("RGB"), pictures[0] if pictures else None
+        pictures.append(picture.quantize(palette=inks, dither=Image.Dither.NONE))
     data = io.BytesIO()
     message = {"comment": GENERATOR.encode(), "duration": FRAME_ms, "loop": 0}
     pictures[0].save(data, "gif", save_all=True, append_images=pictures[1:], **message)
