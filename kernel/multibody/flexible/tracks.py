@@ -24,7 +24,6 @@ of mass (so that acceleration of the ground and gravity are one) if the first mo
 matrices that interpolate displacements with slopes, (5) fulfils this to the order of the elements; it is set exactly.
 """
 
-from collections.abc import Hashable
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, lru_cache
 from operator import is_
@@ -103,7 +102,7 @@ def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
         if isinstance(x, Joint) and x.parent in modes and x.kind != "slider":
             point = on_station(Point(x.parent, x.p_PJ))
             return replace(x, parent=point.body, p_PJ=point.p)
-        kind: Hashable = type(x)
+        kind: Any = type(x)
         names, change = (x.__struct_fields__, structs.replace) if isinstance(x, Struct) else (_names(kind), replace)
         moved = {name: new for name in names if (new := on_station(old := getattr(x, name))) is not old}
         return change(x, **moved) if moved else x
