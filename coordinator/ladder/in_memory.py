@@ -161,7 +161,7 @@ def play(
     def make(config: KernelConfig) -> KeepingKernel:
         ropes.append(RopeLines(config.systems))
         rigs.append((0, ropes[0].drawn()))
-        return KeepingKernel(config, instants, limit)
+        return KeepingKernel(config, instants, limit, CUT)
 
     def hear(event: Event) -> None:
         events.append(event)

@@ -17,26 +17,27 @@ from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.samples import published
 from numpy.typing import NDArray
 
-from .in_memory import CUT
-
 PIECE = 512  # rows that are read together: so few that they stay in the cache of the processor
 
 
 class KeepingKernel(KernelNode):
-    """A kernel whose samples stay in this process and whose run can be ended by the clock."""
+    """A kernel whose samples stay in this process and whose run can be ended by the clock; `cut`: what its sentence
+    begins with then."""
 
-    def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float) -> None:
+    def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float, cut: str) -> None:
         super().__init__(config, lambda batch: None)
         self.looks = DenseRows(self.simulation, instants)
         self.kept: list[tuple[Stepping, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
         self.sentences: list[tuple[int, str]] = []
         self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
-        self._allowed, self._deadline = allowed, time.perf_counter() + allowed
+        self._allowed, self._cut, self._deadline = allowed, cut, time.perf_counter() + allowed
 
     def _pause(self) -> None:
         super()._pause()
         if time.perf_counter() > self._deadline:
-            raise KernelError(f"{CUT} {self._allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run")
+            raise KernelError(
+                f"{self._cut} {self._allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run"
+            )
 
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         self.kept += [(self.simulation.method, row) for row in rows]
