@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from itertools import groupby
-from operator import itemgetter
 
 import numpy as np
 from heavylift.coordinator.participants.kernel_node import KernelNode
@@ -54,4 +53,4 @@ class KeepingKernel(KernelNode):
             for _, group in groupby(self.kept[first : first + PIECE], key=lambda x: id(x[0])):
                 some = list(group)
                 parts.append(published(some[0][0], np.array([row for _, (_, row) in some])))
-        return np.array([t for t, _ in map(itemgetter(1), self.kept)], np.int64), np.concatenate(parts)
+        return np.array([t for _, (t, _) in self.kept], np.int64), np.concatenate(parts)

@@ -38,8 +38,6 @@ from .traced_functions import SharedTree, profile, shared_tree
 
 Label = tuple[str, str]  # kind and name: of a law, a guard, an account
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
-
-
 _made: "list[tuple[System, tuple[object, ...], Program]]" = []  # the last ones, as descriptions that were checked
 MOST = 16
 
