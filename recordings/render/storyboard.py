@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
 FILM, INSTANTS, FRAME_ms = ".gif", 80, 100
+EIGHTH = 8  # of the frames of a film, which tell its colours
 GRID = 200  # instants between which the way is measured
 SWAY, LITTLE = 0.5, 0.2  # [m] way between two of them that may be swing; and of the largest, where all goes slowly
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
@@ -124,16 +125,16 @@ def _film(drawing: _Drawing) -> bytes:
     places = np.concatenate([x.reshape(-1, 2) for faces, _, lines in instants for x in (*faces, lines)])
     ax.update_datalim(places)
     ax.autoscale_view()
-    pictures = list[Image.Image]()
+    drawn = []
     for i, (faces, colours, lines) in enumerate(instants):
         bodies.set(verts=faces, facecolors=colours)
         ropes.set_segments(list(lines))
         title.set_text(drawing.title(i))
         canvas.draw()  # type: ignore[no-untyped-call]
         figure.set_layout_engine("none")  # as it is now
-        drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-        picture, inks = Image.fromarray(drawn).convert("RGB"), pictures[0] if pictures else None
-        pictures.append(picture.quantize(palette=inks, dither=Image.Dither.NONE))
+        drawn.append(np.asarray(canvas.buffer_rgba())[:, :, :3].copy())  # type: ignore[no-untyped-call]
+    inks = Image.fromarray(np.concatenate(drawn[::EIGHTH])).quantize()
+    pictures = [Image.fromarray(x).quantize(palette=inks, dither=Image.Dither.NONE) for x in drawn]
     data = io.BytesIO()
     message = {"comment": GENERATOR.encode(), "duration": FRAME_ms, "loop": 0}
     pictures[0].save(data, "gif", save_all=True, append_images=pictures[1:], **message)
