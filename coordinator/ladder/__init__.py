@@ -1,6 +1,6 @@
 """The measured ladder: what a run is wrong by is measured on the scene itself, for any machine.
 
-in_memory       one run of a plan in this process; all below it look at runs of this kind
+in_memory       one run of a plan in this process; all below it look at runs of this kind; keeping: its kernel
 figures         what a run shows, as figures: peaks, swings, places, times, loads, clearances, limits
 model_levels    levels of a plan, and the methods and tolerances by which each is run
 measuring       runs of model_levels, and how far they are apart in the figures that are asked

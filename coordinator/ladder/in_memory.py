@@ -10,24 +10,17 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import groupby
 from math import inf
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand, command
-from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.parts import KernelConfig
-from heavylift.coordinator.participants.session import Session
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.dense_output import DenseRows
-from heavylift.kernel.simulation.commands import LiftRowsView
-from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
 from heavylift.nodes.plan.limit import Use
@@ -37,6 +30,11 @@ from heavylift.recordings.format.samples import Columns
 from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.write.sink import Peak, note_peaks
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from heavylift.coordinator.participants.parts import KernelConfig
+
+    from .keeping import KeepingKernel
 
 CUT = "cut after"
 
@@ -147,40 +145,6 @@ class Played:
         return past
 
 
-class _Kernel(KernelNode):
-    """A kernel whose samples stay in this process and whose run can be ended by the clock."""
-
-    def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float) -> None:
-        super().__init__(config, lambda batch: None)
-        self.looks = DenseRows(self.simulation, instants)
-        self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
-        self.sentences: list[tuple[int, str]] = []
-        self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
-        self._allowed, self._deadline = allowed, time.perf_counter() + allowed
-
-    def _pause(self) -> None:
-        super()._pause()
-        if time.perf_counter() > self._deadline:
-            raise KernelError(f"{CUT} {self._allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run")
-
-    def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
-        self.kept += [(self.simulation.method, row) for row in rows]
-        self.sentences += [(t_ns, sentence) for _, t_ns, sentence in notes]
-
-    def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
-        shown = published(lift.method, np.array([row for _, row in rows]))
-        self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
-
-    def table(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Times (n,) [ns] and rows (n, width) of all samples."""
-        parts = []
-        for _, group in groupby(self.kept, key=lambda x: id(x[0])):
-            some = list(group)
-            method: object = some[0][0]
-            parts.append(published(method, np.array([row for _, (_, row) in some])))  # type: ignore[arg-type]
-        return np.array([t for _, (t, _) in self.kept], np.int64), np.concatenate(parts)
-
-
 def play(
     plan: Plan,
     limit: float = inf,
@@ -189,13 +153,17 @@ def play(
     errors: Errors | None = None,
 ) -> Played:
     """Run a plan to its end within `limit` seconds of wall time, and look at `instants` [ns]; raises HeavyliftError."""
+    from heavylift.coordinator.participants.session import Session
+
+    from .keeping import KeepingKernel  # with the compiler, which nobody needs who only reads what is remembered
+
     began, start = time.perf_counter(), time.thread_time()
     events, rigs, ropes = list[Event](), list[tuple[int, list[RopeLine]]](), list[RopeLines]()
 
-    def make(config: KernelConfig) -> _Kernel:
+    def make(config: KernelConfig) -> KeepingKernel:
         ropes.append(RopeLines(config.systems))
         rigs.append((0, ropes[0].drawn()))
-        return _Kernel(config, instants, limit)
+        return KeepingKernel(config, instants, limit, CUT)
 
     def hear(event: Event) -> None:
         events.append(event)

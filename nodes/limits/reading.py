@@ -62,9 +62,21 @@ def evaluated(
 ) -> Column | None:
     """Evaluate a signal at each sample (n,), SI; None if data are not recorded. `given`: values (n,) instead of
     recorded ones."""
+    if given is None:
+        return signals.once(x, lambda: _evaluated(plan, x, signals, None))
+    return _evaluated(plan, x, signals, given)
+
+
+def _ropes(plan: Plan) -> System:
     systems = [machine.system for machine in plan.machines]
     rigid = tuple(rope for s in systems for rope in s.rigid_ropes)
-    system = System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
+    return System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
+
+
+def _evaluated(
+    plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None
+) -> Column | None:
+    system = signals.once("ropes", lambda: _ropes(plan))
     if x.quantity in LINED and not {*x.ropes} <= {rope.name for rope in system.straight_ropes}:
         return None
     columns = given or (signals.lengths if x.quantity == "length" else signals.tensions)
