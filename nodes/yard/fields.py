@@ -107,7 +107,10 @@ def square(x: float) -> float:
 def day(text: object) -> date:
     """A date, `2027-05-01`."""
     try:
-        return date.fromisoformat(str(text).removesuffix(" 00:00:00"))
+        found = date.fromisoformat(str(text).removesuffix(" 00:00:00"))
+        if not 1900 <= found.year < 2200:
+            raise ValueError
+        return found
     except ValueError:
         raise ValueError(f"'{text}' is no date: write year, month and day, such as 2027-05-01") from None
 

@@ -185,12 +185,15 @@ class _Reading:
         self, steps: list[str], capacities: dict[str, int], shifts: dict[str, Any]
     ) -> tuple[tuple[Activity, ...], list[str]]:
         """All activities, block by block, and the blocks."""
+        self.mapping(("blocks",), {"from"})
         file = self.source.at(("blocks", "from"))
         try:
             head, rows = table(self.source.root, str(file))
         except (SceneError, ValueError) as error:
             self.source.fault(("blocks", "from"), str(error))
             return (), []
+        if not rows or not steps:
+            self.source.fault(("blocks", "from"), "a yard has at least one block and one step")
         names = [f"{c.key} {c.axis}".strip() if c.key not in REMARKS else c.key for c in head]
         columns = {"after", "ready", *steps, *(f"{s} {r}" for s in steps for r in capacities), *REMARKS}
         for column, name in zip(head[1:], names[1:], strict=True):

@@ -1,12 +1,13 @@
 """Yard files: working time, what is read of them, what is wrong with them, and what a run of them answers."""
 
 import random
+from contextlib import suppress
 from datetime import date, datetime, timedelta
 from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run_yard
-from heavylift.kernel import SceneError
+from heavylift.kernel import HeavyliftError, SceneError
 from heavylift.nodes.yard import Calendar, duration, examined, load, public_holidays, working, yard
 
 PAGE = Path(__file__).parents[3] / "nodes/yard/YARD.md"
@@ -117,6 +118,19 @@ def test_bad_input_is_named_with_its_place(folder, file, old, new, message):
         changed(folder, file, "2027-01-20", "2026-12-01")
     with pytest.raises(SceneError, match=message):
         load(folder / "yard.yaml")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_spoiled_files_end_in_one_sentence(folder, seed):
+    draw, whole = random.Random(seed), {name: (folder / name).read_text() for name in ("yard.yaml", "blocks.csv")}
+    for _ in range(5):
+        name = draw.choice(sorted(whole))
+        text, at = whole[name], draw.randrange(len(whole[name]))
+        cut = draw.choice(["", ":", "-", "9", "x", "{", ",", '"', "\n", "+ 1e30 h", "null", "[]"])
+        (folder / name).write_text(text[:at] + cut + text[at + draw.randrange(4) :])
+        with suppress(HeavyliftError):
+            assert examined(load(folder / "yard.yaml")).tables
+        (folder / name).write_text(text)
 
 
 def test_blocks_that_keep_a_place_for_ever_are_named(folder):
