@@ -1,7 +1,7 @@
-"""The command line: `heavylift COMMAND`; every command says what to type next, every error is one sentence.
+"""The command line `heavylift COMMAND`; every command suggests the next one, every error is one sentence.
 
-Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 128 and its number if a signal stopped it
-(130 Ctrl-C); 141 nobody reads its output any more.
+Exit codes: 0 success; 1 the run or the file failed; 2 wrong usage of the command line; 128 + n if signal n stopped it
+(130: Ctrl-C); 141 if the reader of standard output has gone.
 """
 
 # Until `main` holds signals back, Ctrl-C prints a traceback: nothing that takes time is imported before.
@@ -16,7 +16,7 @@ LIGHT = {
 
 
 def main() -> None:
-    """Entry point of the command `heavylift`."""
+    """Run the command `heavylift`: entry point of the installed script."""
     _signal.pthread_sigmask(_signal.SIG_BLOCK, _signal.valid_signals())  # until somebody hears them
     import atexit
     import gc

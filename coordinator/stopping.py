@@ -1,17 +1,18 @@
-"""How a command is stopped: by a signal, or because nobody reads what it prints any more.
+"""How a command is stopped: by a signal, or because the reader of its output has gone.
 
-SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thread, and the run ends in order.  Such an
-exception can be lost: what is raised in a callback of the garbage collector, in `__del__`, in a callback of a weak
-reference or of foreign code, Python prints and forgets.  As long as somebody handles it, it exists; a timer that finds
-it gone before the `end` raises it anew.  Signals that come while it is handled change nothing, and one that was ignored
-when the command began (`nohup`, a shell's `&`) stays so.  What must not be left half done, is done under `whole`.
+SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thread, and the run ends in order. Such an
+exception can be lost: Python prints and discards exceptions raised in a callback of the garbage collector, in
+`__del__`, in a callback of a weak reference or of foreign code. The exception object exists while it is handled; a
+timer that finds it gone before the `end` raises it again. Further signals have no effect meanwhile, and a signal that
+was ignored when the command began (`nohup`, a shell's `&`) stays ignored. Work that must not be interrupted is done
+under `whole`.
 
-What a command prints goes through here, and no text of others steers the terminal: control characters and changes of
-direction stand as escapes, whatever printed them.  Only what draws for a terminal itself, and has looked at its texts,
-writes to `drawn`.
+All output of a command goes through this module, so that no foreign text controls the terminal: control characters and
+changes of writing direction are escaped. Only code that draws on a terminal, and has checked its texts, writes to
+`drawn`.
 
-A reader that leaves standard output (`| head`) ends the command with 141, as SIGPIPE would; one that leaves standard
-error is not missed.  A run prints its summary when its recording is whole.
+If the reader closes standard output (`| head`), the command ends with 141, as by SIGPIPE; a closed standard error is
+ignored. A run prints its summary after its recording is complete.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ POLL_s = 0.05  # between two looks for an exception that was lost
 
 
 class Interrupted(KeyboardInterrupt):
-    """A signal has asked for the end."""
+    """A signal has requested the end of the command."""
 
 
 class ReaderLeft(BaseException):
@@ -44,7 +45,7 @@ class ReaderLeft(BaseException):
 
 
 class Stopping:
-    """Makes these signals end the work of the main thread."""
+    """Signal handling: these signals end the work of the main thread."""
 
     def __init__(self) -> None:
         self._over = self._stopped = False
@@ -56,7 +57,7 @@ class Stopping:
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
 
     def end(self, process: bool = False) -> None:
-        """The command has ended; signals are ignored while its `process` ends."""
+        """Restore the signal handlers after the command; with `process`, signals are ignored while the process ends."""
         self._over = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = self._unraisable
@@ -77,7 +78,7 @@ class Stopping:
         self._look()
 
     def _look(self, *signalled: object) -> None:
-        """Raise it, unless it is handled already."""
+        """Raise Interrupted, unless an earlier one is still being handled."""
         if self._over or self._raised() is not None:
             return
         if whole.depth:
@@ -91,7 +92,7 @@ class Stopping:
             del error  # whom only this frame holds would never be lost
 
     def _lost(self, what: sys.UnraisableHookArgs) -> None:
-        """Ignore an exception that a signal raised in a place where it is lost; the signal is repeated."""
+        """Suppress the message of an Interrupted that was raised where Python discards it; it is raised again later."""
         if what.exc_type is not Interrupted:
             self._unraisable(what)
 
@@ -102,7 +103,7 @@ def _ignored(numbers: Iterable[int]) -> None:
 
 
 class whole:
-    """Block signals during work of the main thread that is not interruptible; they are delivered at its end."""
+    """Context that defers signals during work that must not be interrupted; they are raised at its end."""
 
     depth = 0
     asked: Stopping | None = None
@@ -119,8 +120,8 @@ class whole:
 
 
 def open_streams() -> None:
-    """Open standard streams that are closed on /dev/null, lest a file or a socket takes their place; escape characters
-    that the encoding of others does not have."""
+    """Open closed standard streams on /dev/null, so that no file or socket takes their numbers; escape characters that
+    the encoding of the other streams lacks."""
     for fd, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(fd)
@@ -135,7 +136,7 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Make standard error drop text without a reader, and standard output raise ReaderLeft."""
+    """Make standard error drop text if its reader has gone, and standard output raise ReaderLeft."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:
@@ -147,7 +148,7 @@ def heard() -> Iterator[None]:
 
 
 def displayed(text: str) -> str:
-    """Text that may be printed on a terminal, whoever wrote it."""
+    """Return text of any origin in a form that is safe to print on a terminal."""
     if text.replace("\n", "").isprintable():
         return text
     from heavylift.kernel.errors import SPACES, printable  # takes long, and is hardly ever needed
@@ -163,7 +164,7 @@ class _Heard:
 
     @property
     def drawn(self) -> _Heard:
-        """The same stream, for code that controls the terminal."""
+        """The same stream without escaping, for code that controls the terminal."""
         return _Heard(self._stream, self._tells, raw=True)
 
     def write(self, text: str) -> int:

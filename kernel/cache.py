@@ -1,12 +1,12 @@
-"""What was computed before, kept in files: machine code, modes, paths at rest, plans, what is modelled; used only if
-this user alone can write it.
+"""File cache of machine code, modes, equilibrium paths, plans and modelling decisions; used only if no other user can
+write to it.
 
-The folder is this user's own, with mode 0700, and no link; a file in it is regular and nobody else's.  Anything else is
-passed over as if nothing were kept.  Files appear by atomic rename and begin with a checksum, which tells damage, not
-forgery; a broken one is replaced.
+The folder belongs to this user, has mode 0700 and is not a link; a file in it is regular and belongs to this user.
+Otherwise the cache counts as empty. Files appear by atomic rename and begin with a checksum, which detects damage, not
+forgery; a damaged one is replaced.
 
-All that is kept is bounded: who has written much looks, and lets go of what nobody has used for longest.  Any number of
-processes read, write and let go at once: a file that is read stays readable, a folder in use is locked and stays.
+The size is bounded: a process that has written much removes the entries that have been unused for longest. Any number
+of processes may read, write and remove at once: a file being read stays readable, a folder in use is locked and stays.
 """
 
 import fcntl
@@ -50,7 +50,8 @@ def cache_folder() -> Path:
 
 
 def cache_bound() -> int:
-    """Maximum size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError if it is no number."""
+    """Return the maximum size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError if it is not a
+    number."""
     given = os.environ.get("HEAVYLIFT_CACHE_MB", "")
     try:
         megabytes = float(given or USUAL_MB)
@@ -62,7 +63,7 @@ def cache_bound() -> int:
 
 
 def unsafe_cache() -> str:
-    """Why the cache is not used, and the remedy; "" if it is."""
+    """Return why the cache cannot be used, with the remedy; "" if it can be used."""
     try:
         with _opened():
             return ""
@@ -104,7 +105,7 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """A folder of the cache, filled if missing; it is kept while this process runs."""
+    """Return a folder of the cache, filled if missing, and protect it from removal while this process runs."""
     there = cache_folder() / name
     while True:
         try:
@@ -121,7 +122,7 @@ def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
 
 
 def _held(folder: Path) -> int:
-    """A descriptor with a lock that keeps a folder."""
+    """Open a folder with a shared lock, so that no process removes it; return the descriptor."""
     held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | ONLY_THERE)
     fcntl.flock(held, fcntl.LOCK_SH)
     return held
@@ -153,7 +154,7 @@ class CacheEntry(NamedTuple):
 
 
 def kept() -> list[CacheEntry]:
-    """All cache entries of heavylift, most recently used last; files of others are ignored."""
+    """Return all cache entries of heavylift, most recently used last; other files are ignored."""
     found = []
     with suppress(OSError), _opened() as folder, os.scandir(folder) as entries:
         for entry in entries:
@@ -166,7 +167,7 @@ def kept() -> list[CacheEntry]:
 
 
 def prune_cache(bound: int | None = None) -> int:
-    """Remove the least recently used entries above the bound; returns their bytes."""
+    """Remove the least recently used entries beyond the bound [bytes]; return the number of bytes removed."""
     global _unseen
     _unseen, bound = 0.0, cache_bound() if bound is None else bound
     there = kept()
@@ -201,7 +202,7 @@ def _let_go(folder: int, x: CacheEntry) -> bool:
 
 
 def _size(folder: int, name: str) -> int:
-    """Total size of all files."""
+    """Return the total size on disk of all files in a folder of the cache [bytes]."""
     return sum(
         max(os.stat(file, dir_fd=at, follow_symlinks=False).st_size, BLOCK)
         for _, _, files, at in os.fwalk(name, dir_fd=folder)
@@ -222,7 +223,7 @@ def contents(folder: Path, *endings: str) -> bytes:
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Result of `make`, plain data of a type; cached under this name."""
+    """Return the result of `make`, plain data of type `kind`, from the cache entry `name` if there is one."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)
@@ -235,7 +236,8 @@ def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
 
 @contextmanager
 def _opened() -> Iterator[int]:
-    """A descriptor of the folder, created if needed; raises OSError with the reason in `strerror` if it is unsafe."""
+    """Open the cache folder, created if needed, and yield its descriptor; raises OSError with the reason in `strerror`
+    if it is unsafe."""
     cache_bound()  # says so at once if it is none
     path = cache_folder()
     path.parent.mkdir(parents=True, exist_ok=True)

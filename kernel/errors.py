@@ -1,13 +1,13 @@
-"""The exception tree of heavylift; every error that a user can cause ends in one sentence of one of these.
+"""The exception tree of heavylift; every error that a user can cause is a one-sentence message of one of these classes.
 
     HeavyliftError
     |- SceneError       a scene file or its physics            file:line:column, or the scene key
     |- ModelError       a DEVS model broke the formalism       model path and (t, microstep)
     |- KernelError      equations, laws, integration           body, joint or rope, and simulation time
-    |- ProtocolError    a message or process of a run          node, run and what arrived
-    |- RecordingError   a recording or an output file          path and what to do
-    |  |- SignalError   nothing in it has this name            also a KeyError; names that were perhaps meant
-    |  `- OutputError   nothing may be written there           what stands there stays; exit code 2
+    |- ProtocolError    a message or process of a run          node, run and the offending message
+    |- RecordingError   a recording or an output file          path and remedy
+    |  |- SignalError   the recording has no such signal       also a KeyError; suggests similar names
+    |  `- OutputError   the output cannot be written           existing files are kept; exit code 2
     `- Stopped          the user ended the run (Ctrl-C)        simulation time; the recording is finished
 
 All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
@@ -27,7 +27,7 @@ UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, Recursion
 
 
 def path_text(path: Path | str) -> str:
-    """A path as writable text; bytes that are not UTF-8 are escaped."""
+    """Return a path as printable text; bytes that are not UTF-8 are escaped."""
     return os.fsencode(path).decode(errors="backslashreplace")
 
 
@@ -36,10 +36,10 @@ SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0
 
 
 def printable(text: str, longest: int = 0, keep: str = "") -> str:
-    """Foreign text made printable: no control characters, no imitation of our own lines.
+    """Make foreign text printable: no control characters, no imitation of our own lines.
 
-    Control characters, line ends and changes of direction stand as escapes, except those to `keep`; above U+001F they
-    are those of JSON, which stays JSON.
+    Control characters, line ends and changes of writing direction become escapes, except those in `keep`; above U+001F
+    the escapes are those of JSON, so that JSON stays JSON. `longest`: cut the text to this length (0: do not cut).
     """
     shown = text if text.isprintable() else "".join(c if c.isprintable() or c in keep else _escape(c) for c in text)
     return f"{shown[:longest]}..." if 0 < longest < len(shown) else shown
@@ -53,7 +53,7 @@ def _escape(c: str) -> str:
 
 
 def out_of_memory(error: BaseException | None) -> bool:
-    """Whether an error, or its cause, is a lack of memory, also in libraries and threads."""
+    """Return whether an error, or its cause, is a lack of memory, also in libraries and threads."""
     seen = set[int]()
     while error is not None and id(error) not in seen:  # who raises an error from itself makes a circle
         seen.add(id(error))
@@ -66,16 +66,14 @@ def out_of_memory(error: BaseException | None) -> bool:
 
 
 class HeavyliftError(Exception):
-    """A sentence for the user: place, simulation time, what is wrong, what to do.
-
-    `verdict`: that on what was recorded of a run that the error has ended.
-    """
+    """An error with one sentence for the user: place, simulation time, what is wrong, what to do. `verdict`: the
+    verdict on the part of a run that was recorded before the error ended it."""
 
     verdict: object = None
 
 
 def closest(word: str, known: Iterable[str]) -> str:
-    """`did you mean 'x'?` for a known word near `word`, else the list of known words."""
+    """Return `did you mean 'x'?` for a known word near `word`, else the list of known words."""
     from difflib import get_close_matches  # of those who err
 
     words = list(known)
@@ -88,7 +86,7 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 
 def error_text(error: BaseException, most: int = 500) -> str:
-    """The text of an error in one line of printable characters, of any length; never fails."""
+    """Return the text of an error as one line of printable characters, cut to `most` characters; never fails."""
     try:
         text = str(error)
         start = " ".join(text[: 2 * most].split())
@@ -99,7 +97,8 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """Import an optional package; raises an error that names its installation and who needs it, or a failed import."""
+    """Import an optional package. Raises `missing`, which names how to install it and what needs it, if it is not
+    installed, or an error of the same class if the import fails."""
     try:
         return import_module(package)
     except Exception as error:
@@ -143,7 +142,7 @@ class RecordingError(HeavyliftError):
 
 
 class SignalError(RecordingError, KeyError):
-    """A recording has no signal of this name."""
+    """A recording has no signal with this name."""
 
     __str__ = Exception.__str__  # not in quotes as that of a KeyError
 

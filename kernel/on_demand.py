@@ -1,4 +1,4 @@
-"""Public names of a package that are imported when they are first used: a process starts with what it needs."""
+"""Public names of a package, imported on first use, so that a process imports only what it uses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _known: dict[str, dict[str, list[str]]] = {}  # package -> name -> the modules t
 
 
 def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], object]:
-    """The `__getattr__` of a package; `modules`: each public name with its module, relative to the package."""
+    """Return the `__getattr__` of a package; `modules`: each public name with its module, relative to the package."""
 
     def attribute(name: str) -> object:
         from importlib import import_module
@@ -28,8 +28,8 @@ def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], objec
 
 
 def face(package: str) -> None:
-    """Let a package offer all public names that exactly one of its modules defines; its own imports and `on_demand`
-    names come first."""
+    """Let a package offer every public name that exactly one of its modules defines. Names that the package imports
+    itself, or by `on_demand`, take precedence."""
     module: Any = sys.modules[package]
     declared = getattr(module, "__getattr__", None)
 
@@ -52,7 +52,7 @@ def face(package: str) -> None:
 
 
 def _definitions(package: str, folder: Path) -> dict[str, list[str]]:
-    """The modules of a folder that define each name at their top."""
+    """Return, for each name, the modules of a folder that define it at top level."""
     import ast
 
     if package not in _known:

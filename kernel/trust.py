@@ -1,10 +1,10 @@
-"""Which Python code may run: what the user names himself, and what lies in a folder that he has trusted.
+"""Which Python code may run: code that the user names himself, and code in folders that he has trusted.
 
-A scene, a recording or a coordinator is data that others write, so code that one of them names is checked before
-anything of it is imported: by the files that the import would execute, links and `..` resolved.  `heavylift trust DIR`
-keeps a folder in the user's own configuration, as git's safe.directory does; a folder that others can write to counts
-as theirs.  A trusted folder says nothing of the packages installed below it.  What a command line names reaches the
-processes of its run through the environment.
+A scene, a recording or a coordinator is data written by others, so code that it names is checked before anything of it
+is imported: by the files that the import would execute, links and `..` resolved. `heavylift trust DIR` adds a folder to
+the user's configuration, as git's safe.directory does; a folder that others can write to is not trusted. Trust in a
+folder does not include packages installed below it. Names on a command line reach the processes of the run through the
+environment.
 """
 
 import functools
@@ -36,11 +36,8 @@ _named: dict[str, str] = {}
 
 
 def refusal(where: str, reference: str = "") -> str:
-    """Why the code of a module or file.py must not run, with the command that allows it; "" if it may, or does not
-    exist.
-
-    `reference`: the whole of what was named, which a command line may have allowed as it stands.
-    """
+    """Return why the code of a module or file.py must not run, with the command that allows it; "" if it may run or
+    does not exist. `reference`: the complete reference, which a command line may have allowed literally."""
     given = _allowed()
     if reference and reference in given:
         return ""
@@ -66,7 +63,8 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Why a function of a trusted module must not be called: it is defined elsewhere; "" if it may."""
+    """Return why a function of a trusted module must not be called, if it is defined elsewhere; "" if it may be
+    called."""
     while isinstance(function, functools.partial):
         function = function.func
     where = getattr(function, "__module__", None) or type(function).__module__
@@ -78,13 +76,13 @@ def foreign(function: object, reference: str = "") -> str:
 
 
 def named(references: Iterable[str], by: str = "") -> None:
-    """Register that data named these functions, and whose data: they are checked from now on."""
+    """Register references to functions that came from data, and whose data: they are checked from now on."""
     for reference in references:
         _named[reference] = by or _named.get(reference, "")
 
 
 def demand(references: Iterable[str], by: str) -> None:
-    """The same, and raise KernelError if one of them must not run."""
+    """Register references as `named`, and raise KernelError if one of them must not run."""
     references = [*references]
     named(references, by)
     for reference in references:
@@ -93,12 +91,12 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Whose data named a function, "" if that is known elsewhere; None if only this program did."""
+    """Return whose data named a function, "" if that is unknown; None if only this program did."""
     return _named.get(reference)
 
 
 def trusted() -> list[Path]:
-    """Folders trusted by this user, sorted; raises KernelError if others can write the list."""
+    """Return the folders trusted by this user, sorted; raises KernelError if others can write the list."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -115,8 +113,8 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file, with links resolved; raises KernelError if it does not exist or others can write to
-    it."""
+    """Trust a folder or file, with links resolved, and return it. Raises KernelError if it does not exist or others can
+    write to it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):
         raise KernelError(f"there is no folder {folder}; trust the folder that holds the code")
@@ -129,7 +127,7 @@ def trust(folder: Path) -> Path:
 
 
 def withdraw(folder: Path) -> Path:
-    """Withdraw the trust in a folder; raises KernelError if it was not trusted."""
+    """Withdraw the trust in a folder and return it; raises KernelError if it was not trusted."""
     known = trusted()
     found = next((x for x in (folder.expanduser().resolve(), folder.absolute()) if x in known), None)
     if found is None:
@@ -139,25 +137,25 @@ def withdraw(folder: Path) -> Path:
 
 
 def written_by_user(module: str) -> bool:
-    """Whether an imported module belongs neither to Python nor to heavylift or another installed package."""
+    """Return whether an imported module belongs neither to Python nor to heavylift or another installed package."""
     file = getattr(sys.modules.get(module), "__file__", None)
     return file is not None and own_file(file)
 
 
 def own_file(file: str) -> bool:
-    """Whether a file belongs neither to Python nor to heavylift or another installed package."""
+    """Return whether a file belongs neither to Python nor to heavylift or another installed package."""
     return not _among((STANDARD, *LIBRARIES, *HEAVYLIFT), Path(file).resolve())
 
 
 def written_by_others(file: str) -> bool:
-    """Whether a file is not part of heavylift, apart from its models."""
+    """Return whether a file is not part of heavylift, apart from its models."""
     path = Path(file).resolve()
     return not _among(HEAVYLIFT, path) or path.is_relative_to(MODELS)
 
 
 @contextmanager
 def allowed(names: Iterable[str]) -> Iterator[None]:
-    """Allow the code of paths and references inside, in this process and its children."""
+    """Allow the code of paths and references within this context, in this process and its children."""
     before = os.environ.get(ALLOWED)
     os.environ[ALLOWED] = json.dumps([*_allowed(), *names])
     try:
@@ -170,10 +168,7 @@ def allowed(names: Iterable[str]) -> Iterator[None]:
 
 
 def others_write(path: Path, found: os.stat_result | None = None) -> str:
-    """Why another user could write to a path, with the remedy; "" if none can.
-
-    `found`: its status, if that is known.
-    """
+    """Return why another user could write to a path, with the remedy; "" if none can. `found`: its status, if known."""
     try:
         found = found or path.lstat()
     except OSError:
@@ -189,7 +184,7 @@ def others_write(path: Path, found: os.stat_result | None = None) -> str:
 
 
 def _alone(group: int) -> bool:
-    """Whether a group is the private one of this user."""
+    """Return whether a group is the private group of this user."""
     import grp
     import pwd
 
@@ -228,8 +223,8 @@ def _keep(folders: Iterable[Path]) -> None:
 
 
 def _executed(where: str) -> Iterator[Path | None]:
-    """Files that an import would execute, packages first; None for modules without file; nothing if it does not
-    exist."""
+    """Yield the files that an import would execute, packages first; None for modules without file; nothing if it does
+    not exist."""
     if where.endswith((".py", ".fmu")):
         path = Path(where).resolve()
         if path.is_file():
@@ -265,7 +260,7 @@ def _spec(name: str, inside: Any) -> Any:
 
 
 def _installed(root: Path, file: Path) -> bool:
-    """Whether a file belongs to a package installed below a folder."""
+    """Return whether a file belongs to a package installed below a folder."""
     return _among((library for library in LIBRARIES if root in library.parents), file)
 
 
@@ -274,6 +269,6 @@ def _among(roots: Iterable[Path], file: Path) -> bool:
 
 
 def _folder(where: str, file: Path) -> Path:
-    """What to trust for a file: its folder, for a module in a package that of the whole package."""
+    """Return the folder to trust for a file: its own, or for a module in a package that of the whole package."""
     outermost = next((x for x in _executed(where.partition(".")[0]) if x), file) if "/" not in where else file
     return outermost if outermost.parent in LIBRARIES else outermost.parent

@@ -3,13 +3,13 @@
     plant = yard.add(Fmu("plant", "units/plant.fmu", step=ms(10), outputs=["x", "v"], parameters={"m": 2.0}))
     yard.connect(controller.u, plant.u); yard.connect(plant.y, controller.y)
 
-At t = 0, h, 2 h, ... it says its outputs.  What it hears at n h enters the step that begins then, what it hears between
-two of them the next one.  So what is said at t cannot come of anything heard after t - h, and all times are exact: of
-the Jacobi schemes of co-simulation this is the one without extrapolation.  A unit that can save its state has
-checkpoints; the process of one that cannot is replayed from the start if it is lost, as the run says.
+It sends its outputs at t = 0, h, 2 h, ... An input at n h is applied in the step that begins then, one between two of
+these times in the next step. So an output at t does not depend on inputs after t - h, and all times are exact: of the
+Jacobi schemes of co-simulation this is the one without extrapolation. A unit that can save its state has checkpoints;
+if the process of one that cannot is lost, it is replayed from the start, and a message says so.
 
-A unit is machine code: it runs only from a folder that the user has trusted (`heavylift trust`).
-Standards: FMI 2.0.4 and 3.0.1, Modelica Association.
+A unit is machine code: it runs only from a folder that the user has trusted (`heavylift trust`). Standards: FMI 2.0.4
+and 3.0.1, Modelica Association.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ class Signals(Message):
 
 
 class Stepped(Atomic):
-    """An FMU stepped by `step` [ns]; subclasses declare the ports and send `said`."""
+    """An FMU stepped by `step` [ns]; subclasses declare the ports and send the outputs `said`."""
 
     def __init__(
         self,
@@ -46,8 +46,8 @@ class Stepped(Atomic):
         parameters: Mapping[str, float] | None = None,
         who: str = "",
     ) -> None:
-        """`outputs`: variables to send; `parameters`: values set before the start. Raises ModelError for an invalid or
-        untrusted file."""
+        """Create the model; raises ModelError for an invalid or untrusted file. `outputs`: variables to send;
+        `parameters`: values set before the start; `who`: name in error messages."""
         super().__init__(name)
         if type(step) is not int or step <= 0:
             raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
@@ -58,19 +58,19 @@ class Stepped(Atomic):
                 port.lookahead = step
 
     def start(self) -> None:
-        """Send the values after initialisation at t = 0."""
+        """Initialise the unit; its outputs are sent at t = 0."""
         self.number = 0
         self.unit.begin()
         self.said = Signals(self.unit.outputs())
         self.hold_in(0)
 
     def confluent(self, x: Bag) -> None:
-        """Inputs at the begin of a step belong to that step."""
+        """Apply inputs at the beginning of a step in that step."""
         self.external(0, x)
         self.internal()
 
     def internal(self) -> None:
-        """Make the next step: its result is sent at its end."""
+        """Do the next step; its outputs are sent at its end."""
         self.unit.advance(self.number * self.step * 1e-9, self.step * 1e-9)
         self.number += 1
         self.said = Signals(self.unit.outputs())
@@ -78,22 +78,22 @@ class Stepped(Atomic):
 
 
 class Fmu(Stepped):
-    """An FMU stepped by `step` [ns]; its port y has that lookahead."""
+    """An FMU stepped by `step` [ns]; its out port y has that lookahead."""
 
     u, y = In(Signals), Out(Signals)
 
     def external(self, e: int, x: Bag) -> None:
-        """Hold the inputs; of two for one variable the later one."""
+        """Hold the inputs; for one variable the latest value counts."""
         for signals in x[self.u]:
             self.unit.hold(signals.values)
 
     def output(self) -> None:
-        """The outputs at this time."""
+        """Send the outputs at this time."""
         self.y.send(self.said)
 
 
 class FmuUnit:
-    """An instance of an FMU with its state, as bytes if it can be saved."""
+    """An instance of an FMU with its state, which is saved as bytes if the FMU supports it."""
 
     def __init__(self, file: Path, name: str, text: tuple[str, ...], parameters: dict[str, float]) -> None:
         self.file, self.name, self.said, self.parameters = file, name, text, parameters
@@ -104,7 +104,7 @@ class FmuUnit:
         self._look(description(file, name))
 
     def _look(self, message: Any) -> None:
-        """Variables and abilities."""
+        """Read variables and capabilities from the model description."""
         self._message = message
         self._version = message.fmiVersion[0]
         self._variables = {v.name: v for v in message.modelVariables}
@@ -114,7 +114,8 @@ class FmuUnit:
             self._kind(name)
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
-        """The variable, the suffix of its getter and setter, and its Python type."""
+        """Return a variable, the suffix of its getter and setter, and its Python type; raises ModelError if there is
+        none."""
         found = self._variables.get(name)
         if found is None:
             known = ", ".join(v for v, x in self._variables.items() if x.causality in ("input", "output", "parameter"))
@@ -136,7 +137,7 @@ class FmuUnit:
                 )
 
     def begin(self) -> None:
-        """A new instance, initialised at time 0 with the parameters."""
+        """Create a new instance, initialised at time 0 with the parameters."""
         self._made()
         if self._version == "2":
             self._fmu.setupExperiment(startTime=0.0)
@@ -166,7 +167,7 @@ class FmuUnit:
             getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
     def advance(self, t: float, h: float) -> None:
-        """Make a step [s]; raises ModelError if the unit ends there."""
+        """Do a step of h from t [s]; raises ModelError if the unit ends there."""
         self._state = None
         try:
             done = self._fmu.doStep(t, h)  # in FMI 3: event, end, early return, time
@@ -180,7 +181,7 @@ class FmuUnit:
             raise ModelError(f"{self.name}: {self.file.name} asks for the end of the simulation at {done[3]:g} s")
 
     def outputs(self) -> tuple[tuple[str, float], ...]:
-        """Its present outputs."""
+        """Return the present outputs of the unit."""
         found = []
         for name in self.said:
             variable, kind, _ = self._kind(name)
@@ -208,7 +209,7 @@ class FmuUnit:
 
 
 def description(file: Path, name: str) -> Any:
-    """The model description of an FMU; raises ModelError if it does not support co-simulation."""
+    """Return the model description of an FMU; raises ModelError if it does not support co-simulation."""
     try:
         message = library(name).read_model_description(str(file))
     except Exception as error:
@@ -219,7 +220,7 @@ def description(file: Path, name: str) -> Any:
 
 
 def unpacked(file: Path) -> Path:
-    """The folder of an unpacked FMU, cached by the hash of its bytes."""
+    """Return the folder of the unpacked FMU, cached by the hash of its bytes."""
     if why := unsafe_cache():
         raise ModelError(f"{file.name} cannot be unpacked: {cache_folder()} {why}")
     unit = library(file.name)
@@ -228,5 +229,5 @@ def unpacked(file: Path) -> Path:
 
 
 def library(name: str) -> Any:
-    """Import FMPy; raises ModelError that names its installation."""
+    """Import FMPy; raises ModelError that explains its installation if it is missing."""
     return extra("fmpy", ModelError(f"{name}: a unit of FMI needs FMPy: pip install 'heavylift[fmi]'"))

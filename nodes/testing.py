@@ -4,8 +4,8 @@
         said = drive(Hoist("hoist"), [(seconds(1), "command", HoistCommand(id=7, duration=seconds(2)))])
         assert said == [(Tag(seconds(3)), "done", HoistDone(7))]
 
-Inputs that stand at one tag arrive in one bag. `output` is called twice at every tag: a model whose
-output differs the second time is refused.
+Inputs with the same tag arrive in one bag. `output` is called twice at every tag: a model whose output differs the
+second time is refused.
 """
 
 from collections.abc import Callable, Iterable
@@ -24,7 +24,7 @@ def drive(
     until: int = NEVER,
     log: Callable[[Transition], None] | None = None,
 ) -> list[Said]:
-    """Outputs of a model before `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
+    """Return the outputs of a model before `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
     simulator = Simulator(model, log)
     simulator._present.node = True
     simulator.start()

@@ -3,14 +3,14 @@
 A run:      with Recorder("run.mcap", {"scene": "lift", "seed": 1}) as rec: rec.add_port(...); rec.event(...)
 Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
 Reading:    Recording("run.mcap")["rope/tension"], ["legs/1"].tension, .events(), .run, .result: READING.md
-For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself;
+For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) pictures of the lift;
             curves("run.mcap", ["rope/tension/*"], "run.html") any signals, overlay(a, b, out) those of two runs.
 A page:     view("run.mcap", "run.html") shows the lift in 3D with signals, stages and events.
 A document: report("run.mcap", "report.html") has verdict, checks, loads, stages and dimensioned drawings;
             .pdf on A4, .xlsx, .json, .txt; the drawings alone as .dxf.
-Two runs:   compare("a.mcap", "b.mcap") tells where they part; recover("run.mcap.part") saves what a killed run left.
+Two runs:   compare("a.mcap", "b.mcap") finds their first difference; recover("run.mcap.part") saves a killed run.
 Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
-Equal runs: Digest().hexdigest() is one line that two equal runs share.
+Equal runs: Digest().hexdigest() is equal for equal runs.
 """
 
 from typing import TYPE_CHECKING

@@ -1,8 +1,8 @@
-"""The commands of `heavylift`, a file per subject, which adds them to `app`; each has its heading in `common.app`.
+"""The commands of `heavylift`: one file per subject registers them at `app`; headings of the help are in `common.app`.
 
-scenes, gallery        scenes that are not run: check, statics, modes, equations, tradeoff, new, gallery, ...
-running, operating     runs: run, branch, resume; what is said to a run that goes on, and who looks at it
-files, replaying       recordings; measuring: beside a real lift, uncertain inputs
+scenes, gallery        scenes without a run: check, statics, modes, equations, tradeoff, new, gallery, ...
+running, operating     run, branch, resume; watching a run in progress and giving it orders
+files, replaying       recordings; measuring: comparison with a real lift, uncertain inputs
 sweeping               many runs of one scene; how far its numbers may go
 own_models, hosts      devs, trust; several hosts
 health                 doctor

@@ -42,7 +42,7 @@ def plot(
 ) -> None:
     """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html
 
-    With a second recording, both over one another: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
+    A second recording is drawn over the first: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
     """
     from heavylift.coordinator.record.scene import at_rest
     from heavylift.recordings import Recording, curves, overlay, plot as tensions, storyboard
@@ -75,7 +75,7 @@ def view(
 ) -> None:
     """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap
 
-    With a second recording, that one is beside it as glass and dashed curves.
+    A second recording is shown beside the first, as transparent bodies and dashed curves.
     """
     from heavylift.recordings import Recording, view as write
     from heavylift.recordings.write.outputs import beside
@@ -100,7 +100,7 @@ def report(
 ) -> None:
     """Write the planner's document: verdict, tables, drawings.    heavylift report turnover.mcap -o run.pdf
 
-    With a second recording, two alternatives beside each other: heavylift report lift.mcap slower.mcap
+    A second recording is compared with the first: heavylift report lift.mcap slower.mcap
     """
     from heavylift.recordings import Recording, report as write
     from heavylift.recordings.documents import alternatives, facts, report_sheet
@@ -136,7 +136,7 @@ def report(
 
 
 def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
-    """A second recording, if one is given, and the signals."""
+    """Split arguments into recordings to compare with (at most one) and names of signals."""
     others = [Path(x) for x in given if x.endswith(".mcap")]
     if len(others) > 1:
         raise RecordingError(f"{file}: beside one other recording, not {len(others)}; compare them in pairs")
@@ -144,7 +144,7 @@ def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
 
 
 def _verdict(rec: Recording) -> RecordedVerdict | None:
-    """The recorded verdict, or one computed from the recorded data."""
+    """Return the recorded verdict, or one computed from the recorded data."""
     from heavylift.coordinator.verdict import verdict_of
 
     return verdict_of(rec)
@@ -196,7 +196,7 @@ def recover(
     output: Annotated[Path | None, o.written_to("default NAME-recovered.mcap")] = None,
     force: o.Force = False,
 ) -> None:
-    """Save what a killed run has left.    heavylift recover turnover.mcap.part"""
+    """Recover what a killed run has recorded.    heavylift recover turnover.mcap.part"""
     from heavylift.recordings import recover as save
 
     found = save(file, output, force)
@@ -228,7 +228,7 @@ def layout(
     output: Annotated[Path | None, o.written_to("default NAME-lichtblick.json")] = None,
     force: o.Force = False,
 ) -> None:
-    """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
+    """Write the layout stored in a recording, for Lichtblick or Foxglove.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording
     from heavylift.recordings.render.foxglove import LAYOUT
     from heavylift.recordings.write.outputs import beside

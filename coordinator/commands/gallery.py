@@ -1,7 +1,8 @@
-"""A page of scenes with a picture of each: `heavylift gallery`, one command for GALLERY.md and all its pictures.
+"""`heavylift gallery`: a page of scenes with a picture of each, as GALLERY.md and its pictures.
 
-What is said of a scene is its own first comment, and how it is drawn a line there: `# See it: heavylift plot NAME.mcap
-'rope/tension/*'`; without one the lift itself is drawn.  So a folder of a user's scenes becomes a page as well.
+The text of a scene is the comment at its beginning, and a line of it says how to draw the picture: `# See it: heavylift
+plot NAME.mcap 'rope/tension/*'`; without this line the lift itself is drawn. A folder of a user's scenes can become a
+page as well.
 """
 
 import shlex
@@ -28,12 +29,12 @@ This page and its pictures are made by `heavylift gallery -o nodes/scenes --forc
 
 
 def page(scenes: Iterable[LoadedScene]) -> str:
-    """The page as Markdown; its pictures are in `pictures/`."""
+    """Return the page of some scenes as Markdown; its pictures are in `pictures/`."""
     return HEAD + "".join(_entry(scene) for scene in scenes)
 
 
 def draw(scene: LoadedScene, folder: str | Path, force: bool = False) -> Path:
-    """Run a scene in this process and draw it into the folder; the path of the picture."""
+    """Run a scene in this process, draw its picture into the folder, and return the path of the picture."""
     from heavylift.recordings import curves, file_path, plot, storyboard
 
     folder = file_path(folder)
@@ -58,7 +59,7 @@ def draw(scene: LoadedScene, folder: str | Path, force: bool = False) -> Path:
 
 
 def _described(scene: LoadedScene) -> tuple[str, str]:
-    """The first comment of a scene, its first paragraph, and the command that draws it."""
+    """Return the first paragraph of a scene's opening comment, and the command that draws it."""
     lines = []
     for line in scene.text.splitlines():
         if not line.startswith("#") or line.strip() == "#":
@@ -84,7 +85,7 @@ def _entry(scene: LoadedScene) -> str:
 
 
 def _shrunk(drawn: Path, out: BinaryIO) -> None:
-    """The picture in the size of a page, with a palette."""
+    """Write a drawn picture in the size of the page, with a palette."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 

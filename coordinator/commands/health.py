@@ -1,7 +1,7 @@
-"""What `heavylift doctor` looks at: what is installed, where one may write, and whether a short run works.
+"""`heavylift doctor`: checks what is installed, which folders can be written, and whether a short run works.
 
-The run is the real thing: processes, Zenoh sessions over a private socket, equations compiled to machine code, a
-recording that is read again.  What is only needed by some commands is `missing`, never `broken`.
+The run is a complete one: processes, Zenoh sessions over a private socket, equations compiled to machine code, a
+recording that is read again. What only some commands need can be `missing`, but never `broken`.
 """
 
 import json
@@ -29,7 +29,7 @@ EXTRAS = {  # what some commands need, and what for
 
 
 class HealthFinding(NamedTuple):
-    """One line of the diagnosis."""
+    """One line of the diagnosis: what was checked, its state, and a message."""
 
     what: str
     state: Literal["ok", "missing", "broken"]
@@ -63,7 +63,7 @@ def doctor(
 
 
 def findings() -> Iterator[HealthFinding]:
-    """All findings, one after the other."""
+    """Make all checks one after the other."""
     from packaging.requirements import Requirement
 
     yield HealthFinding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def open_listener(
     remote: frozenset[str], listen: str, keys: Path, in_process: bool, external: Iterable[str] = ()
 ) -> "RemoteListener | None":
-    """The door of a run with remote processes; None where there are none."""
+    """Return the listener of a run with remote processes; None if the run has none."""
     from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
     from heavylift.coordinator.hosts.listener import RemoteListener
 
@@ -63,7 +63,7 @@ def node(
     scene: Annotated[str, typer.Option("--scene", help="join only if this scene is run")] = "",
     sets: o.Sets = None,
 ) -> None:
-    """Join a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
+    """Join a run as a remote process.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
     from heavylift.coordinator.hosts.certificates import Credentials
     from heavylift.coordinator.hosts.listener import RemoteListener
     from heavylift.coordinator.hosts.remote_node import play

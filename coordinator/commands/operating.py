@@ -1,4 +1,4 @@
-"""Commands to a run in progress: watch, pause, step, continue, command, stop."""
+"""Commands for a run in progress: watch, pause, step, continue, command, stop."""
 
 import json
 from typing import Annotated
@@ -112,7 +112,7 @@ def stop(run: o.Run = "", as_json: o.Json = False) -> None:
 
 
 def _order(run: str, do: str, as_json: bool, patience: float | None = None, **message: object) -> None:
-    """Send an order; print what the run answers, a refusal as the sentence with which the command ends."""
+    """Send an order to a run and print its reply; raises the error of a refusal."""
     from heavylift.coordinator.live.announce import PATIENCE_s, RunOrder, ask
 
     what = msgspec.convert({"do": do, **message}, RunOrder)

@@ -103,7 +103,7 @@ def devs(
 
 
 def _replications(found: "Replications", as_json: bool) -> str:
-    """Estimates as JSON, with the numbers behind them, or as a table."""
+    """Return estimates of replicated runs as JSON with all single results, or as a table."""
     from heavylift.recordings.format.text import table
 
     if as_json:
@@ -119,7 +119,7 @@ def trust(
     withdraw: Annotated[bool, typer.Option("--withdraw", help="trust it no longer")] = False,
     listed: Annotated[bool, typer.Option("--list", help="list the trusted folders")] = False,
 ) -> None:
-    """Allow the Python code of a folder when scenes or recordings name it.    heavylift trust my_laws"""
+    """Allow Python code in a folder to run when scenes or recordings name it.    heavylift trust my_laws"""
     from heavylift.kernel import trust as kept
 
     if folder is not None:

@@ -42,8 +42,8 @@ def replay(
 ) -> None:
     """Replay or verify a recording, or rerun one of its models.    heavylift replay turnover.mcap --rate 20
 
-    Keys: space pauses and goes on, s steps, + and - change the rate, q ends. --verify and --live: exit code 1 if
-    something deviates.
+    Keys: space pauses and continues, s steps, + and - change the rate, q quits. --verify and --live: exit code 1 if
+    anything deviates.
     """
     from heavylift.coordinator.replay import RecordedRun, single
     from heavylift.coordinator.run.verify import verify as prove
@@ -68,7 +68,7 @@ def replay(
 
 
 def _report(run: RecordedRun, found: ReplayResult, who: str, as_json: bool) -> None:
-    """Print the outcome; exit code 1 if something deviates."""
+    """Print the result of a comparison; exit with code 1 if anything deviates."""
     if as_json:
         typer.echo(msgspec.json.encode(found).decode())
     elif found.deviation:
@@ -147,7 +147,7 @@ def _publish(
 
 
 def _watching(run: RecordedRun) -> AbstractContextManager[RunObserver]:
-    """What shows the user where the replay is: stages, if the recording is one of a scene."""
+    """Return the progress display of a replay: stages, if the recording is one of a scene."""
     from contextlib import nullcontext
 
     from heavylift.coordinator.record.scene import RESOLVED
@@ -170,8 +170,9 @@ Inputs = Annotated[
 def sensitivities(scene: o.Scene, inputs: Inputs = None, sets: o.Sets = None, as_json: o.Json = False) -> None:
     """Find which uncertain input moves which peak most.    heavylift sensitivities lift --input 'block.mass +- 3 %'
 
-    Inputs are uncertain as the scene states (mass: 480 t +- 3 %, 480 t sd 5 t, 460..500 t) or --input does. Each takes
-    two runs, four where events switch; bars are at a level of 95 %, shares are those of their squares.
+    Uncertainties are those of the scene (mass: 480 t +- 3 %, 480 t sd 5 t, 460..500 t) and of --input. Each input takes
+    two runs, four if its effect is not proportional. Uncertainties are given at a level of 95 %; the share of an input
+    is its part of the sum of squares.
     """
     from heavylift.coordinator.ladder.sensitivities import sensitivities as find
 
@@ -197,10 +198,10 @@ def measured(
 ) -> None:
     """Compare a measured log with its run, and estimate inputs.    heavylift measured lift.mcap log.csv --map map.yaml
 
-    Writes a new recording with the channels of the log beside the run's, which plot, view and report draw dashed. For
-    each: E = run - log and its uncertainty u_val, 95 %, after ASME V&V 20; the scene or --input says how uncertain
-    inputs are, which takes two runs for each. --estimate fits inputs of the scene, names
-    those that the log does not tell, and writes the others into a scene beside the recording.
+    Writes a new recording with the channels of the log beside those of the run; plot, view and report draw them dashed.
+    For each channel: E = run - log and its uncertainty u_val, 95 %, after ASME V&V 20; uncertainties of inputs come
+    from the scene or --input, each input takes two runs. --estimate fits inputs of the scene, names those that the log
+    does not determine, and writes the others into a scene beside the recording.
     """
     from heavylift.coordinator.measured.measuring import measure
     from heavylift.nodes.scene.text.units import TIME

@@ -202,10 +202,10 @@ def branch(
     verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
-    """Run a recorded lift otherwise from some time on.    heavylift branch lift.mcap --at 'stage up' --set end='2 min'
+    """Rerun a lift with changes from some time on.    heavylift branch lift.mcap --at 'stage up' --set end='2 min'
 
-    What if: up to there every event and sample must come again, else it is refused. The mechanics go on from the last
-    checkpoint in the recording, or begin at the start where it has none for the changed scene.
+    The what-if run is refused if an event or sample before that time differs from the recorded one. The mechanics
+    restart from the last checkpoint in the recording, or from the beginning if none fits the changed scene.
     """
     from heavylift.coordinator.run.branch import Branch, branch as simulate
     from heavylift.coordinator.run.progress import Progress, summary
@@ -232,7 +232,7 @@ def resume(
     verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
-    """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
+    """Complete a run that was cut off, checked against its recording.    heavylift resume lift.mcap.part"""
     from heavylift.coordinator.participants import PRELOAD
     from heavylift.coordinator.supervision.processes import Processes
 
@@ -248,14 +248,14 @@ def resume(
 
 
 def _exit(result: RunResult, strict: bool, fail_on: str) -> None:
-    """Exit with code 1 if the verdict is at least as bad as requested."""
+    """Exit with code 1 if the verdict is as bad as `fail_on` or worse, or undecided with `strict`."""
     if (strict or fail_on) and result.verdict is not None and o.fails(result.verdict.state, strict, fail_on):
         raise typer.Exit(1)
 
 
 @contextmanager
 def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
-    """Start the additional runs of a certificate on idle cores, if one is requested."""
+    """Prepare and start the additional runs of a certificate on idle cores; yields None unless `wanted`."""
     if not wanted:
         yield None
         return
@@ -282,7 +282,7 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
 
 @contextmanager
 def viewers(name: str, wanted: bool, hz: float, page: Spectator | None) -> Iterator[Spectator | None]:
-    """Observers of the run: the live page, and Foxglove if requested."""
+    """Return observers of the run: the live page, and Foxglove if requested."""
     if not wanted:
         yield page
         return

@@ -1,4 +1,4 @@
-"""Commands about a scene that is not run: check, tree, equations, statics, modes, tradeoff, types, new, gallery, ..."""
+"""Commands for a scene without a run: check, tree, equations, statics, modes, tradeoff, types, new, gallery, ..."""
 
 import json
 from pathlib import Path
@@ -83,7 +83,7 @@ def equations(
     latex: Annotated[bool, typer.Option("--latex", help="a LaTeX document")] = False,
     sets: o.Sets = None,
 ) -> None:
-    """Print graph, path matrix and the equations of motion, body by body.    heavylift equations arm"""
+    """Print graph, path matrix and equations of motion, body by body.    heavylift equations arm"""
     from heavylift.kernel.equations import equations as write
     from heavylift.nodes.models import system
 
@@ -93,7 +93,7 @@ def equations(
 
 @app.command()
 def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
-    """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
+    """Find the equilibrium of a scene, and the loads in ropes, pads and joints.    heavylift statics lift"""
     from heavylift.coordinator.participants.mechanics_at import at_rest
     from heavylift.kernel.analysis import modes as about, reactions
     from heavylift.kernel.analysis.modes import statics_data, statics_text
@@ -107,7 +107,7 @@ def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Jso
 
 @app.command()
 def modes(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
-    """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
+    """Show frequencies, damping and modes about the equilibrium.    heavylift modes lift --after up"""
     from heavylift.coordinator.participants.mechanics_at import at_rest
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis.modes import modes_data, modes_text
@@ -165,7 +165,7 @@ def types(
     name: Annotated[str, typer.Argument(help="a type whose file is printed, to copy and to change")] = "",
     as_json: o.Json = False,
 ) -> None:
-    """List the crane types that come with heavylift; of one print its file.    heavylift types jib-60"""
+    """List the crane types that come with heavylift, or print the file of one.    heavylift types jib-60"""
     from heavylift.nodes.scene.text.machine_types import library, machine_type
 
     if name:
@@ -260,7 +260,7 @@ def gallery(
 
 @app.command()
 def schema() -> None:
-    """Print the JSON Schema of scene files, by which editors complete.    heavylift schema > heavylift.schema.json"""
+    """Print the JSON Schema of scene files, for completion in editors.    heavylift schema > heavylift.schema.json"""
     from heavylift.nodes.scene import json_schema
 
     typer.echo(json.dumps(json_schema(), indent=2))
@@ -275,7 +275,7 @@ def export_fmu(
 ) -> None:
     """Write a scene as a co-simulation unit of FMI 2.0.    heavylift export-fmu lift -o lift.fmu
 
-    Commands in; tensions, peaks and poses out. Its master loads this heavylift.
+    Inputs are commands; outputs are tensions, peaks and poses. The FMU needs this installation of heavylift.
     """
     from heavylift.coordinator.ladder.choosing import chosen
 

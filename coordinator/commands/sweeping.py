@@ -1,6 +1,6 @@
 """`heavylift sweep`: many runs of one scene.
 
-`heavylift limits`, `heavylift plan`: how far numbers of a scene may go, and how quick it can be.
+`heavylift limits`, `heavylift plan`: how far a number of a scene may go, and the shortest timing of a lift.
 """
 
 import json
@@ -48,9 +48,9 @@ def sweep(
 ) -> None:
     """Run variants of a scene.    heavylift sweep lift --vary 'block.mass=200..400 t by 25 t' -o study
 
-    Rows go to study/rows.parquet as they come, with the command that repeats each, and study/summary.html tells what
-    they say. A path is one that --set takes; each value is run with each other one, or --sample draws them. The same
-    command goes on with a study that was stopped.
+    Each run adds a row to study/rows.parquet, with the command that repeats it; study/summary.html
+    summarises the results. A path is one that --set takes; all combinations of values are run, or
+    --sample draws them. The same command continues a study that was stopped.
     """
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
@@ -104,7 +104,7 @@ class _Progress:
         self._began = self._message = time.monotonic()
 
     def __call__(self, study: "Study", row: dict[str, Any] | None) -> None:
-        """Report the start of the study (None), or a new row."""
+        """Show the start of a study (`row` is None), or a new row."""
         if row is None:
             self.study = study
             known = len(study.rows)
@@ -125,7 +125,7 @@ class _Progress:
             self._console.print(self._line(now), soft_wrap=True)
 
     def end(self) -> None:
-        """No more."""
+        """Stop the display."""
         if self._live.is_started:
             self._live.stop()
 
@@ -152,9 +152,9 @@ def limits(
 ) -> None:
     """Find how far a number may go before the verdict is red.    heavylift limits lift --of 'block.mass=300..900 t'
 
-    The verdict is that of a run, the limit lies between its last green and its first red value. A number is one that
-    --set takes, or 'hoist speed', 'trolley accel' and their like: of all such orders, in proportion. Exit code 1 where
-    it is red at the start, never turns red, or is green again beyond; with --all only if it is red at the start.
+    Each value is checked by a run; the limit lies between the last green and the first red value. A number is one that
+    --set takes, or 'hoist speed', 'trolley accel' and the like, which scale all such orders. Exit code 1 if the verdict
+    is red at the start, never turns red, or is green again beyond the limit; with --all only if it is red at the start.
     """
     from heavylift.coordinator.sweeps.limiting import askable, limits_of_all
     from heavylift.coordinator.sweeps.page import limits_sheet, limits_table
@@ -190,9 +190,9 @@ def plan(
 ) -> None:
     """Find the shortest timing within all limits, and write the scene with it.    heavylift plan lift
 
-    Speeds of orders, ramps without swing, moves that begin while those before go on: first along the path at rest, then
-    in runs, the last of which is green. Waits stay. Comments and layout of the scene are kept. Exit code 1 where it is
-    red as it is written, or nothing is gained.
+    Tries higher speeds of orders, ramps without swing, and overlapping moves, first along the equilibrium path, then in
+    runs; the last run is green. Waits, comments and layout of the scene are kept. Exit code 1 if the scene is red as it
+    is written, or nothing is gained.
     """
     from heavylift.coordinator.sweeps.planning import planned
     from heavylift.recordings.write.outputs import output_path
@@ -214,7 +214,7 @@ def plan(
 
 
 def _certified(path: Path) -> "Certificate":
-    """The certificate of a run whose recording is not kept."""
+    """Return the certificate of a run of the scene file; the recording is discarded."""
     from heavylift.coordinator.ladder.certificate import certifying
     from heavylift.coordinator.run.scene import run
     from heavylift.nodes.scene import load

@@ -1,11 +1,11 @@
-"""heavylift in Python: what `import heavylift` gives; everything is imported when it is first used.
+"""heavylift in Python: what `import heavylift` gives; every name is imported when it is first used.
 
 simulate(scene or system, until, ...) -> Result     a run as named arrays, in seconds
 sweep(scene, ["block.mass=200..400 t by 25 t"], into="study")      many variants of one scene, on any Executor
-load(scene, ["block.mass=200 t"])                    a scene with settings laid over it, for all that take scenes
+load(scene, ["block.mass=200 t"])                    a scene with changed settings, for all functions that take scenes
 run(scene, "run.mcap"), Recording("run.mcap")        a recorded run; reading it
 run_models("my_models:build", ...)                   DEVS models of your own
-replicate("my_models:build", 30, ...)                one of them for many seeds: means, confidence intervals
+replicate("my_models:build", 30, ...)                a DEVS model with many seeds: means, confidence intervals
 """
 
 TYPE_CHECKING = False  # as in `on_demand`

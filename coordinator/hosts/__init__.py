@@ -1,10 +1,10 @@
 """How processes on other hosts take part in a run.
 
 listener                          where others may connect, and who may join
-certificates        by which both sides know each other
-remote_node         the process at the other end
+certificates                      keys and certificates of both sides
+remote_node                       the process on the other host
 
-Which process hosts which nodes stands in `transport.placement`; HOSTS.md tells it all step by step.
+`transport.placement` defines which process hosts which nodes; HOSTS.md explains all of it step by step.
 """
 
 from heavylift.kernel.on_demand import face

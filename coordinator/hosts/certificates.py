@@ -1,13 +1,14 @@
 """Keys and certificates of a yard: who may take part in a run from another host.
 
-One authority per yard (`yard.pem`, its key stays at home) signs a certificate for the coordinator and one for each
-process that runs elsewhere; its common name is that process's name. EC P-256, a subject alternative name (RFC 5280),
-extendedKeyUsage serverAuth and clientAuth: both ends of a connection show a certificate and check the other's.
+Each yard has a certificate authority (`yard.pem`; its key stays on the coordinator's host), which signs a certificate
+for the coordinator and one for each remote process; its common name is that process's name. EC P-256, a subject
+alternative name (RFC 5280), extendedKeyUsage serverAuth and clientAuth: both ends of a connection present a certificate
+and check the other's.
 
     yard.pem yard.key    coordinator.pem coordinator.key    NAME.pem NAME.key    keys for their owner only (0600)
 A process on another host needs three of them: yard.pem, NAME.pem, NAME.key.
 
-Signs and reads certificates by the package `cryptography`, which is imported when the first one is looked at.
+Certificates are signed and read by the package `cryptography`, which is imported on first use.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def library() -> CertificateLibrary:
-    """Import the package `cryptography`, or raise the error that names its installation."""
+    """Import the package `cryptography`; raises ProtocolError with the command that installs it."""
     try:
         return CertificateLibrary()
     except ImportError:
@@ -54,14 +55,14 @@ class CertificateLibrary:
         self.invalid = (InvalidSignature, ValueError, TypeError)
 
     def x509_of(self, path: Path) -> x509.Certificate:
-        """The certificate of a file."""
+        """Read the certificate in a PEM file; raises ProtocolError if there is none."""
         try:
             return self.x509.load_pem_x509_certificate(path.read_bytes())
         except (OSError, ValueError):
             raise ProtocolError(f"{path} is no certificate that can be read") from None
 
     def key_of(self, path: Path) -> EllipticCurvePrivateKey:
-        """The private key of a file."""
+        """Read the private key in a PEM file; raises ProtocolError if it is no EC key."""
         try:
             key = self.forms.load_pem_private_key(path.read_bytes(), None)
         except (OSError, ValueError, TypeError):
@@ -71,7 +72,7 @@ class CertificateLibrary:
         return key
 
     def common_name(self, certificate: x509.Certificate) -> str:
-        """Whom a certificate names."""
+        """Return the common name of a certificate, which is the name of its owner."""
         names = certificate.subject.get_attributes_for_oid(self.names.COMMON_NAME)
         return str(names[0].value) if names else ""
 
@@ -84,12 +85,12 @@ class CertificateLibrary:
         return True
 
     def pems(self, certificate: x509.Certificate, key: EllipticCurvePrivateKey) -> tuple[bytes, bytes]:
-        """Certificate and key in PEM form."""
+        """Return certificate and key in PEM form."""
         pem, plain = self.forms.Encoding.PEM, self.forms.NoEncryption()
         return certificate.public_bytes(pem), key.private_bytes(pem, self.forms.PrivateFormat.PKCS8, plain)
 
     def authority(self, name: str, days: float) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
-        """A self-signed certificate authority."""
+        """Make a self-signed certificate authority, with its key."""
         key = self.ec.generate_private_key(self.ec.SECP256R1())
         begun = self._begin(name, name, key, days).add_extension(self.x509.BasicConstraints(True, 0), critical=True)
         usage = dict.fromkeys(
@@ -111,7 +112,7 @@ class CertificateLibrary:
     def leaf(
         self, name: str, hosts: Sequence[str], days: float, signer: tuple[x509.Certificate, EllipticCurvePrivateKey]
     ) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
-        """A certificate for one end of a connection, reached under these hosts."""
+        """Make a certificate, with its key, for one end of a connection that is reached by these host names."""
         authority, signing = signer
         key = self.ec.generate_private_key(self.ec.SECP256R1())
         use = self.uses
@@ -152,7 +153,7 @@ AUTHORITY_days = 3650
 
 @dataclass(frozen=True)
 class Credentials:
-    """Key, certificate and authority of one end of a connection."""
+    """Paths of the authority's certificate, the own certificate and the own key of one end of a connection."""
 
     authority: Path
     certificate: Path
@@ -160,8 +161,8 @@ class Credentials:
 
     @classmethod
     def load(cls, directory: Path, name: str) -> Self:
-        """Load the files of a name; checks that they exist, are valid today, belong to the name and this yard, and that
-        the key is private."""
+        """Find the files of a name in a directory; checks that they exist, are valid today, belong to the name and this
+        yard, and that only the owner can read the key."""
         found = cls(directory / f"{AUTHORITY}.pem", directory / f"{name}.pem", directory / f"{name}.key")
         for path in (found.authority, found.certificate, found.key):
             if not path.is_file():
@@ -187,10 +188,8 @@ def _check(found: Credentials, name: str) -> None:
 
 
 def make_certificates(directory: Path, names: Sequence[str], hosts: Sequence[str] = (), days: int = 365) -> list[Path]:
-    """Write what is missing in the directory for the coordinator and these processes; returns the new files.
-
-    `hosts`: names or addresses by which other hosts reach the coordinator. What is there already is kept.
-    """
+    """Write the missing keys and certificates of the coordinator and these processes; returns the new files. `hosts`:
+    names or addresses by which other hosts reach the coordinator. Existing files are kept."""
     check_names([name for name in names if name != COORDINATOR], "process")
     if AUTHORITY in names:
         raise ProtocolError(f"process name '{AUTHORITY}' cannot be used, it is the name of the yard's own certificate")

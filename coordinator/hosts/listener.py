@@ -1,12 +1,13 @@
-"""Where processes of other hosts connect to a run, by tls with certificates on both sides, and who of them may join.
+"""Where processes of other hosts connect to a run, by TLS with certificates on both sides, and which of them may join.
 
-    process -> coordinator   ASK at join/NAME            its name, version and code, its host, what it insists on
-    coordinator -> process   ANSWER                      the run, or the sentence that says why not
+    process -> coordinator   ASK at join/NAME            its name, version, code, host, and the run and scene it wants
+    coordinator -> process   ANSWER                      the run, or the reason of a refusal
     process -> coordinator   ASK at RUN/enter/NAME       only a certificate of this name gets here (transport)
-    coordinator -> process   ANSWER                      a ticket, or the sentence that says why not
+    coordinator -> process   ANSWER                      a ticket, or the reason of a refusal
 
-To ask changes nothing, so nobody shuts another one out by its name.  What a process may write and hear is decided by
-the name in its certificate as well.  Refusals are reported at both sides; what a stranger says of itself is escaped.
+Asking at join/NAME changes nothing, so nobody can block another process by asking under its name. The name in a
+process's certificate also decides what it may publish and receive. Both sides report refusals; texts from
+unauthenticated clients are escaped.
 """
 
 import hashlib
@@ -43,8 +44,8 @@ ROOMS = ("kernel", "nodes", "coordinator", "recordings")
 
 @cache
 def code() -> str:
-    """Fingerprint of all code of heavylift that this process may run: versions are fixed at installation, code may
-    change."""
+    """Return the fingerprint of all code of heavylift that this process may run, as the version is fixed at
+    installation while the code may be edited."""
     rooms = Path(__file__).parent.parent.parent
     return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
 
@@ -70,7 +71,7 @@ class JoinReply(msgspec.Struct, frozen=True):
 
 
 class JoinHandshake:
-    """Answers requests to join; `expects` the scene with this fingerprint, reports by `say`."""
+    """Answers requests to join a run of the scene with fingerprint `expects`; reports refusals by `say`."""
 
     def __init__(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> None:
         self.hosts: dict[str, str] = {}
@@ -83,14 +84,14 @@ class JoinHandshake:
         self._queryables = [session.declare_queryable(at, Callback(reply)) for at, reply in doors]
 
     def _ask(self, query: zenoh.Query) -> None:
-        """Handle a join request of a client with a certificate of this yard."""
+        """Answer a client with a certificate of this yard that asks to join; nothing changes by it."""
         asked = self._read(query)
         if asked is not None:
             why = self.refusal(asked) or self._impostor(asked.process)
             self._answer(query, asked, JoinReply(None, why, "" if why else self._hub.run))
 
     def _enter(self, query: zenoh.Query) -> None:
-        """A process with a certificate of this name joins."""
+        """Let a process join whose certificate has this name, or refuse it."""
         asked = self._read(query)
         if asked is None:
             return
@@ -129,13 +130,14 @@ class JoinHandshake:
             self._report("more refusals are not reported" if last else refusal)
 
     def _impostor(self, name: str) -> str:
-        """Why the client cannot be this process: no connection has a certificate with its name; "" if one has."""
+        """Return why the client cannot be this process: no connection has a certificate with its name; "" if one
+        has."""
         if any(link.auth_identifier == name for link in self._session.info.links()):
             return ""
         return f"its certificate was not made for '{name}'"
 
     def refusal(self, asked: JoinRequest) -> str:
-        """Why a process may not join; "" if the run expects it."""
+        """Return why a process may not join; "" if the run expects it."""
         hub, name = self._hub, asked.process
         remote = hub.placement.remote
         if asked.version != __version__:
@@ -162,7 +164,7 @@ class JoinHandshake:
         self._entered.pop(process, None)
 
     def _taken(self, process: str) -> bool:
-        """Whether a process of this name has joined or holds a ticket."""
+        """Return whether a process of this name has joined or holds a ticket."""
         recently = time.monotonic() - self._entered.get(process, -math.inf) < JOIN_s
         return recently or self._hub.joined(process)
 
@@ -172,7 +174,8 @@ ALL = ("0.0.0.0", "[::]")  # all interfaces of a host
 
 @dataclass(frozen=True)
 class RemoteListener:
-    """`endpoint`: tls/HOST:PORT, where the coordinator listens or where a process connects to."""
+    """Address and credentials of TLS connections; `endpoint`: tls/HOST:PORT, where the coordinator listens or a process
+    connects to."""
 
     endpoint: str
     credentials: Credentials
@@ -199,7 +202,7 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint by which other hosts connect, also if this one listens on all interfaces."""
+        """The endpoint by which other hosts connect, with this host's name if it listens on all interfaces."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
@@ -208,12 +211,13 @@ class RemoteListener:
         return JoinHandshake(hub, session, scene, say)
 
     def listening(self) -> dict[str, object]:
-        """Zenoh's settings of the coordinator's side."""
+        """Return Zenoh's TLS settings for the coordinator's side."""
         own = self.credentials
         return {**self._both(), "listen_private_key": str(own.key), "listen_certificate": str(own.certificate)}
 
     def connecting(self) -> dict[str, object]:
-        """Zenoh's settings of a process's side: the coordinator's certificate must name the host we connect to."""
+        """Return Zenoh's TLS settings for a process's side: the coordinator's certificate must name the host in
+        `endpoint`."""
         own = self.credentials
         shown = {"connect_private_key": str(own.key), "connect_certificate": str(own.certificate)}
         return {**self._both(), **shown, "verify_name_on_connect": True}

@@ -1,4 +1,5 @@
-"""A process of a run on another host: connect, ask to join, answer until the run is over or the coordinator is gone."""
+"""A process of a run on another host: it connects, asks to join, and answers until the run ends or the coordinator is
+gone."""
 
 import contextlib
 import os
@@ -73,7 +74,7 @@ class _Playing:
 
 
 def _ask(session: zenoh.Session, asked: JoinRequest, listener: RemoteListener) -> Ticket:
-    """The ticket; a refusal in the coordinator's words."""
+    """Ask to join and return the ticket; raises ProtocolError with the coordinator's reason for a refusal."""
     answer = _answer(session, key(JOIN, asked.process), asked, listener)
     entered = _answer(session, key(answer.run, "enter", asked.process), asked, listener)
     assert entered.ticket is not None, "there is one, or a refusal"
@@ -106,10 +107,8 @@ def _decoded(data: bytes, listener: RemoteListener) -> JoinReply:
 
 
 def _knock(name: str, listener: RemoteListener) -> None:
-    """Explain which certificate is refused and why; Zenoh reports only a failed connection.
-
-    Where nobody answers yet, that is no trouble; Zenoh tries again for a while.
-    """
+    """Explain which certificate is refused and why; Zenoh reports only a failed connection. A coordinator that does not
+    answer yet is no error; Zenoh keeps trying for a while."""
     own, (host, port) = listener.credentials, listener.address
     context = ssl.create_default_context(cafile=str(own.authority))
     context.load_cert_chain(own.certificate, own.key)

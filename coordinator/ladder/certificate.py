@@ -1,7 +1,8 @@
-"""How sure the figures of a run are: `2651 +- 4 (numerical) +- 9 (model) +- 80 kN (inputs: ...)`, at a level of 95 %.
+"""Error estimates of a run's figures: `2651 +- 4 (numerical) +- 9 (model) +- 80 kN (inputs: ...)`, at a level of 95 %.
 
-After ASME V&V 20-2009, whose u_num and u_input these are; what the level leaves out stands beside them.  Numerical and
-model are those of `choosing.as_it_is`, inputs two runs for each uncertain input, added up as squares (`sensitivities`).
+After ASME V&V 20-2009, whose u_num and u_input these are; effects that the level leaves out are listed, too. Numerical
+and model errors are those of `choosing.as_it_is`; the error of inputs is the root of the sum of squares of each input's
+effect, from two runs each (`sensitivities`).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
 
 @dataclass(frozen=True)
 class FigureErrors:
-    """A figure with the half-widths of its bars in its unit; None where there is none."""
+    """A figure with the half-widths of its error estimates, in its unit; None for one that is missing."""
 
     name: str
     quantity: Asked
@@ -47,11 +48,11 @@ class FigureErrors:
 
     @property
     def whole(self) -> float:
-        """Root of the sum of squares of all contributions."""
+        """Root of the sum of squares of all error estimates."""
         return hypot(*(x for x in (self.numerical, self.model, self.inputs) if x is not None))
 
     def message(self, inputs: str) -> str:
-        """Text for people; `inputs`: names of the uncertain inputs."""
+        """Return the figure with its errors as text for people; `inputs`: names of the uncertain inputs."""
         factor, unit = larger(self.unit)
         places = 1 - floor(log10(factor * self.whole)) if self.whole > 0.0 else 6
         halves = {"numerical": self.numerical, "model": self.model, f"inputs: {inputs}": self.inputs}
@@ -65,8 +66,8 @@ class FigureErrors:
 
 @dataclass(frozen=True)
 class Certificate:
-    """Error estimates of all figures; reasons for missing contributions; inputs with and without stated uncertainty;
-    CPU time of all additional runs [s]."""
+    """Error estimates of all figures; reasons of missing ones; inputs with and without stated uncertainty; CPU time of
+    all additional runs [s]."""
 
     bars: list[FigureErrors]
     missing: dict[str, str]
@@ -77,7 +78,7 @@ class Certificate:
 
     @property
     def message(self) -> list[str]:
-        """For people, a line each."""
+        """Text for people, one line per figure or note."""
         inputs = ", ".join(x.spread for x in self.inputs)
         most = max((bar for bar in self.bars if bar.quantity == "limits"), key=lambda bar: bar.value, default=None)
         lines = [bar.message(inputs) for bar in self.bars if bar.quantity != "limits" or bar is most]
@@ -86,7 +87,7 @@ class Certificate:
         return lines + self.notes
 
     def data(self) -> dict[str, object]:
-        """Plain data in SI units, half-widths at 95 %."""
+        """Return the certificate as plain data in SI units, half-widths at 95 %."""
         return {
             "bars": [asdict(bar) | {"whole": bar.whole} for bar in self.bars],
             "missing": self.missing,
@@ -97,17 +98,15 @@ class Certificate:
 
 @contextmanager
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> Iterator[Certifying]:
-    """Start the runs of a certificate, `at_once` in processes of their own (default: all cores but one).
-
-    `given`: uncertainties besides those that the scene states.  Raises HeavyliftError.
-    """
+    """Prepare the runs of a certificate, `at_once` in parallel processes (default: all cores but one). `given`:
+    uncertainties in addition to those of the scene. Raises HeavyliftError."""
     scene, inputs = chosen(scene), uncertain_inputs(scene, given)
     with starting(max(1, cores() - 1) if at_once is None else at_once) as start:
         yield Certifying(scene, inputs, start)
 
 
 class Certifying:
-    """The additional runs of a certificate; `price` states their number."""
+    """The additional runs of a certificate; `price` announces their number."""
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
         self._scene, self._inputs, self._start = scene, inputs, start
@@ -115,7 +114,7 @@ class Certifying:
 
     @property
     def price(self) -> str:
-        """What the certificate costs, in a sentence."""
+        """A sentence that announces the additional runs and their number."""
         candidate, ladder = ModelLevel(self._scene.plan), Ladder(self._scene.plan)
         other = next(iter(ladder.witnesses(candidate.plan.fidelity)), ladder.poorer)
         n = 2 * sum(x.sd > 0.0 for x in self._inputs)
@@ -127,7 +126,7 @@ class Certifying:
         return f"certifying beside the run, by runs of their own: {', '.join(runs)}; new equations are compiled first"
 
     def begin(self) -> None:
-        """Start all runs."""
+        """Start all additional runs."""
         own = self._start(self._scene.plan, measured=True)
         self._begun = own, [moved(self._scene, one, STEPS, self._start) for one in self._inputs]
 
@@ -143,7 +142,7 @@ class Certifying:
         return found
 
     def certificate(self) -> Certificate:
-        """The certificate of the run."""
+        """Wait for all additional runs and return the certificate."""
         if self._begun is None:
             self.begin()
         assert self._begun is not None
@@ -165,12 +164,12 @@ class Certifying:
 
 
 def _half(errors: Errors, figure: AskedFigure) -> float | None:
-    """The half-width of a figure's bar; None where a run shows no such figure."""
+    """Return the half-width of a figure's error estimate; None if a run does not show this figure."""
     if (error := errors.get(figure.name, inf)) == inf:
         return None
     return error * figure.scale + figure.misread + ROUNDING * abs(figure.scale)
 
 
 def _input_error(found: Sensitivities | None, figure: AskedFigure) -> float | None:
-    """None where nothing is known of any input."""
+    """Return the error of a figure from all inputs; None if no input's runs succeeded."""
     return found.bar(figure.name) if found and len(found.failed) < len(found.inputs) else None

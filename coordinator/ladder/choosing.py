@@ -1,9 +1,10 @@
-"""What of a scene is modelled, by which steps: the cheapest candidate whose measured errors are below what is asked.
+"""Choose model level and steps of a scene: the cheapest candidate whose measured errors are within the accuracy.
 
-From the poorest level and the loosest steps upwards: a level is checked by one that puts back all that it leaves out,
-steps by those that are about a tenth as tolerant; both differences are doubled and added, and the larger one says which
-is refined.  On the finest level there is no witness; its error is its difference to the next poorer one.  What comes of
-it depends on plan and question alone, never on the clock or the machine; what is remembered only saves time.
+Starts at the coarsest level with the loosest steps. The error of a level is its difference to a witness, a level that
+puts back all that it leaves out; the error of the steps is the difference to steps with about a tenth of the tolerance.
+Both differences are doubled and added, and the larger one decides which is refined. The finest level has no witness;
+its error is the difference to the next coarser one. The choice depends on plan and question alone, never on clock or
+machine; the cache only saves time.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ Report = Callable[[str], None]
 
 
 def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """The scene at the model level and steps that its accuracy requires; `say` reports the runs made for it."""
+    """Return the scene at the model level and steps that its accuracy requires; `say` reports the runs made for it."""
     from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 
     scene = with_worst_clearances(scene)
@@ -56,7 +57,7 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """The scene at the loosest of `ACCURACIES` that leaves no check undecided, else at the finest."""
+    """Return the scene at the loosest of `ACCURACIES` that leaves no check undecided, else at the finest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -70,7 +71,7 @@ def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSce
 
 
 def known(scene: LoadedScene) -> Answer | None:
-    """The answer that is remembered of a scene that asks something, if one is."""
+    """Return the cached answer to the accuracy question of a scene, or None."""
     if scene.question is None:
         return scene.answer
     try:
@@ -80,7 +81,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """The scene with the level and steps of an answer."""
+    """Return the scene with the level and steps of an answer."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -88,7 +89,7 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """The scene as it is modelled, with its errors in what it asks."""
+    """Return the scene as it is modelled, with the measured errors of the quantities that it asks for."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)
@@ -100,7 +101,7 @@ def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """The scene with level and steps of its answer as explicit settings, for many variants."""
+    """Return the scene with its chosen level and steps as explicit settings, which many variants can share."""
     if scene.question is None:
         return scene
     found = chosen(scene, say)
@@ -109,8 +110,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 @dataclass(frozen=True)
 class Look:
-    """A candidate, what it is wrong by: in all, by its steps, by its level; the pairs of candidates that tell; why it
-    made no run; which part of its errors is missing, and why."""
+    """A candidate with its measured errors: in all, of its steps, of its level; the pairs of candidates whose
+    difference is the error of the level; why it could not run; which errors are missing, and why."""
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -122,7 +123,7 @@ class Look:
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose level and steps; raises HeavyliftError only if the clock cuts a run."""
+    """Choose level and steps; raises HeavyliftError only if the time limit cuts a run."""
     last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)
@@ -139,8 +140,8 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
 def _climbed(
     ladder: Ladder, candidates: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool
 ) -> Look:
-    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
-    level is wrong by more, or tighter steps change nothing for the better."""
+    """Return the loosest steps on a level whose errors are within the accuracy; if there are none, the tightest that
+    were run: the error of the level is larger, or tighter steps give no improvement."""
     tolerances = [candidate.plan.tolerance for candidate in candidates]
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(candidates) - 1)
     run, checked, before, stuck = [at], at, inf, 0
@@ -186,7 +187,7 @@ def _climbed(
 
 
 def _next(tolerances: Sequence[float], at: int, part: float) -> int:
-    """The loosest steps that are tighter by that part, of a tenth at most."""
+    """Return the index of the loosest steps that are tighter by the factor `part`, at least 0.1."""
     wanted = max(part, 0.1) * tolerances[at] * (1.0 + 1e-9)
     return next((i for i, x in enumerate(tolerances) if i > at and x <= wanted), len(tolerances) - 1)
 
@@ -194,11 +195,11 @@ def _next(tolerances: Sequence[float], at: int, part: float) -> int:
 def _candidates(
     runs: Sequence[ModelLevel], model: Errors, pair: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
 ) -> list[Look]:
-    """Candidates of one level, loosest steps first, as the tightest of them tells what they are wrong by.
+    """Return the candidates of one level, loosest steps first, with errors measured against the tightest of them.
 
-    The errors of steps fall as a power of their tolerance, as is observed on three of them (Roache 1994, and ASME V&V
-    20-2009, section 2); on two, as its root.  What the tightest is wrong by is what is left of the last difference; of
-    a figure that this hardly changed, of the difference before.
+    Errors of steps are assumed to fall as a power of the tolerance, observed on three candidates (Roache 1994, and ASME
+    V&V 20-2009, section 2), or as its root if there are only two. The error of the tightest one is extrapolated from
+    the last difference; for a figure that hardly changed in it, from the difference before.
     """
     found, (*others, last) = list[Look](), runs
     if not others:
@@ -230,7 +231,7 @@ def _look(
 
 
 def _of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Errors of the uses of limits from the runs made so far; they decide nothing."""
+    """Return errors of the utilisations of limits from the runs made so far; they do not influence the choice."""
     own = measuring.limits.get(look.candidate.key, {})
     known = [tuple(measuring.limits.get(x.key, {}) for x in pair) for pair in look.pairs]
     return {
@@ -251,21 +252,21 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """The largest difference of a candidate to its witnesses, doubled, but for the finest level, which is better than
-    its own."""
+    """Return the largest difference of a candidate to its witnesses, doubled; not doubled for the finest level, which
+    is better than the coarser one that it is compared with."""
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """The same with tighter steps; with rigid ropes, whose impacts can fork, two such."""
+    """Return the candidate with tighter steps; with rigid ropes, whose impacts can bifurcate, two such."""
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
 
 
 def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
-    """What a plan is wrong by as it is modelled: of its steps twice the difference to tighter ones, of its level that
-    of its witnesses.  Raises HeavyliftError if it makes no run."""
+    """Measure the errors of a plan as it is modelled: of its steps twice the difference to tighter ones, of its level
+    the difference to its witnesses. Raises HeavyliftError if the plan cannot run."""
     ladder, candidate = Ladder(plan), ModelLevel(plan)
     while not measuring.read_well(candidate, accuracy):
         pass
@@ -324,7 +325,7 @@ def _unmeasured(plan: Plan, why: str) -> Answer:
 
 
 def _name(scene: LoadedScene, question: Question) -> str:
-    """Name of the cache file of an answer: hash of plan, question and code."""
+    """Return the name of the cache file of an answer: a hash of plan, question and code."""
     text = repr((question, scene.facts.named)).encode()
     return f"{hashlib.sha256(_code() + text + encode(scene.plan)).hexdigest()}.answer"
 

@@ -1,8 +1,7 @@
-"""What a run shows, as figures: one number each, comparable between runs of a scene (`nodes.plan.fidelity`).
+"""Results of a run as figures: one number each, comparable between runs of a scene (`nodes.plan.fidelity`).
 
-Peaks are those of the dense output, stages begin at events.  What is read from samples (swings, places, forces of
-supports, clearances, uses of limits) is read from every second one as well: by as much as that differs, a figure may be
-misread.
+Peaks are those of the dense output, stages begin at events. Figures from samples (swings, positions, support forces,
+clearances, utilisations of limits) are also computed from every second sample; the difference is the reading error.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ class AskedFigure(NamedTuple):
 
 @dataclass(frozen=True)
 class Span:
-    """A stage: begin and end [s]; `free`: whether nothing is driven in it, and whether a load is released."""
+    """A stage: begin and end [s]; `free`: no drive moves in it; `lifts`: a load is lifted off in it."""
 
     name: str
     start: float
@@ -59,8 +58,8 @@ class Span:
 
 @dataclass(frozen=True)
 class Shown:
-    """The results that figures are computed from: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m] of
-    lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]."""
+    """Results of a run from which figures are computed: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m]
+    of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]."""
 
     spans: list[Span]
     peaks: dict[str, float]
@@ -70,7 +69,7 @@ class Shown:
 
     @classmethod
     def of(cls, run: Played) -> Shown:
-        """The results of a run."""
+        """Collect the results of a run."""
         plan, layout = run.plan, run.layout
         t, first = np.unique(run.t, return_index=True)
         forces = layout.find("support/force")
@@ -87,7 +86,7 @@ class Shown:
         return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
 
     def halved(self) -> Shown:
-        """The same with every second sample only."""
+        """Return the same results with every second sample only."""
         places = {name: (x[::2], unit) for name, (x, unit) in self.places.items()}
         return Shown(self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()})
 
@@ -98,7 +97,7 @@ class Shown:
 
 
 def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
-    """The time span of each action; of the whole run if it has none."""
+    """Return the time span of each action; of the whole run if it has no action list."""
     if not stages or plan.lists:
         return [Span(WHOLE, 0.0, last, not plan.lists, False)]
     ends = [t for t, _, _ in stages[1:]] + [last]
@@ -167,14 +166,15 @@ def _swings(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
 
 
 class Swing(NamedTuple):
-    """Amplitude [m or rad] and period [s] of the sinusoid that fits best, 0 if none does."""
+    """Amplitude [m or rad] and period [s] of the best-fitting sinusoid; 0 if none fits."""
 
     amplitude: float
     period: float
 
 
 def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
-    """Swing of a signal (n, 3) or (n, 1) in a stage, along the horizontal direction of its largest motion."""
+    """Return the swing of a signal (n, 3) or (n, 1) in a stage, along the horizontal direction of its largest
+    motion."""
     inside = (t >= span.start) & (t <= span.end)
     since, across = t[inside] - span.start, x[inside]
     if len(since) < FEWEST:
@@ -189,7 +189,7 @@ def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
 
 
 def _top(t: Floats, y: Floats) -> float:
-    """The maximum of the parabola through the largest sample and its neighbours."""
+    """Return the maximum of the parabola through the largest sample and its neighbours."""
     k = int(np.argmax(y))
     if not 0 < k < len(y) - 1:
         return float(y[k])
@@ -200,8 +200,8 @@ def _top(t: Floats, y: Floats) -> float:
 
 
 def _period(t: Floats, y: Floats) -> float:
-    """Period of the best-fitting sinusoid on a straight line [s]; 0 if less than half a period, or not two periods, are
-    seen."""
+    """Return the period [s] of the sinusoid on a straight line that fits best; 0 if fewer than two periods are seen, or
+    the fit is poor."""
     even = np.linspace(t[0], t[-1], len(t))
     spectrum = np.abs(np.fft.rfft(np.interp(even, t, y) * np.hanning(len(t))))
     k, lasts = int(np.argmax(spectrum[1:])) + 1, float(t[-1])
@@ -243,7 +243,7 @@ def _positions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
 
 
 def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
-    """Values (m, columns) at times, by the cubics through four samples."""
+    """Interpolate values (m, columns) at `times`, by cubics through four samples."""
     out = []
     for at in times:
         i = min(max(int(np.searchsorted(t, at)) - 2, 0), max(0, len(t) - 4))
@@ -273,7 +273,7 @@ def _judged(quantity: Asked, verdict: RecordedVerdict, uses: Sequence[Use]) -> I
 
 
 def _units(plan: Plan) -> dict[str, str]:
-    """Units of joint coordinates, for joints with one kind of coordinate."""
+    """Return the units of joint coordinates, for joints with one kind of coordinate."""
     found = {}
     for joint in (j for machine in plan.machines for j in machine.system.joints):
         kind = JOINTS[joint.kind]

@@ -1,7 +1,6 @@
-"""A run of a plan in this process from its start to its end, kept in memory; the digest is that of `run`.
+"""A run of a plan in this process from start to end, kept in memory; its digest is that of `run`.
 
-A run that takes longer than it may is cut; that it was, and whatever else ends it early, is a HeavyliftError with its
-sentence.
+A run is cut when it takes longer than its limit; this, like any other early end, is raised as a HeavyliftError.
 """
 
 from __future__ import annotations
@@ -68,7 +67,7 @@ class Played:
 
     @cached_property
     def digest(self) -> str:
-        """The digest, equal for equal runs whether recorded or not."""
+        """Digest of the run, equal for equal runs whether recorded or not."""
         digest, columns = Digest(), Columns(self.layout)
         for e in self.events:
             digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
@@ -114,17 +113,17 @@ class Played:
 
     @property
     def uses(self) -> Sequence[Use]:
-        """The worst of each limit."""
+        """The maximum utilisation of each limit."""
         return self.judged[1]
 
     @cached_property
     def judged(self) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """The verdict, and the worst of each limit."""
+        """The verdict, and the maximum utilisation of each limit."""
         return self.judging()
 
     @cached_property
     def judged_coarsely(self) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """The same of every second sample."""
+        """Verdict and utilisations from every second sample only."""
         return self.judging(2)
 
     def judging(self, every: int = 1, smallest: int | None = None) -> tuple[RecordedVerdict, Sequence[Use]]:
@@ -137,7 +136,7 @@ class Played:
         return verdict_with_uses(self.plan, past, self.conduct, self.errors, least, known, whole)
 
     def past(self, every: int = 1) -> Collector:
-        """What every so many-th sample has shown, as columns."""
+        """Return the columns of each `every`-th sample, with the rope lines."""
         past = Collector(self.layout)
         past.samples(0, self.times[::every].tolist(), self.rows[::every])
         for t_ns, lines in self.rigs:
@@ -152,7 +151,8 @@ def play(
     instants: Sequence[int] = (),
     errors: Errors | None = None,
 ) -> Played:
-    """Run a plan to its end within `limit` seconds of wall time, and look at `instants` [ns]; raises HeavyliftError."""
+    """Run a plan to its end within `limit` seconds of wall time, with rows at `instants` [ns]; raises
+    HeavyliftError."""
     from heavylift.coordinator.participants.session import Session
 
     from .keeping import KeepingKernel  # with the compiler, which nobody needs who only reads what is remembered

@@ -1,6 +1,6 @@
-"""Runs of candidates, each once, and how far two are apart in the figures that are asked.
+"""Runs of candidates, each once, and the differences of their requested figures.
 
-The samples of these runs are as dense as the figures that are read from them need; the steps do not depend on them.
+These runs are sampled as densely as the reading of the figures needs; the integration steps do not depend on it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Spent(NamedTuple):
 
 
 class Measuring:
-    """Runs of the model levels and steps of one plan. `limit`: wall seconds for each run."""
+    """Runs of the candidates of one plan, each made once. `limit`: wall seconds for each run."""
 
     def __init__(
         self, ask: Sequence[Asked], limit: Callable[[], float] = lambda: inf,
@@ -49,7 +49,7 @@ class Measuring:
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
-        """Figures that any run has shown."""
+        """All figures of the runs made so far, by name."""
         return {name: f for read in self._read.values() for name, f in read.items()}
 
     def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
@@ -81,12 +81,12 @@ class Measuring:
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
 
     def misread(self, candidate: ModelLevel) -> Errors:
-        """Reading errors of the figures of a candidate, from their sampling."""
+        """Return the reading errors of the figures of a candidate, from their sampling."""
         return {f.name: f.misread / f.scale for f in self.figures(candidate).values()}
 
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
-        """Whether all reading errors are below a quarter of the accuracy; if not, and denser samples can help, all runs
-        are repeated with them."""
+        """Return whether all reading errors are below a quarter of the accuracy, or denser samples cannot help; if not,
+        discard all runs, to be repeated with denser samples."""
         if max(self.misread(candidate).values(), default=0.0) <= 0.25 * accuracy or DENSER * self._samples > MOST:
             return True
         self.factor *= DENSER
@@ -94,7 +94,8 @@ class Measuring:
         return False
 
     def apart(self, candidate: ModelLevel, other: ModelLevel) -> Errors:
-        """Relative differences of figures; infinite for one that only one run has."""
+        """Return the relative differences of the figures of two candidates; infinite for a figure that only one run
+        has."""
         mine, others = self.figures(candidate), self.figures(other)
         return {
             name: abs(mine[name].value - others[name].value) / max(mine[name].scale, others[name].scale)
@@ -104,20 +105,20 @@ class Measuring:
 
 
 def added(*errors: Errors) -> Errors:
-    """The sum of several, figure by figure."""
+    """Return the sum of several errors, figure by figure."""
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def most(*errors: Errors) -> Errors:
-    """The largest of several, figure by figure."""
+    """Return the largest of several errors, figure by figure."""
     return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def times(factor: float, errors: Errors) -> Errors:
-    """All errors times a factor."""
+    """Return all errors times a factor."""
     return {name: factor * e for name, e in errors.items()}
 
 
 def largest(errors: Errors) -> float:
-    """The largest error of all figures."""
+    """Return the largest error of all figures."""
     return max(errors.values(), default=0.0)

@@ -1,7 +1,7 @@
-"""Candidates of the ladder of a plan: what is modelled (a level), by which method, to which tolerance of a step.
+"""Candidates of the ladder of a plan: what is modelled (a level), by which method, and the tolerance of a step.
 
-A level that puts back all that the others leave out is the witness of each of them: two that leave out the same say
-nothing of it.  What a scene names itself stays in its own runs, and is put back in witnesses.
+A level that puts back all that another leaves out can be its witness: the difference of two levels that leave out the
+same effect says nothing about it. What the scene fixes itself holds in its own runs, but not in witnesses.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FINEST = 1e-12  # tolerance of a step
 
 
 def levels(plan: Plan) -> list[Fidelity]:
-    """The model levels of a plan, coarsest first, each with a different system."""
+    """Return the model levels of a plan, coarsest first, each with a different system."""
     found: dict[str, Fidelity] = {}
     for each in LADDER:
         fidelity = msgspec.structs.replace(planar(each, plan.machines), islands=plan.fidelity.islands)
@@ -38,7 +38,7 @@ def levels(plan: Plan) -> list[Fidelity]:
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """The plan at a level, with its islands unchanged; of several lifts those without a fidelity of their own."""
+    """Return the plan at a level, with its islands unchanged; lifts with a fidelity of their own keep it."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
     lists = tuple(
         msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
@@ -47,8 +47,8 @@ def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
 
 
 def stiff(mechanics: System) -> bool:
-    """Whether a system has elastic parts (ropes, pads, springs, servos, force laws), which may be stiff for explicit
-    methods."""
+    """Return whether a system has elastic parts (ropes, pads, springs, servos, force laws), which may be stiff for
+    explicit methods."""
     soft = (mechanics.laws, mechanics.rigid_ropes, mechanics.contacts, mechanics.drives)
     return any(soft) or any(body.flexible for body in mechanics.bodies)
 
@@ -61,23 +61,23 @@ def undamped(mechanics: System) -> bool:
 
 @dataclass(frozen=True)
 class ModelLevel:
-    """A model level with steps: one way to run a plan."""
+    """A candidate: a model level with its integration steps."""
 
     plan: Plan
 
     @property
     def key(self) -> tuple[Fidelity, str, float, float | None]:
-        """What distinguishes it from the other candidates of its plan."""
+        """What distinguishes the candidate from the others of its plan: fidelity, method, tolerance, step."""
         return self.plan.fidelity, self.plan.method, self.plan.tolerance, self.plan.step
 
     @property
     def name(self) -> str:
-        """For people."""
+        """Level and steps in words."""
         return f"{self.level}, {self.how}"
 
     @property
     def level(self) -> str:
-        """What is modelled."""
+        """What is modelled, in words."""
         at = self.plan.fidelity
         if not left_out(at_level(self.plan, LADDER[0])):
             return "as it is written"
@@ -87,7 +87,7 @@ class ModelLevel:
 
     @property
     def how(self) -> str:
-        """Its steps in words."""
+        """Method and steps in words."""
         steps = (
             f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
         )
@@ -95,7 +95,7 @@ class ModelLevel:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """In words."""
+        """What the level leaves out, in words."""
         return left_out(self.plan)
 
     @property
@@ -106,12 +106,12 @@ class ModelLevel:
         return ModelLevel(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
 
     def on(self, level: Fidelity) -> ModelLevel:
-        """The same steps at another level."""
+        """Return the candidate with the same steps at another level."""
         return ModelLevel(at_level(self.plan, level))
 
     @property
     def settings(self) -> list[str]:
-        """The settings of a scene that select it."""
+        """The scene settings that select this candidate."""
         fields = (f for f in msgspec.structs.fields(Fidelity) if f.name != "where")
         values = ((f, getattr(self.plan.fidelity, f.name)) for f in fields)
         written = [f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if x != f.default]
@@ -122,14 +122,14 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All candidates (levels and steps) of a plan; `named`: fidelity and steps fixed by the scene."""
+    """All candidates (levels and steps) of a plan; `named`: keys of fidelity and steps fixed by the scene."""
 
     plan: Plan
     named: Sequence[str] = ()
 
     @cached_property
     def full(self) -> list[Fidelity]:
-        """The levels of witnesses."""
+        """All levels, also those that the scene excludes; witnesses are taken from them."""
         return levels(self.plan)
 
     @cached_property
@@ -147,7 +147,7 @@ class Ladder:
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
     def witnesses(self, level: Fidelity) -> list[Fidelity]:
-        """The levels that put back all that a level leaves out, the cheapest first; none of the finest."""
+        """Return the levels that put back all that a level leaves out, cheapest first; none for the finest."""
         if len(self.full) == 1 and level in self.levels:
             return []
         return self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
@@ -159,18 +159,18 @@ class Ladder:
 
     @cached_property
     def own(self) -> str:
-        """The method of its candidates where none is named."""
+        """The method of candidates if the scene fixes none: radau5 for stiff systems, else dop853."""
         mechanics = system(self.plan)
         return "radau5" if stiff(mechanics) and not undamped(mechanics) else "dop853"
 
     @property
     def method(self) -> str:
-        """The method by which it is run."""
+        """The integration method of the candidates."""
         return self.plan.method if {"method", "step"} & {*self.named} else self.own
 
     def in_own_steps(self, candidate: ModelLevel) -> ModelLevel:
-        """A candidate, or one of its level by the ladder's method: what a level leaves out does not depend on steps,
-        but others may take long on a richer one."""
+        """Return the candidate, or its level with the ladder's own method: the error of a level does not depend on the
+        steps, but other methods may be slow on a finer level."""
         if (candidate.plan.method, candidate.plan.step) == (self.own, None):
             return candidate
         tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)
@@ -189,5 +189,5 @@ class Ladder:
 
 
 def _written(value: object) -> str:
-    """A value of the fidelity as written in a scene file."""
+    """Return a value of the fidelity as written in a scene file."""
     return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)

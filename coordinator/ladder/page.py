@@ -1,4 +1,4 @@
-"""What is written of a measured ladder: its sheet, .png or .svg (the work-precision figure), .csv or .json."""
+"""Files of a measured ladder: a page with tables, .png or .svg (the work-precision figure), .csv or .json."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ FLOOR = 1e-9  # relative error that is drawn at least
 
 
 def checked(out: str | Path) -> Path:
-    """The path, after checking that a report can be written there."""
+    """Return the path, after checking that a trade-off can be written there."""
     return output_path(out, "a trade-off", KINDS)
 
 
 def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Path:
-    """Write in the form that the ending asks for, and return where."""
+    """Write a measured ladder in the form given by the file ending, and return the path."""
     path = checked(out)
     match path.suffix.lower():
         case ".png" | ".svg":
@@ -51,7 +51,7 @@ def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Pat
 
 
 def data(measured: MeasuredLadder) -> dict[str, Any]:
-    """Plain data in SI units; infinite values become null."""
+    """Return a measured ladder as plain data in SI units; infinite values become null."""
     found = msgspec.to_builtins(measured)
     found["distributed"] = [
         x | {"s_per_grant": y.per_grant} for x, y in zip(found["distributed"], measured.distributed, strict=True)
@@ -68,8 +68,8 @@ def _finite(x: object) -> object:
 
 
 def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
-    """The sheet of a trade-off: recommendation, figure, candidates with the fastest first, and those that could not
-    run."""
+    """Return the page of a trade-off: recommendation, figure, candidates with the fastest first, and those that could
+    not run."""
     asked = (f"error of {quantity} [%]" for quantity in measured.ask)
     heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
     rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]
@@ -86,7 +86,7 @@ def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
 
 
 def _row(measured: MeasuredLadder, row: Row) -> tuple[Cell, ...]:
-    """Cells of a candidate; errors above the accuracy are marked, and so is the recommended one."""
+    """Return the cells of a candidate; errors above the accuracy are marked, and so is the recommended candidate."""
     advised = row is measured.pick
     level = Marked(row.level, "pick") if advised else row.level
     errors = [(row.errors.get(q), row.errors.get(q, 0.0) > measured.limit) for q in measured.ask]
@@ -126,7 +126,7 @@ def _communication(measured: MeasuredLadder) -> list[Table]:
 
 
 def _drawn(measured: MeasuredLadder, fonts: str) -> Figure:
-    """Speed against the worst error, both logarithmic: up and to the left is better."""
+    """Draw speed against the largest error, both logarithmic: candidates up and to the left are better."""
     from matplotlib.figure import Figure
 
     with styled(fonts):

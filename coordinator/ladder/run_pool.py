@@ -1,4 +1,4 @@
-"""Runs of plans side by side on the cores, without a recording: the figures of each."""
+"""Parallel runs of plans on all cores, without a recording; each returns its figures."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ LONGEST = 3600.0  # [s] of wall time that a run may take
 
 @dataclass(frozen=True)
 class Shown:
-    """Figures of a run and CPU time of all that were needed [s]; where that is measured, relative errors of its steps
-    and its level, and which of these parts is missing, and why."""
+    """Figures of a run, with the CPU time of this run and those that measure its errors [s]; relative errors of steps
+    and level, if measured; which of these errors are missing, and why."""
 
     figures: list[AskedFigure]
     cpu_s: float
@@ -40,14 +40,14 @@ Ran: TypeAlias = Shown | str
 
 
 class Start(Protocol):
-    """Starts a run of a plan, or all by which its errors are `measured`."""
+    """Function that starts a run of a plan, with `measured` also the runs that measure its errors."""
 
     def __call__(self, plan: Plan, measured: bool = False) -> Future[Ran]: ...
 
 
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
-    """Start runs, `at_once` in processes of their own that end with the context; 0: here, one after the other."""
+    """Yield a function that starts runs in `at_once` processes, which end with the context; 0: runs in this process."""
     if at_once < 1:
         yield _here
         return
@@ -56,7 +56,7 @@ def starting(at_once: int) -> Iterator[Start]:
 
 
 def result(future: Future[Ran]) -> Ran:
-    """What has become of a run."""
+    """Wait for a run and return its result; raises ProtocolError if its process died."""
     try:
         return future.result()
     except BrokenProcessPool:
@@ -86,5 +86,5 @@ def _ran(task: tuple[bytes, bool]) -> Ran:
 
 
 def _at_the_end(found: Iterable[AskedFigure]) -> list[AskedFigure]:
-    """Of places those at the end."""
+    """Return the figures, with positions only at the end of the run."""
     return [f for f in found if f.quantity != "position" or f.name.endswith("at the end")]

@@ -1,9 +1,9 @@
 """Which input moves which figure of a run by how much: central differences, or a small design where events switch.
 
-Each uncertain input is moved by one standard uncertainty to either side.  Where the two differences are not nearly
-opposite, or a figure is missing in one of the runs, something switches in between: then two more runs, at the ends of
-what the input can be (of 95 % of it), and the largest deviation counts.  Contributions add up as squares, for inputs
-are taken to be independent (GUM, JCGM 100:2008, 5.1.2); bars are two standard uncertainties.
+Each uncertain input is moved by one standard uncertainty to either side. If the two differences are not nearly
+opposite, or a figure is missing in one of the runs, an event switches in between: then two more runs are made, at the
+ends of the input's range (of 95 % of it), and the largest deviation counts. Contributions add up as squares, as inputs
+are assumed independent (GUM, JCGM 100:2008, 5.1.2); half-widths are two standard uncertainties.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ NOISE = 1e-4  # of a figure: what is less is that of the steps
 
 @dataclass(frozen=True)
 class Effect:
-    """Change of a figure [SI] for plus two standard uncertainties of an input; `switches`: it is not proportional, and
-    this is the largest deviation of several runs."""
+    """Change of a figure [SI] for plus two standard uncertainties of an input; `switches`: the figure does not respond
+    proportionally, and the change is the largest deviation of several runs."""
 
     input: str
     moves: float
@@ -57,7 +57,7 @@ class Sensitivities:
     cpu_s: float = 0.0
 
     def bar(self, figure: str) -> float:
-        """Half-width of a figure's bar, of all inputs together [SI]."""
+        """Return the half-width of a figure's uncertainty from all inputs together [SI]."""
         return hypot(*(effect.moves for effect in self.effects[figure]))
 
     def __str__(self) -> str:
@@ -67,7 +67,7 @@ class Sensitivities:
         return "\n\n".join([*parts, *self.notes])
 
     def data(self) -> dict[str, object]:
-        """Plain data in SI units; half-widths at 95 %."""
+        """Return the sensitivities as plain data in SI units; half-widths at 95 %."""
         return {
             "figures": [
                 {"name": f.name, "quantity": f.quantity, "unit": f.unit, "value": f.value, "bar": self.bar(f.name),
@@ -101,7 +101,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs started with an input shifted by some standard uncertainties, or the reason why there are none."""
+    """Runs started with an input moved by some standard uncertainties; instead of a run the reason why it cannot
+    start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -111,10 +112,8 @@ def sensitivities(
     scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None,
     say: Callable[[str], None] = LOG.info,
 ) -> Sensitivities:  # fmt: skip
-    """Compute sensitivities with `at_once` runs in processes of their own (default: one per core; 0: in this process).
-
-    `given`: uncertainties besides those that the scene states, such as `block.mass +- 3 %`.  Raises HeavyliftError.
-    """
+    """Compute sensitivities with `at_once` parallel processes (default: one per core; 0: runs in this process).
+    `given`: uncertainties in addition to those of the scene, such as `block.mass +- 3 %`. Raises HeavyliftError."""
     scene, inputs = chosen(scene, say), uncertain_inputs(scene, given)
     if not inputs:
         raise ModelError(
@@ -132,13 +131,13 @@ def sensitivities(
 
 
 def of_unstated(names: Sequence[str]) -> str:
-    """Sentence that names inputs without stated uncertainty."""
+    """Return a sentence that names the inputs without stated uncertainty."""
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return f"no uncertainty is stated of, and so none counted: {', '.join(names[:SHOWN])}{more}"
 
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
-    """Start runs with a shifted input; none for an exact input."""
+    """Start runs with an input moved by `steps` standard uncertainties; none for an exact input."""
     runs: dict[float, Future[Ran] | str] = {}
     for step in steps if one.sd else ():
         try:
@@ -149,7 +148,7 @@ def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start
 
 
 def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[AskedFigure], start: Start) -> Sensitivities:
-    """Effects of inputs on the nominal figures, after the started runs have ended."""
+    """Wait for the started runs, and return the effects of inputs on the nominal figures."""
     seen = [_Seen(each) for each in begun]
     for one in [x for x in seen if not x.failed and any(x.switches(figure) for figure in nominal)]:
         one.more(moved(scene, one.input, (-one.end, one.end), start))
@@ -164,7 +163,7 @@ def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[AskedFigur
 
 
 class _Seen:
-    """What the runs with one input off have shown: by step, value by figure."""
+    """Results of the runs with one input moved: figures by step."""
 
     def __init__(self, begun: Moved) -> None:
         self.input, self.failed, self.cpu_s = begun.input, "", 0.0
@@ -173,7 +172,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Add further runs after they have ended."""
+        """Wait for further runs of this input and add their figures."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):
@@ -184,7 +183,7 @@ class _Seen:
                 self.values[step] = {figure.name: figure.value for figure in ended.figures}
 
     def switches(self, figure: AskedFigure) -> bool:
-        """Whether a figure does not respond proportionally to the input."""
+        """Return whether a figure does not respond proportionally to the input."""
         if not self.input.sd:
             return False
         down, up = (self.values[step].get(figure.name) for step in STEPS)
@@ -194,7 +193,7 @@ class _Seen:
         return bend > BENT * 0.5 * abs(up - down) and bend > NOISE * abs(figure.scale)
 
     def effect(self, figure: AskedFigure) -> Effect:
-        """On a figure: of the half-width of the input's bar."""
+        """Return the change of a figure for the half-width (95 %) of the input."""
         if not self.input.sd:
             return Effect(self.input.name, 0.0)
         if not self.switches(figure):
@@ -205,7 +204,7 @@ class _Seen:
 
 
 def _finer(scene: LoadedScene, found: Sensitivities) -> list[str]:
-    """Accuracies that the scene requests beyond the uncertainty of its inputs."""
+    """Return notes on accuracies that the scene requests beyond the uncertainty of its inputs."""
     wanted, notes = scene.facts.accuracy, []
     for quantity in scene.facts.own:
         parts = [(found.bar(f.name) / (abs(f.scale) or 1.0), f.name) for f in found.figures if f.quantity == quantity]

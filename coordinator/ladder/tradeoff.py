@@ -1,7 +1,8 @@
-"""The whole ladder of a scene as a table: what each candidate costs, and what it is wrong by; one sentence of advice.
+"""The whole ladder of a scene as a table: cost and errors of each candidate; one sentence of advice.
 
-Errors are differences to the finest model level, whose own are reported beside it: its steps by looser ones, its level
-by the poorer one before it.  One run at a time on one core, without a recording; times are CPU time.
+Errors are differences to the finest model level, whose own errors are reported, too: those of its steps by looser ones,
+that of its level by the coarser level before it. One run at a time on one core, without a recording; times are CPU
+time.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ REFERENCE = 3  # steps of the finest model level: so many times a tenth of the l
 
 @dataclass(frozen=True)
 class Row:
-    """One row: largest relative error of each quantity, or the `reason` why it could not run; CPU seconds for start and
-    run; the command that reproduces it."""
+    """One row of the table: largest relative error of each quantity, or the `reason` why the candidate could not run;
+    CPU seconds for start and run; the command that reproduces it."""
 
     level: str
     how: str
@@ -47,8 +48,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """A pair coupled with forces held over `h` [s]: measured and theoretical damping ratio, and the h [s] for 1 %
-    growth over the run."""
+    """Stability of a pair of systems that exchange forces held over `h` [s]: measured and theoretical damping ratio,
+    and the `h` [s] with 1 % growth over the run."""
 
     pair: str
     omega: float
@@ -60,8 +61,8 @@ class Held:
 
 @dataclass(frozen=True)
 class Distributed:
-    """A distributed run: processes, simulated and wall seconds, shares of the kernel and of start and end, CPU seconds,
-    grants, recording size, digest."""
+    """A distributed run: processes, their benefit, simulated and wall seconds, those of the kernel and of start and
+    end, CPU seconds, grants, recording size, digest."""
 
     where: str
     buys: str
@@ -83,7 +84,7 @@ class Distributed:
 @dataclass(frozen=True)
 class MeasuredLadder:
     """Measured levels and steps of a scene: rows by level, cheapest first; reference and its error; recommendation;
-    rows that did not fit the budget; cost of processes."""
+    number of candidates that did not fit the budget; cost of processes."""
 
     scene: str
     ask: tuple[Asked, ...]
@@ -104,10 +105,10 @@ def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
     say: Callable[[str], None] = lambda message: None,
 ) -> MeasuredLadder:  # fmt: skip
-    """Measure a scene within `budget` seconds; `ask`: quantities (default: the scene's own or the usual ones); `limit`
-    of their errors (default: the scene's accuracy, else 1 %).
+    """Measure all candidates of a scene within `budget` seconds; `ask`: quantities (default: those of the scene, else
+    the usual ones); `limit` of their errors (default: the scene's accuracy, else 1 %).
 
-    Raises SceneError for what cannot be asked of it, and for a budget that is too small for the finest model level.
+    Raises SceneError for a quantity that cannot be requested, and for a budget too small for the finest model level.
     """
     began = time.perf_counter()
     wanted = _asked(ask, scene.facts.ask)
@@ -152,7 +153,7 @@ def measure(
 
 
 def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
-    """Quantities of a list such as "rope tension, swing"; raises SceneError for an unknown one."""
+    """Read quantities from a list such as "rope tension, swing"; raises SceneError for an unknown one."""
     wanted = [word.strip() for word in words.strip("[] ").split(",") if word.strip()]
     for word in wanted:
         if word not in ASKABLE:
@@ -163,7 +164,7 @@ def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
 def _row(
     scene: LoadedScene, candidate: ModelLevel, true: ModelLevel, quantity: dict[str, Asked], measuring: Measuring
 ) -> Row | None:
-    """The row of a candidate; None if the budget ends first."""
+    """Return the row of a candidate; None if the budget ends first."""
     try:
         errors = _by(quantity, measuring.apart(candidate, true))
     except HeavyliftError as error:
@@ -177,7 +178,7 @@ def _row(
 
 
 def _by(quantity: dict[str, Asked], errors: Errors) -> dict[Asked, float]:
-    """The largest error of each quantity."""
+    """Return the largest error of each quantity."""
     return {
         q: max((e for name, e in errors.items() if quantity.get(name) == q), default=inf)
         for q in dict.fromkeys(quantity.values())
@@ -187,7 +188,7 @@ def _by(quantity: dict[str, Asked], errors: Errors) -> dict[Asked, float]:
 def _worth(
     ladder: Ladder, true: ModelLevel, finest: Sequence[ModelLevel], quantity: dict[str, Asked], measuring: Measuring
 ) -> dict[str, dict[Asked, float]]:
-    """What the reference itself changed by, where these runs were made."""
+    """Return the errors of the reference itself, of its steps and level, as far as these runs were made."""
     looser = finest[max(0, min(REFERENCE, len(finest) - 1) - 1)]
     others = {"its steps": looser} | ({"its level": true.on(ladder.poorer)} if ladder.poorer else {})
     known = {
@@ -199,7 +200,7 @@ def _worth(
 
 
 def _advice(rows: Sequence[Row], limit: float) -> tuple[Row | None, str]:
-    """The cheapest row within the limit as a sentence, and the next cheaper one outside it."""
+    """Return the cheapest row within the limit, and a sentence that recommends it and names the next cheaper one."""
     passing = sorted((r for r in rows if r.worst <= limit), key=lambda r: r.run_s)
     if not passing:
         best = min(rows, key=lambda r: r.worst, default=None)

@@ -1,8 +1,8 @@
 """The best accuracy that this machine reaches in a given time, as ordinary settings of the scene.
 
-What a run costs is what it has just cost in this process: from a coarse accuracy to finer ones, as long as what is
-measured and a run of it fit.  The clock chooses the settings alone: a run that repeats them gives the same
-digest anywhere, however long it takes.
+The cost of a run is measured in this process: from a coarse accuracy to finer ones, as long as the measurement and a
+run at this accuracy fit into the time. Only the choice of settings depends on the clock: a run that repeats them has
+the same digest on any machine, however long it takes.
 """
 
 from __future__ import annotations
@@ -42,8 +42,9 @@ def within(
     name: str | Path, settings: Sequence[str], ask: Sequence[str], seconds: str = "", factor: float | None = None,
     rate: float | None = None,
 ) -> Within:  # fmt: skip
-    """The scene at the best accuracy for `seconds` from the start of this process to its end, or for `factor` simulated
-    seconds per second; `ask`: quantities if the scene requests none. Raises SceneError if the time is too short."""
+    """Return the scene at the best accuracy for `seconds` from the start of this process to its end, or for `factor`
+    simulated seconds per second; `ask`: quantities if the scene requests none. Raises SceneError if the time is too
+    short."""
     option = f"--within '{seconds}'" if seconds else f"--real-time {factor:g}"
     if (seconds and factor is not None) or rate is not None:
         raise SceneError(f"{option}: give one of --within, --real-time and --rate")
@@ -75,7 +76,7 @@ def within(
 
 
 def _best(scene: LoadedScene, allowed: float) -> tuple[Answer | None, float]:
-    """The finest answer whose run fits, and the time of the coarsest [s]."""
+    """Return the finest answer whose run fits, or None, and the time that the coarsest needs [s]."""
     ladder, ask, takes, needed = Ladder(scene.plan, scene.facts.named), scene.facts.ask, 0.0, 2.0 * allowed
     found: Answer | None = None
     measuring = Measuring(ask, lambda: SPARE * allowed - AROUND - takes - elapsed() if found else inf)
@@ -98,12 +99,12 @@ def _best(scene: LoadedScene, allowed: float) -> tuple[Answer | None, float]:
 
 
 def lasts(scene: LoadedScene) -> float:
-    """Simulated seconds of a run, about."""
+    """Estimate the simulated duration of a run [s]."""
     return scene.plan.end if scene.plan.end is not None else max((state.t for state in scene.states), default=0.0)
 
 
 def elapsed() -> float:
-    """Seconds since this process was started, including the time before Python."""
+    """Return the seconds since this process was started, including the start of Python."""
     try:
         stat = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
         return time.clock_gettime(time.CLOCK_BOOTTIME) - int(stat[19]) / os.sysconf("SC_CLK_TCK")

@@ -1,12 +1,12 @@
-"""How a run is found by those who look at it: `run.json` in its private directory, locked while the run lives.
+"""How observers find a run: `run.json` in its private directory, locked while the run lives.
 
-The directory belongs to the user and nobody else may enter it, so only its owner finds a run.  The lock tells a run
-that goes on from what a killed one has left, without trust in process numbers.
+The directory belongs to the user and nobody else may enter it, so only its owner finds a run. The lock distinguishes a
+run in progress from the leftovers of a killed one, without trust in process numbers.
 
-What an operator asks of a run, and what the run answers: one query on its control key and its replies.
+Orders of an operator and replies of the run: one query on the run's control key with its replies.
 
-A command that waits for a paused run hears of that at once, and of the commander's answer when the run goes on; every
-other order has one reply.
+A command that waits for a paused run gets a reply at once, and another with the commander's answer when the run
+continues; every other order has one reply.
 """
 
 import fcntl
@@ -30,7 +30,7 @@ NAME = "run.json"
 
 
 class Notice(msgspec.Struct, frozen=True):
-    """What a run publishes about itself; `started` in seconds of the system's clock."""
+    """Description that a run publishes of itself in `run.json`; `started`: system clock [s]."""
 
     run: str
     scene: str
@@ -50,7 +50,7 @@ class AnnouncedRun(NamedTuple):
 
     @property
     def lives(self) -> bool:
-        """Whether its coordinator still runs."""
+        """Whether the run's coordinator is alive."""
         return _locked(self.directory / NAME)
 
 
@@ -59,7 +59,7 @@ def announced(
     directory: Path, run: str, scene: str, recording: Path | None, units: Mapping[str, Mapping[str, str]],
     angles: tuple[str, ...],
 ) -> Iterator[None]:  # fmt: skip
-    """Make a run findable as long as this is open."""
+    """Make a run findable while this context is open."""
     plain = {name: dict(fields) for name, fields in units.items()}
     given = path_text(recording.absolute()) if recording else ""
     notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
@@ -72,7 +72,7 @@ def announced(
 
 
 def running() -> list[AnnouncedRun]:
-    """All runs in progress of this user, oldest first."""
+    """Return all runs of this user in progress, oldest first."""
     found = []
     for path in {path.resolve() for place in places() for path in Path(place).glob(f"heavylift-*/{NAME}")}:
         try:
@@ -84,7 +84,7 @@ def running() -> list[AnnouncedRun]:
 
 
 def find(which: str = "") -> AnnouncedRun:
-    """Find a run by recording, run id or its beginning, or scene; "" for the only one."""
+    """Find a run in progress by its recording, run id (or beginning of it) or scene; "" for the only one."""
     runs = running()
     if not which:
         if len(runs) == 1:
@@ -146,7 +146,8 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """One sentence; whether the order was carried out, and when [ns]; whether it is the last reply."""
+    """Reply to an order: one sentence; whether the order was carried out, and when [ns]; whether it is the last
+    reply."""
 
     done: bool
     said: str
@@ -155,7 +156,7 @@ class Reply(msgspec.Struct, frozen=True):
 
 
 def order(run: str | Path | AnnouncedRun, what: RunOrder) -> str:
-    """Send an order to a run in progress; returns its answer, raises ProtocolError if it refuses."""
+    """Send an order to a run in progress and return the answer; raises ProtocolError if the run refuses."""
     answer = ask(run, what)
     if not answer.done:
         raise ProtocolError(answer.said)
@@ -168,10 +169,8 @@ def ask(
     patience: float = PATIENCE_s,
     hear: Callable[[str], None] | None = None,
 ) -> Reply:
-    """Send an order to a run in progress and return its last reply; `hear` receives earlier ones.
-
-    Raises ProtocolError if there is no last reply within `patience` [s], which a step does not need.
-    """
+    """Send an order to a run in progress and return its last reply; `hear` receives earlier replies. Raises
+    ProtocolError if the last reply takes longer than `patience` [s]; for a step this limit does not hold."""
     found = run if isinstance(run, AnnouncedRun) else find(str(run))
     timeout, text = STEP_s if what.do == "step" else patience, ""
     with guest_session(found.directory, OPERATOR) as session:

@@ -1,10 +1,10 @@
-"""Where a run takes the orders of an operator: pause, step, continue, rate, stop, commands.
+"""Where a run receives an operator's orders: pause, step, continue, rate, stop, commands.
 
-Orders arrive in a thread of the bus or of the terminal and wait; the conversation attends to them between two rounds.
-A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is journaled beside
-the recording, on the disk before anything can come of it, and enters the run as an event of the source "operator", in
-the total order and on record.  Its reply waits for what the model answers; one who does not wait for a paused run
-is reported when it will take effect.
+Orders arrive in a thread of the bus or of the terminal and are queued; the coordinator handles them between two rounds.
+A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a
+journal beside the recording before it takes effect, and enters the run as an event of the source "operator", in the
+total order and in the recording. Its reply follows when the model has answered; without `wait`, a client of a paused
+run gets a reply that says when the command will take effect.
 
 The commands that an operator gave to a run: as events, in its journal, in its recording.
 
@@ -34,24 +34,24 @@ from .pace import Tempo
 
 
 class TimedCommand(NamedTuple):
-    """A command and its time: the canonical bytes of an OperatorCommand."""
+    """A command with its time: `payload` holds the canonical bytes of an OperatorCommand."""
 
     tag: Tag
     payload: bytes
 
 
 def command(given: TimedCommand) -> Event:
-    """The event that a command is."""
+    """Return the event by which a command enters the run."""
     return Event(*given.tag, OPERATOR, COMMAND, 0, OperatorCommand.__name__, given.payload)
 
 
 def journal_of(recording: Path) -> Path:
-    """Path of the journal of commands while the recording is incomplete."""
+    """Return the path of the journal of commands, which exists while the recording is incomplete."""
     return recording.with_name(recording.name + COMMANDS)
 
 
 def journaled(recording: Path) -> set[TimedCommand]:
-    """The commands in the journal of a run that was cut off."""
+    """Read the commands in the journal of a run that was cut off; raises RecordingError if it is none."""
     path = journal_of(recording)
     try:
         return {TimedCommand(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
@@ -60,7 +60,8 @@ def journaled(recording: Path) -> set[TimedCommand]:
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
-    """Commands of a recorded run in order, including those in the journal of a run that was cut off."""
+    """Return the operator's commands of a recorded run in order, including those in the journal of a run that was cut
+    off."""
     path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
@@ -84,7 +85,8 @@ class Asked(NamedTuple):
 
 
 class CommandQueue(AbstractContextManager["CommandQueue"]):
-    """A context manager: at its end nobody is left without an answer, and a journal that is not needed goes."""
+    """Queue of an operator's orders, as a context manager: its exit answers all waiting clients, and removes a journal
+    that is no longer needed."""
 
     def __init__(
         self,
@@ -93,10 +95,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         read: Callable[[str], OperatorCommand] | None = None,
         why: Callable[[OperatorAnswer], str] = lambda answer: answer.refused,
     ) -> None:
-        """`recording`: its future path; `read` parses an operator's words (None: commands are refused).
-
-        `why` says for people why a command is refused.
-        """
+        """`recording` returns the recording's future path; `read` parses the words of a command (None: commands are
+        refused); `why` explains a refused command to people."""
         self._recording, self._tempo, self._read, self._why = recording, tempo, read, why
         self._journal: Journal | None = None
         self._asked: deque[Asked] = deque()
@@ -106,16 +106,16 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         self._closed = False
 
     def repeat(self, commands: Iterable[TimedCommand], core: OpenCoordinator) -> None:
-        """Repeat the commands of another run."""
+        """Schedule the commands of another run."""
         for given in commands:
             self._order(given, core)
 
     def open(self, hub: Hub) -> None:
-        """Take orders from now on."""
+        """Accept orders from now on."""
         hub.serve("control", self._arrived)
 
     def attend(self, core: OpenCoordinator) -> None:
-        """Carry out new commands, and answer clients that wait for the end of a step."""
+        """Execute queued orders, and reply to clients that wait for the end of a step."""
         if self._steps and self._tempo.held and self._tempo.limit is not None:
             self._stepped(f"paused at {_seconds(self._tempo.limit)}")
         while self._asked:
@@ -131,7 +131,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
                     asked.reply(text)
 
     def event(self, event: Event) -> None:
-        """Return the model's answer to the client that gave the command."""
+        """Reply to the client whose command a model has answered by this event."""
         if event.type == OperatorAnswer.__name__:
             answer = event.value
             assert isinstance(answer, OperatorAnswer)
@@ -148,14 +148,14 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         self._steps.clear()
 
     def ask(self, asked: Asked) -> None:
-        """Lay an order on the desk, from any thread."""
+        """Queue an order; may be called from any thread."""
         self._asked.append(asked)
         self._tempo.alarm.set()
         if self._closed:
             self.close()
 
     def close(self) -> None:
-        """End of the run: answer all waiting clients while the bus is open."""
+        """End the run's command handling: reply to all waiting clients while the bus is open."""
         self._closed = True
         self._asked.extend([*self._steps, *self._unanswered.values()])
         self._steps.clear()
@@ -173,7 +173,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
 
     def _execute(self, order: RunOrder, core: OpenCoordinator, asked: Asked) -> Reply | None:
-        """Carry out an order; None if its answer comes later."""
+        """Execute an order and return the reply; None if the reply comes later."""
         tempo = self._tempo
         match order.do:
             case "pause":
@@ -204,18 +204,20 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
                 return Reply(True, f"{tempo.pace.change(order.factor):g} x real time")
 
     def _paused(self, t: int) -> bool:
-        """Whether the run is paused before this time [ns]."""
+        """Return whether the run is paused before this time [ns]."""
         return self._tempo.limit is not None and Tag(t) >= self._tempo.limit
 
     def _hold(self, t: int, asked: Asked) -> None:
-        """Tell a waiting client that its answer comes later."""
+        """Reply to a client, if the run is paused before time `t` [ns], that its command takes effect when the run
+        continues."""
         if self._paused(t):
             at = _seconds(Tag(t))
             text = f"the run is paused at {at}; the command takes effect there when it goes on"
             asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
-        """Schedule a command as early as possible; returns its time [ns]."""
+        """Schedule a command as early as possible; returns its time [ns]. Raises HeavyliftError if no model takes
+        commands."""
         if self._read is None:
             raise HeavyliftError(
                 f"{words}: no model of this run takes commands; pause, step and continue it, or Ctrl-C"
@@ -230,7 +232,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         return t
 
     def _order(self, given: TimedCommand, core: OpenCoordinator) -> None:
-        """Write a command to disk before it takes effect."""
+        """Write a command to the journal on disk, then inject it into the run."""
         if self._journal is None:
             self._journal = Journal(journal_of(self._recording()), exclusive=True)
         self._journal.append(msgspec.msgpack.encode(given), sync=True)

@@ -1,9 +1,9 @@
-"""The keys of the terminal in which a run goes on, for an operator who sits at it: the same orders, the same keys.
+"""Keys of the terminal that started a run; they send the same orders as the commands.
 
-    space: pause and go on    s or .: to the next event, then pause    + and -: twice and half the rate    q: end
+    space: pause and continue    s or .: to the next event, then pause    + and -: twice and half the rate    q: end
 
-A thread waits for keys and lays orders on the desk; the conversation attends to them between two rounds.  Where
-standard input is no terminal there are no keys, and `wait`, a sleep that a key ends, only sleeps.
+A thread waits for keys and queues orders; the coordinator handles them between two rounds. If standard input is no
+terminal there are no keys, and `wait`, a sleep that a key ends, only sleeps.
 """
 
 import os
@@ -22,7 +22,7 @@ from .command_queue import Asked, CommandQueue
 
 
 class Keyboard:
-    """The terminal at standard input; a context manager."""
+    """The keyboard of the terminal at standard input; a context manager."""
 
     def __init__(self) -> None:
         self.there = False
@@ -47,7 +47,7 @@ class Keyboard:
             self.there = False
 
     def wait(self, seconds: float | None) -> str:
-        """The next key within `seconds` (None: without limit); "" if none was pressed."""
+        """Wait up to `seconds` for a key (None: without limit) and return it; "" if none was pressed."""
         if not self.there:
             time.sleep(seconds or 0.0)
             return ""
@@ -65,7 +65,7 @@ FASTER = 2.0  # factor of a press on + or -
 
 
 class Keys:
-    """Keyboard control of a run, as a context manager; `say` receives the answers."""
+    """Keyboard control of a run, as a context manager; `say` receives the replies."""
 
     def __init__(self, queue: CommandQueue, keyboard: Keyboard, say: Callable[[str], None]) -> None:
         self._queue, self._keyboard, self._report = queue, keyboard, say

@@ -1,9 +1,9 @@
-"""What observers of a run are shown: every committed event in total order, and samples; and who looks from elsewhere.
+"""What observers of a run receive: every committed event in total order, and samples; and how they read it.
 
-An event is appended to a journal in the run's private directory, where its place is its number, then put on its key of
-the bus, which drops it for a listener that is slow or frozen.  An `Observer` only reads the journal, in its own time:
-one that comes late has the past without gap or repetition, and the run never waits for anybody.  What one round has
-brought is written at once by `shown`; the last entry says how the run ended.  A run in one process cannot be watched.
+An event is appended to a journal in the run's private directory, where its position is its number, then published on
+the bus, which drops it for a slow or frozen subscriber. An `Observer` only reads the journal, at its own speed: a late
+one gets the past without gap or repetition, and the run never waits for it. Events of one round are written at once by
+`shown`; the last entry says how the run ended. A run in one process cannot be watched.
 
 As a line for people: 9.032650 s  take up slack  west.report  RopeState west.H1: state taut, tension 1234.5 N
 """
@@ -44,12 +44,12 @@ ARRAY = 0x90  # the first half-byte of a short array in MessagePack
 
 
 def entry(data: bytes) -> Event | RunEnded:
-    """Decode an entry of the journal: an array is an event, a map the end."""
+    """Decode an entry of the journal: an array is an event, a map is the end of the run."""
     return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
 
 
 class EventPublisher(AbstractContextManager["EventPublisher"]):
-    """Shows the events of one run as long as it is open, as a context manager; `last_ns` is where the run has come."""
+    """Publishes the events of one run while this context is open; `last_ns`: simulation time reached [ns]."""
 
     def __init__(self, hub: Hub) -> None:
         self._hub, self.last_ns = hub, 0
@@ -57,11 +57,11 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
         self._events: list[Event] = []  # of this round
 
     def event(self, event: Event) -> None:
-        """A committed event, to be shown."""
+        """Queue a committed event to be published."""
         self._events.append(event)
 
     def show(self) -> None:
-        """Show the events that have been committed since the last time."""
+        """Publish the queued events."""
         if self._events:
             self._journal.extend(map(_ENCODER.encode, self._events))
             for event in self._events:
@@ -80,7 +80,8 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
 def shown(
     hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
-    """Publish the events of run `name`; `turning`: actuators whose coordinate is an angle."""
+    """Publish the events of run `name`; `turning`: actuators whose coordinate is an angle. Yields None for a run in one
+    process, which cannot be watched."""
     if isinstance(hub, LocalHub):
         yield None
         return
@@ -106,24 +107,24 @@ class OnTheBus:
         self._schemas: dict[str, str] = {}
 
     def open(self, hub: Hub) -> None:
-        """Put on this run's keys from now on."""
+        """Publish on the keys of this run from now on."""
         self._hub = hub
         for topic in self._schemas:
             hub.heard_data(topic[1:])
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
-        """There will be messages of this kind on the topic."""
+        """Announce a topic and the type of its messages."""
         self._schemas[topic] = descriptor.full_name
         if self._hub is not None:
             self._hub.heard_data(topic[1:])
 
     def listens(self) -> bool:
-        """Whether a client subscribes to one of them."""
+        """Return whether a client subscribes to one of the announced topics."""
         hub = self._hub
         return hub is not None and any([hub.heard_data(topic[1:]) for topic in self._schemas])
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
-        """A message of this simulation time."""
+        """Publish a message with this simulation time [ns]."""
         if self._hub is not None:
             self._hub.publish_data(topic[1:], data, self._schemas[topic], t_ns)
 
@@ -132,7 +133,7 @@ LOOK_s = 0.02  # how often an observer looks for more
 
 
 class Observer(Iterator[tuple[int, Event]]):
-    """Iterates over (number, event); at its end `ended` holds how the run ended."""
+    """Iterator over (number, event) of a run; after the last event `ended` tells how the run ended."""
 
     def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
@@ -159,26 +160,26 @@ class Observer(Iterator[tuple[int, Event]]):
 
 
 def observe(run: str | Path | AnnouncedRun = "") -> Observer:
-    """Observe all events of a run in progress as (number, event), from 0; `run` as of `find`."""
+    """Observe all events of a run in progress as (number, event), from number 0; `run`: as for `find`."""
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
 
 
 class Lines:
-    """Writes the events of one run as text; needs all of them to know the stage."""
+    """Formats the events of one run as lines of text; must see all of them to know the current stage."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles
         self._stage = ""
 
     def of(self, event: Event) -> tuple[str, Any]:
-        """Stage of an event, and its message as plain data."""
+        """Return the stage in which an event occurs, and its message as plain data."""
         value = msgspec.msgpack.decode(event.payload)
         if event.type == "Stage":
             self._stage = value["name"] or self._stage
         return self._stage, value
 
     def text(self, event: Event) -> str:
-        """The line of an event."""
+        """Return the line of an event with its full message."""
         stage, value = self.of(event)
         micro = f"+{event.k}" if event.k else ""
         at, who = f"{event.t * 1e-9:.6f}{micro} s", f"{event.source}.{event.port}"
@@ -186,8 +187,8 @@ class Lines:
         return printable(line, keep=SPACES)
 
     def report(self, event: Event) -> str:
-        """The line of an event for planners; "" for orders, thresholds and the like.  Messages of a user's models are
-        shown as they are."""
+        """Return the line of an event for planners; "" for orders, thresholds and the like. Messages of a user's own
+        models are shown in full."""
         stage, value = self.of(event)
         if event.type not in LISTED:
             return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)
@@ -206,7 +207,7 @@ class Lines:
         return "".join([f" {actor}" if actor else "", f": {text}" if text else ""])
 
     def _unit(self, unit: str, actor: str | None) -> str:
-        """Unit of a coordinate that is a length or an angle, by its actuator."""
+        """Return the unit of a coordinate; `actor` decides between length and angle."""
         message = unit.split(" or ")[-1 if actor in self._angles else 0]
         return f" {message}" if message else ""
 

@@ -1,13 +1,13 @@
-"""How fast a run goes: as fast as it can, or by the wall clock.
+"""Pace of a run: as fast as possible, or by the wall clock.
 
-A pace sets the horizon of the coordinator's decisions and so delays grants, nothing else: no node knows of it, and the
-digest of a run is the same at any rate.  By the clock, what stands at a tag is granted when the clock has reached it
-and never before; when the machine is too slow it is granted late, in order, and the lateness is reported.
+A pace sets the horizon of the coordinator's decisions and so delays grants, nothing else: nodes do not notice, and the
+digest of a run is the same at any rate. By the clock, a tag is granted when the clock has reached it and never before;
+on a machine that is too slow it is granted late, in order, and the lateness is reported.
 
-When a run may go on: its pace, and the pauses and steps of an operator.
+Pauses and steps of an operator limit a run, too.
 
-While it is paused, nothing at or after `limit` is decided; a limit is never below what was decided before, so that
-"paused at t" means: all before t is done, and nothing at t.  A step moves the limit.
+While a run is paused, nothing at or after `limit` is decided; a limit is never below what was decided before, so that
+"paused at t" means: everything before t is done, and nothing at t. A step moves the limit.
 """
 
 import math
@@ -33,38 +33,38 @@ class Lateness(NamedTuple):
     share: float
 
     def __str__(self) -> str:
-        """For the summary of a run."""
+        """Return the lateness as text for the summary of a run."""
         times = f"latest {self.max * 1e3:.3g} ms late, {self.mean * 1e3:.3g} ms in the mean"
         return f"{times}, {self.share:.1%} of {self.rounds} rounds more than {LATE_s * 1e3:g} ms"
 
 
 class Pace:
-    """Runs as fast as possible; decisions are at most `ahead` [ns] before the next event, so that they can be
-    merged."""
+    """Runs as fast as possible; decisions reach at most `ahead` [ns] beyond the next event, which is how long an
+    operator's command may have to wait."""
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead
 
     def horizon(self, first: Tag) -> Tag:
-        """Tag up to which decisions may be made; `first`: the earliest pending one."""
+        """Return the tag up to which decisions may be made; `first`: the earliest pending tag."""
         return after(first, self.ahead) if first < FOREVER else FOREVER
 
     def wait(self, first: Tag) -> float:
-        """Time [s] until the horizon passes `first`."""
+        """Return the wall time [s] until the horizon passes `first`."""
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:
-        """Wait for so long [s], or until the alarm is set."""
+        """Wait for this time [s], or until the alarm is set."""
         alarm.wait(seconds)
 
     def granted(self, first: Tag) -> None:
         """Record that the grant for `first` was sent."""
 
     def hold(self) -> None:
-        """The run is paused."""
+        """Note that the run is paused; nothing to do without a clock."""
 
     def go_on(self, at: Tag) -> None:
-        """Continue from this tag after a pause."""
+        """Continue at tag `at` after a pause."""
 
     def change(self, factor: float) -> float:
         """Change the rate; returns the new one."""
@@ -72,12 +72,12 @@ class Pace:
 
     @property
     def lateness(self) -> Lateness | None:
-        """None: there is no clock to compare with."""
+        """Lateness of grants; None without a clock."""
         return None
 
 
 class RealTime(Pace):
-    """`rate` seconds of simulation in each second of the clock, from the first horizon on."""
+    """Pace by the wall clock: `rate` simulated seconds per second, counted from the first call of `horizon`."""
 
     def __init__(self, rate: float, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(0)
@@ -88,13 +88,13 @@ class RealTime(Pace):
         self._rounds, self._late, self._sum, self._max = 0, 0, 0.0, 0.0
 
     def horizon(self, first: Tag) -> Tag:
-        """The present time; earlier tags are due."""
+        """Return the present simulation time; earlier tags are due."""
         if self._since is None:
             self.go_on(Tag(0))
         return Tag(self._now())
 
     def wait(self, first: Tag) -> float:
-        """Until the clock reaches `first`."""
+        """Return the wall time [s] until the clock reaches `first`."""
         if first == FOREVER:
             return math.inf
         return max(REST_s, -self._lateness(first)) if self._since is None or first.t >= self._now() else 0.0
@@ -106,11 +106,11 @@ class RealTime(Pace):
         self._late += late > LATE_s
 
     def hold(self) -> None:
-        """The clock is stopped."""
+        """Stop the clock for a pause."""
         self._since = None
 
     def go_on(self, at: Tag) -> None:
-        """Restart the clock after a pause."""
+        """Restart the clock at tag `at` after a pause."""
         self._since = self._since or (self._clock(), at.t)
 
     def change(self, factor: float) -> float:
@@ -135,7 +135,7 @@ class RealTime(Pace):
         return t + math.floor((self._clock() - began) * self.rate * 1e9)
 
     def _lateness(self, tag: Tag) -> float:
-        """Time [s of the clock] since a tag was due, at the end of its nanosecond."""
+        """Return the wall time [s] since a tag was due, at the end of its nanosecond."""
         if self._since is None:
             return -math.inf
         began, t = self._since
@@ -147,7 +147,7 @@ GRAIN_ns = 2  # of steps to the next event: a step of the mechanics is announced
 
 
 class Tempo:
-    """Pacing of the conversation: what may be decided, and how long to wait when nothing is due."""
+    """Pacing of the coordinator's rounds: up to which tag it may decide, and how long to wait if nothing is due."""
 
     def __init__(self, pace: Pace | None = None) -> None:
         self.pace = pace or Pace()
@@ -160,7 +160,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Tag up to which decisions may be made."""
+        """Return the tag up to which decisions may be made; notes in `held` whether a pause has been reached."""
         self.held = False
         if self._free:
             return FOREVER
@@ -176,11 +176,12 @@ class Tempo:
         return self._horizon if self.limit is None else min(self.limit, self._horizon)
 
     def granted(self) -> None:
-        """Something is granted within the horizon."""
+        """Record that a grant within the horizon was sent."""
         self.pace.granted(self._first)
 
     def rest(self, core: OpenCoordinator) -> float:
-        """Wait until something can be granted, if no node works; returns how long to wait for a node [s]."""
+        """Wait until something can be granted, if no node is working; returns how long to wait for an answer of a node
+        [s]."""
         if self._free:
             return math.inf
         first = core.first
@@ -197,16 +198,16 @@ class Tempo:
         return self.limit is None and self.pace.ahead == NEVER
 
     def event(self) -> None:
-        """A committed event has left."""
+        """Note that a committed event was released: it ends a step to the next event."""
         self._to_event = False
 
     def pause(self, core: OpenCoordinator) -> Tag:
-        """Stop as soon as may be; returns where."""
+        """Pause as early as possible; returns the tag from which nothing is decided."""
         self.limit, self._to_event = Tag(core.safe_ns), False
         return self.limit
 
     def step(self, core: OpenCoordinator, by_ns: int | None) -> None:
-        """Run for `by_ns` and pause again; None: until an event was sent."""
+        """Run for `by_ns` [ns] and pause again; None: until the next event is released."""
         here = self.limit if self.limit is not None else Tag(core.safe_ns)
         self._to_event = by_ns is None
         self.limit = here if by_ns is None else after(here, by_ns)
@@ -214,7 +215,7 @@ class Tempo:
         self.pace.go_on(here)
 
     def go_on(self) -> None:
-        """Without any limit."""
+        """Continue without any limit."""
         if self.limit is not None:
             self.pace.go_on(self.limit)
         self.limit, self._to_event = None, False

@@ -1,6 +1,6 @@
-"""What draws on a terminal: colours, and lines that change; the texts in them steer nothing.
+"""Output on a terminal: colours and changing lines; control characters in texts are made visible.
 
-Rich is imported for it, so only where somebody looks.
+Rich is imported with this module, so only where a terminal is drawn on.
 """
 
 import sys

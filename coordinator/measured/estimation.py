@@ -1,12 +1,12 @@
-"""Inputs of a scene that a log tells: weighted least squares of model and log, and which of them it does not tell.
+"""Estimation of a scene's inputs from a log: weighted least squares of model and log; which inputs the log determines.
 
-The unknowns are scaled, x = p / scale; the log's offset is one of them unless it was given.  Weights are the channels'
-scatter.  The log says nothing of a direction of x where two standard uncertainties along it, from the singular
-values of the weighted Jacobian, are more than the scale: inputs in it are named and not fitted.  Uncertainty of what
-is left: the scatter of the residuals, widened where they hang together; and what all rows of a sensor have in common,
-for its stated uncertainty is taken as that of its calibration, which no number of rows averages out.
+The unknowns are scaled, x = p / scale; the log's offset is one of them unless it was given. Weights are the channels'
+scatter. A direction of x is not determined by the log if two standard uncertainties along it, from the singular values
+of the weighted Jacobian, are more than the scale: inputs in it are named and not fitted. Uncertainty of the others: the
+scatter of the residuals, widened for autocorrelation; and errors that all rows of a sensor share, since its stated
+uncertainty is taken as that of its calibration, which no number of rows averages out.
 
-Runs with other inputs of a recorded scene, and estimates of them written back into it, its comments kept.
+Also runs of a recorded scene with other inputs, and writing estimates back into the scene with its comments kept.
 """
 
 import io
@@ -44,7 +44,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identifiable:
-    """What is compared: times of the log (n,) [s]; per channel values, systematic standard uncertainty and scatter."""
+    """Measured data for a fit: times of the log (n,) [s]; per channel values, systematic standard uncertainty and
+    scatter."""
 
     t: Floats
     values: Sequence[Floats]
@@ -54,7 +55,8 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Values and standard uncertainties of identifiable inputs, by number; reasons for the others; clock offset."""
+    """Estimated values and standard uncertainties of inputs, by number; reasons for inputs that are not identifiable;
+    clock offset."""
 
     values: dict[int, float]
     sigma: dict[int, float]
@@ -124,7 +126,7 @@ def estimate(
 
 
 def _not_identifiable(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[int, str]:
-    """Inputs in a direction that the residuals do not determine, and why."""
+    """Return the inputs in a direction that the residuals do not determine, by number, with the reasons."""
     lost, m = dict[int, str](), len(names)
     for k in range(m):
         if (norm := float(np.linalg.norm(J[:, k]))) < 2.0:
@@ -149,7 +151,8 @@ def _large(a: Floats, b: Floats) -> bool:
 
 
 def _covariance(J: Floats, r: Floats, message: Identifiable) -> Floats:
-    """Covariance (m, m) of x: scatter of each channel with its correlation time, and errors that its rows share."""
+    """Return the covariance (m, m) of x from the scatter of each channel, its correlation time, and errors that its
+    rows share."""
     A, n = np.linalg.inv(J.T @ J), len(message.values)
     middle, spare = np.zeros_like(A), len(r) / max(1, len(r) - J.shape[1])
     for Jk, rk, common, s in zip(np.split(J, n), np.split(r, n), message.systematic, message.scatter, strict=True):
@@ -167,7 +170,8 @@ Simulate = Callable[[Floats], list[Curve]]
 def simulator(
     begun: Beginning, inputs: Sequence[Input], channels: list[LogChannel], rows_hz: float, say: Callable[[str], None]
 ) -> Simulate:
-    """Function that simulates the channels for input values; raises HeavyliftError for values that cannot run."""
+    """Return a function that simulates the channels for input values (m,); it raises HeavyliftError for values that
+    cannot run."""
     hz = begun.scene.plan.samples_hz
     rate = min(max(SAMPLES[0], rows_hz, hz), max(SAMPLES[1], hz))
 
@@ -188,7 +192,7 @@ def simulator(
 
 
 def spread(simulate: Simulate, values: Floats, sigma: Floats, own: Sequence[Curve]) -> list[Floats]:
-    """Standard uncertainty of each curve, at the times of the run's own, from that of the inputs."""
+    """Return the standard uncertainty of each curve of the run caused by the inputs' uncertainties `sigma`."""
     squares = [np.zeros(len(T)) for T, _ in own]
     for step in np.diag(sigma):
         pairs = zip(simulate(values + step), simulate(values - step), strict=True)
@@ -200,10 +204,8 @@ def spread(simulate: Simulate, values: Floats, sigma: Floats, own: Sequence[Curv
 def scene_text(
     scene: LoadedScene, inputs: Sequence[Input], estimates: Mapping[str, tuple[str, str]], source: str
 ) -> str:
-    """The text of a scene with estimates, (value, uncertainty) by name, from the log `source`.
-
-    What was laid over the scene for its run, by `extends` or `--set`, is written out.
-    """
+    """Return the text of a scene with estimates, (value, uncertainty) by name, from the log `source`. Changes of the
+    scene for its run, by `extends` or `--set`, are written into the text."""
     name, out, yaml = scene.path.name, io.StringIO(), YAML()
     yaml.preserve_quotes, yaml.width = True, 10_000  # lines stay as long as they are
     yaml.indent(mapping=2, sequence=4, offset=2)
@@ -222,7 +224,7 @@ def scene_text(
 
 
 def _laid(data: Any, wanted: Any) -> Any:
-    """The data as wanted; unchanged objects are kept, with comments and style."""
+    """Return `data` changed to `wanted`; unchanged objects are kept, with comments and style."""
     if isinstance(data, dict) and isinstance(wanted, dict):
         for key in [key for key in data if key not in wanted]:
             del data[key]

@@ -48,8 +48,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogChannel:
-    """A measured channel: (signal, column) of the recording, values (n,) in its unit, sensor's standard uncertainties
-    (n,); `model`: the run has it too; `stated`: the map states its uncertainty."""
+    """A measured channel: signal and column of the recording, values (n,) in its unit, standard uncertainties (n,) of
+    the sensor; `model`: the run has this channel, too; `stated`: the map states its uncertainty."""
 
     signal: str
     column: str
@@ -61,7 +61,7 @@ class LogChannel:
 
     @property
     def name(self) -> str:
-        """The name as users write it."""
+        """The name of the channel as users write it."""
         return f"{self.signal}/{self.column}"
 
 
@@ -76,12 +76,12 @@ class LogSignals:
 
     @property
     def compared(self) -> list[LogChannel]:
-        """The channels that the run has too."""
+        """The channels that the run has, too."""
         return [channel for channel in self.channels if channel.model]
 
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
-    """Read a log by a map; HeavyliftError names what is wrong in map or log."""
+    """Read a log by means of a map; HeavyliftError names what is wrong in map or log."""
     log, t = read_log(path), None
     channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):
@@ -110,7 +110,7 @@ def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: flo
 
 
 def _source(given: str) -> Source:
-    """The lines of a file, or the one of an option, with their places."""
+    """Return the lines of a map file, or the single line of an option, with their places."""
     column, equals, line = given.partition("=")
     if equals:
         place = Mark("--map", 1, len(column) + 2, given)
@@ -127,7 +127,7 @@ def _source(given: str) -> Source:
 
 
 def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gravity: float) -> LogChannel:
-    """Read one channel; raises ValueError for its line, RecordingError for the log."""
+    """Read one channel; raises ValueError for a wrong line of the map, RecordingError for a fault of the log."""
     name, unit = line["channel"], tidy(line["unit"] or log.unit(column))
     if not unit:
         raise log.error(1, column, f"the unit is missing; write it in the head or in the map, such as {EXAMPLE}")
@@ -155,14 +155,14 @@ def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gr
 
 
 def _units(si: str, gravity: float) -> dict[str, Fraction]:
-    """Units and factors for a channel with this SI unit."""
+    """Return units and their factors for a channel with this SI unit; for a force also units of mass, as weights."""
     fitting = [d for part in si.split(" or ") for d in DIMENSIONS if d.units.get(part) == 1]
     weights = {unit: factor * Fraction(gravity) for unit, factor in MASS.units.items()} if si == "N" else {}
     return {unit: factor for d in fitting for unit, factor in d.units.items() if unit} | weights
 
 
 def _stated(half: str, values: Floats, units: Mapping[str, Fraction]) -> Floats:
-    """Standard uncertainties (n,) from a half-width at 95 % such as `3 %`; raises ValueError if it is none."""
+    """Return standard uncertainties (n,) from a half-width at 95 % such as `3 %`; raises ValueError if it is none."""
     part, width = half_width(half, units)
     return 0.5 * (part * np.abs(values) + width)
 
@@ -174,7 +174,8 @@ BEYOND = 1e-3  # [m or rad] beyond an end position that are noise
 
 
 def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
-    """The scene with drives that follow logs; HeavyliftError names the option, or file, row and column at fault."""
+    """Return the scene with drives that follow logs; HeavyliftError names the option, or file, row and column at
+    fault."""
     actors = {drive.element: drive for model in build(scene.plan).values() for drive in drives(model)}
     found: dict[str, Driven] = {}
     for text in texts:
@@ -186,7 +187,7 @@ def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
 
 
 def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[Driven]:
-    """The tables of all drives that one option names."""
+    """Return the tables of all drives that one option names."""
     form = FORM.fullmatch(text.strip())
     if form is None:
         raise SceneError(f"--drive '{text}': write target, verb, file and column, such as {DRIVE_EXAMPLE}")
@@ -222,7 +223,8 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
 
 
 def _spline(t: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """Knots and speeds of the spline with two parabolas per interval through positions x, at rest at both ends."""
+    """Return knots and speeds of the spline with two parabolas per interval through positions `x` at times `t`, at rest
+    at both ends."""
     h, slope = np.diff(t), np.diff(x) / np.diff(t)
     v = np.concatenate([[0.0], (slope[:-1] * h[1:] + slope[1:] * h[:-1]) / (h[:-1] + h[1:]), [0.0]])
     knots, speeds = np.empty(2 * len(t) - 1), np.empty(2 * len(t) - 1)

@@ -1,4 +1,5 @@
-"""A recording and a log of the real lift become a recording with both, and on demand a scene with estimated inputs."""
+"""Comparison of a recording with a log of the real lift: a recording with both, on request a scene with estimated
+inputs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -43,7 +44,7 @@ Floats = NDArray[np.float64]
 @dataclass(frozen=True)
 class MeasurementResult:
     """Results of a comparison; `estimates`: value and half-width at 95 % by name; `not_identified`: reasons by name;
-    rows of the log outside the run; written recording and scene."""
+    number of rows of the log outside the run; paths of the written recording and scene."""
 
     at: Alignment
     comparisons: list[ChannelComparison]
@@ -55,14 +56,14 @@ class MeasurementResult:
 
     @property
     def message(self) -> list[str]:
-        """For people."""
+        """Lines of text for people."""
         lines = [str(self.at), *map(str, self.comparisons)]
         lines += [f"{name}: {value} +- {half}" for name, (value, half) in self.estimates.items()]
         lines += [f"{name}: not fitted, {why}" for name, why in self.not_identified.items()]
         return lines + ([f"rows of the log outside of the run: {self.outside}"] if self.outside else [])
 
     def data(self) -> dict[str, object]:
-        """Plain data in SI units, standard uncertainties."""
+        """Return the results as plain data in SI units, with standard uncertainties."""
         files = {"recording": str(self.recording), "scene": str(self.scene) if self.scene else None}
         return {**asdict(self), **files, "told": self.message}
 
@@ -80,10 +81,9 @@ def measure(
 ) -> MeasurementResult:
     """Compare the recording `path` with a log, and write both (default: NAME-measured.mcap).
 
-    `offset` [s] of the log's time in the run, estimated if not given; `wanted`: inputs of the scene to estimate, which
-    are written into the scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3 %`,
-    besides those that the scene states.
-    Raises HeavyliftError.
+    `offset`: of the log's time in the run [s], estimated if not given; `wanted`: inputs of the scene to estimate, which
+    are written into a scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3 %`, in
+    addition to those of the scene. Raises HeavyliftError.
     """
     path = file_path(path)
     out = output_path(out or named_beside(path, "-measured.mcap"), "a recording", (".mcap",))
@@ -120,14 +120,14 @@ def measure(
 
 
 def _uncertain(rec: Recording) -> bool:
-    """Whether the recorded scene states uncertain inputs."""
+    """Return whether the recorded scene states uncertain inputs."""
     files = rec.attachments
     text = files.get(MERGED) or next((text for name, text in files.items() if name != RESOLVED), b"")
     return RESOLVED in files and bool(uncertainties(read(text.decode(errors="replace"), rec.path.name)))
 
 
 def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float | None) -> Alignment:
-    """The given or estimated clock offset; raises RecordingError if no rows lie in the run."""
+    """Return the given or estimated clock offset; raises RecordingError if no rows lie in the run."""
     T = model[0][0]
     if len(T) < 2:
         raise RecordingError(f"{rec.path}: has no samples to compare with; let the run last longer")
@@ -142,7 +142,7 @@ def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float |
 
 
 def _reported(rec: Recording, log: LogSignals, rows: NDArray[np.bool_]) -> Identifiable:
-    """What estimates are made of."""
+    """Return the measured data for the estimation from these rows of the log."""
     common = [np.hypot(c.sigma[rows], accuracy(rec) / LEVEL * np.abs(c.values).max()) for c in log.compared]
     return Identifiable(
         log.t[rows], [c.values[rows] for c in log.compared], common, [_scatter(c) for c in log.compared]
@@ -150,6 +150,6 @@ def _reported(rec: Recording, log: LogSignals, rows: NDArray[np.bool_]) -> Ident
 
 
 def _scatter(channel: LogChannel) -> float:
-    """Standard deviation of white noise with the channel's median step between rows."""
+    """Return the standard deviation of white noise with the channel's median step between rows."""
     steps = np.abs(np.diff(channel.values))
     return float(np.hypot(1.05 * np.median(steps), QUIET * np.ptp(channel.values))) or 1.0

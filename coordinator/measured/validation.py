@@ -1,17 +1,17 @@
-"""How far a run is off the measurement: E = S - D of each channel, and the uncertainty u_val of that difference.
+"""Validation of a run by a measurement: E = S - D of each channel, and the uncertainty u_val of that difference.
 
-ASME V&V 20-2009: u_val^2 = u_num^2 + u_input^2 + u_D^2, standard uncertainties.  Where |E| is well above u_val, E is
-the error of the model; where it is within, model and measurement cannot be distinguished.  u_num: what the run's
-tolerance promises of its tensions, or its certificate tells, and straight lines between its samples; u_input: of runs
-with inputs one standard uncertainty more and less; u_D: what the map states of the sensor, and the log's time.
+ASME V&V 20-2009: u_val^2 = u_num^2 + u_input^2 + u_D^2, standard uncertainties. If |E| is well above u_val, E is the
+error of the model; if it is within, model and measurement cannot be distinguished. u_num: accuracy of tensions from the
+run's certificate, else from its tolerance, and of linear interpolation between samples; u_input: from runs with inputs
+one standard uncertainty more and less; u_D: uncertainty of the sensor, from the map, and of the clock offset.
 
-Where in a run the log of a real lift begins: t of the run = t of the log + offset.
+Alignment of the log of a real lift: t of the run = t of the log + offset.
 
-A coarse search over all offsets takes the largest mean correlation of the channels, weighted with the share of their
-motion that the overlap covers, so that a stretch at rest or half a rise does not win.  Least squares over one set of
-rows refine it: each channel measured is a line a + b S of the model's, so that neither a wrong weight nor a wrong zero
-shifts the time.  The uncertainty is that of Gauss and Newton, widened as residuals that hang together carry less than
-their number says (integrated autocorrelation; Sokal 1997, Monte Carlo Methods in Statistical Mechanics).
+A coarse search over all offsets maximises the mean correlation of the channels, weighted with the share of their motion
+that the overlap covers, so that a span at rest or half a rise does not win. Least squares over one set of rows refine
+it: each measured channel is a line a + b S of the model's, so that neither a wrong weight nor a wrong zero shifts the
+time. The uncertainty is that of Gauss-Newton, widened for autocorrelated residuals (integrated autocorrelation; Sokal
+1997, Monte Carlo Methods in Statistical Mechanics).
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ Curve = tuple[Floats, Floats]  # times (n,) [s] and values (n,)
 
 @dataclass(frozen=True)
 class Alignment:
-    """Clock offset [s], its standard uncertainty [s], mean correlation, and whether it was estimated."""
+    """Clock offset of a log [s], its standard uncertainty [s], mean correlation, and whether it was estimated."""
 
     offset: float
     sigma: float = 0.0
@@ -94,13 +94,14 @@ def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alig
 
 
 def overlapping(curve: Curve, t: Floats, offset: float, margin: float = 0.0) -> NDArray[np.bool_]:
-    """Rows of a log within the run."""
+    """Return which rows of a log lie within the run, at least `margin` [s] from its ends, as a mask (n,)."""
     at: NDArray[np.bool_] = (t + offset >= curve[0][0] + margin) & (t + offset <= curve[0][-1] - margin)
     return at
 
 
 def correlation_time(r: Floats) -> float:
-    """1 + 2 sum of the autocorrelations up to the first window of five times that: 1 for white noise, never less."""
+    """Return 1 + 2 sum of the autocorrelations, cut at the first window of five times this sum: 1 for white noise, the
+    least value."""
     n, r = len(r), r - np.mean(r)
     rho = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2)[:n]
     if rho[0] <= 0.0:
@@ -115,7 +116,7 @@ def _sampled(model: Sequence[Curve], t: Floats, offset: float) -> list[Floats]:
 
 
 def _score(model: Sequence[Curve], t: Floats, values: Sequence[Floats], offset: float) -> float:
-    """Mean of the squared correlations, each weighted with how much of the motion lies in the overlap."""
+    """Return the mean of the squared correlations, each weighted with the share of the motion in the overlap."""
     rows, total = overlapping(model[0], t, offset), 0.0
     if rows.sum() < 3:
         return 0.0
@@ -136,7 +137,7 @@ def _correlation(s: Floats, d: Floats) -> float:
 
 
 def _off_line(s: Floats, d: Floats) -> Floats:
-    """Residual of d from the best line a + b s with b >= 0, relative to the scatter of d."""
+    """Return the residual of `d` from the best line a + b s with b >= 0, relative to the scatter of `d`."""
     s, d = s - s.mean(), d - d.mean()
     b = max(0.0, float(s @ d)) / (float(s @ s) or 1.0)
     off: Floats = (d - b * s) / (float(np.std(d)) or 1.0)
@@ -178,7 +179,7 @@ class ChannelComparison:
 
 
 def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
-    """The run's own of some channels."""
+    """Return the run's curves of these channels."""
     rec.load([*dict.fromkeys(channel.signal for channel in channels)])
     return [(rec.signal(channel.signal).t, rec.signal(channel.signal)[channel.column]) for channel in channels]
 
@@ -186,10 +187,8 @@ def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
 def compared(
     rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
 ) -> tuple[list[ChannelComparison], list[Floats]]:
-    """Compare each channel that the run has too; returns also its errors E (n,) at the overlapping rows.
-
-    `u_input`: by channel, at the samples of the run; none where no input's uncertainty is stated.
-    """
+    """Compare each channel that the run has, too; returns also the errors E (n,) at the overlapping rows. `u_input`:
+    standard uncertainty by channel, at the samples of the run; empty if no input's uncertainty is stated."""
     out, errors = list[ChannelComparison](), list[Floats]()
     for k, (channel, (T, S)) in enumerate(zip(log.compared, curves_of(rec, log.compared), strict=True)):
         rows = overlapping((T, S), log.t, at.offset)
@@ -212,7 +211,7 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Measured signals, and errors E of the compared ones, at times of the run."""
+    """Return the measured signals, and errors E of the compared ones, at times of the run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
     for kind, channel, values in [*parts, *((ERROR, c, e) for c, e in zip(log.compared, errors, strict=True))]:
@@ -224,7 +223,8 @@ def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[n
 
 
 def accuracy(rec: Recording) -> float:
-    """Relative accuracy of tensions by the certificate of the run, else by its tolerance; unknown for fixed steps."""
+    """Return the relative accuracy of tensions by the certificate of the run, else by its tolerance; 0 for fixed steps
+    without certificate."""
     bars = [bar for bar in rec.fact("certified", {}).get("bars", []) if bar["quantity"] == "rope tension"]
     if bars and all(bar["numerical"] is not None for bar in bars):
         return float(max(bar["numerical"] / abs(bar["value"]) for bar in bars))
@@ -232,7 +232,7 @@ def accuracy(rec: Recording) -> float:
 
 
 def _straight(S: Floats) -> float:
-    """RMS error of straight lines between samples: an eighth of the second differences."""
+    """Return the RMS error of linear interpolation between samples: an eighth of the second differences."""
     return _rms(np.diff(S, 2)) / 8.0 if len(S) > 2 else 0.0
 
 

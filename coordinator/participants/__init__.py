@@ -1,12 +1,13 @@
-"""What takes part in a run: nodes made of models or of the kernel, in processes of their own or in the coordinator's.
+"""Participants of a run: nodes that consist of models or of the kernel, in processes of their own or in the
+coordinator's.
 
-participant              one node from WELCOME to BYE; node_process: a process of some of them, alive: says that it is
+participant              one node from WELCOME to BYE; node_process: a process of some nodes; alive: its sign of life
 parts, building          the config that a WELCOME carries, and the model that it names
-kernel_node, recorded_kernel   the kernel as a node, and one with a past on record; configuration: what it is sent
-sampling                 what the kernel tells models that listen
+kernel_node, recorded_kernel   the kernel as a node, and one with a recorded past; configuration: its config
+sampling                 signals that the kernel sends to subscribed models
 session                  a run of a plan in this process; mechanics_at: the mechanics of a scene at one instant of it
-external                 nodes that programs of another kind play
-isolation                      globals that children share; in its node a child is alone
+external                 nodes that external programs run
+isolation                protection of models from side effects between nodes, including globals
 
 Node processes import these modules one by one and nothing else of this room.
 """

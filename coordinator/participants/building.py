@@ -1,14 +1,14 @@
-"""Finds the model that a researcher names: `package.module:function` or `path/to/file.py:function`.
+"""Building of the model that a user names: `package.module:function` or `path/to/file.py:function`.
 
-The function may be given arguments that Python can read as they stand, such as in
-`heavylift.nodes.zoo.token_ring:ring(4, 2, 500)`.  It returns a Coupled, new at each call and always the same; each
-child becomes a node.
+The function may be given literal arguments, as in `heavylift.nodes.zoo.token_ring:ring(4, 2, 500)`. It returns a new
+Coupled at each call, always with the same structure; each child becomes a node.
 
-What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
+Declarations of models, which coordinator and nodes compare before a run: each builds the whole model, and all must have
+built the same.
 
-A declaration holds, of each child of a node, its ports and a fingerprint of each attribute of each model in it, before
-`start`; of the root, its children and couplings, told by the first of them.  What bytes cannot tell apart, such as
-a lambda, stands for its class.
+A declaration holds, for each child of a node, its ports and a fingerprint of each attribute of each model in it, before
+`start`; for the root, its children and couplings, declared with the first child. A value without canonical bytes, such
+as a lambda, is represented by its class.
 """
 
 import inspect
@@ -31,7 +31,7 @@ _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
-    """Build the model of a reference; raises ModelError if that fails or if untrusted code is named by data of `by`."""
+    """Build the model of a reference; raises ModelError if that fails, or if the data of `by` name untrusted code."""
     where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")
@@ -62,7 +62,8 @@ def built(reference: str, by: str = "") -> Coupled:
 
 
 def seeded(reference: str, seed: int) -> str:
-    """The reference with this `seed`; raises ModelError if its function takes none or has one."""
+    """Return the reference with the argument `seed`; raises ModelError if its function takes no seed, or one is already
+    given."""
     where, name, arguments, named = read(reference)
     function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
@@ -75,12 +76,12 @@ def seeded(reference: str, seed: int) -> str:
 
 
 def module(reference: str) -> str:
-    """The module or file of a reference."""
+    """Return the module or file of a reference."""
     return read(reference)[0]
 
 
 def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
-    """Build the model and check that it has these children; `by`: the data that name it."""
+    """Build the model and check that it has children with these names; `by`: the data that name the model."""
     model = built(reference, by)
     for name in names:
         if name not in model.children:
@@ -92,7 +93,8 @@ def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
 
 
 def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
-    """The (child, port) of "child.port" whose first message ends a run; raises ModelError if there is none."""
+    """Return (child, port) of "child.port", whose first message ends a run; None for "". Raises ModelError for an
+    unknown port."""
     if not stop:
         return None
     known = {
@@ -109,8 +111,8 @@ def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
 
 
 def couplings(model: Coupled, finish: tuple[str, str] | None = None) -> list[Coupling]:
-    """Couplings between children; those to ports of the model itself are dropped. The port `finish` is coupled to every
-    node."""
+    """Return the couplings between children, without those to ports of the model itself; the port `finish` is coupled
+    to every node."""
     between = [
         Coupling(source.owner.name, source.name, target.owner.name, target.name)
         for source, target in model.couplings
@@ -124,7 +126,7 @@ _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decode
 
 
 def declarations(root: Coupled, nodes: Iterable[Sequence[str]]) -> Iterator[bytes]:
-    """Declarations of the children of each node of a newly built root."""
+    """Return the declarations of the children of each node of a newly built root."""
     freezer, first = Freezer(tree(root)), min(root.children)
     for names in nodes:
         yield msgspec.msgpack.encode({name: _declared(root, name, freezer, name == first) for name in names})
@@ -143,7 +145,7 @@ def _declared(root: Coupled, name: str, freezer: Freezer, first: bool) -> _Decla
 
 
 def difference(here: bytes, there: bytes) -> tuple[str, str]:
-    """The first child that differs and its difference; ("", "") if none does."""
+    """Return the first child in which two declarations differ, and the difference; ("", "") if they are equal."""
     try:
         all_here, all_there = _DECODER.decode(here), _DECODER.decode(there)
     except UNREADABLE:
@@ -161,7 +163,7 @@ def difference(here: bytes, there: bytes) -> tuple[str, str]:
 
 
 def _structure(model: Model) -> Sequence[object]:
-    """Ports, children and couplings in a fixed order."""
+    """Return ports, children and couplings of a model in a fixed order."""
     ports = [(p.name, type(p).__name__, p.type.__name__, getattr(p, "lookahead", 0)) for p in model.ports.values()]
     if not isinstance(model, Coupled):
         return sorted(ports)

@@ -1,4 +1,4 @@
-"""Of a plan, wherever its models run: how they are wired, and the kernel's part."""
+"""Couplings of a plan's models, and the kernel's configuration; the same wherever the models run."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -20,7 +20,8 @@ OPERATOR, COMMAND = "operator", "command"  # source and port of the events that 
 
 
 class Wiring(NamedTuple):
-    """Couplings between nodes, couplings from outside, and the port (model, port) whose event ends the run."""
+    """Couplings of a run: between nodes, from outside; the port (model, port) whose event ends the run; ports whose
+    events the coordinator receives."""
 
     couplings: list[Coupling]
     outside: list[Coupling]
@@ -30,20 +31,20 @@ class Wiring(NamedTuple):
 
     @property
     def all(self) -> list[Coupling]:
-        """All couplings, including those from outside."""
+        """All couplings, also those from outside and those of ports that the coordinator receives."""
         message = (*self.message, *([self.finish] if self.finish else []))
         return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in message)]
 
 
 def wiring(plan: Plan) -> Wiring:
-    """How the models of a plan are coupled."""
+    """Return how the models of a plan are coupled."""
     wires = [Coupling(*wire) for wire in couplings(plan)]
     notices = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
     return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), notices)
 
 
 def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:
-    """The kernel's configuration for a plan, its models and their declared mechanics."""
+    """Return the kernel's configuration for a plan, its models and their declared mechanics."""
     declared = dict(zip(models, systems, strict=True))
     return KernelConfig(
         [*declared.values()],
@@ -65,8 +66,8 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
 
 
 def postponed(core: OpenCoordinator, plan: Plan) -> bool:
-    """Whether the bound of a plan without an end was reached, and is postponed: a model has something before it, not
-    only a load that swings."""
+    """Postpone the end of a run whose plan has no end time, if its bound is reached but a driving model is still
+    scheduled (a swinging load alone does not count); returns whether it was postponed."""
     if plan.end is not None or core.over is not RunEnd.BOUND or (due := core.scheduled(driving(plan))) >= FOREVER:
         return False
     core.extend(Tag(due.t + PATIENCE_ns))

@@ -1,7 +1,7 @@
-"""Nodes that programs of another kind play: what they are sent, and what each of their messages must keep.
+"""Nodes that external programs run: their WELCOME, and the checks of each of their messages.
 
-Such a program builds no model of ours, so what heavylift's own nodes declare is taken from the coordinator's build, and
-what their simulator checks is checked here: ports, types, and bytes that are those of any other node (WIRE.md).
+Such a program builds no model of ours, so the declarations that heavylift's own nodes make are taken from the
+coordinator's build, and the checks of their simulator are made here: ports, types, and canonical bytes (WIRE.md).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -79,7 +79,7 @@ class External:
             raise ProtocolError(f"{who}: port {event.port} carries {types[event.port].__name__}, not {event.type}")
 
     def _value(self, type_: str, payload: bytes, where: str) -> Message:
-        """Decode a value as a message of a known type."""
+        """Decode a value as a message of type `type_`; raises ProtocolError if its bytes are not canonical."""
         try:
             value = decode(type_, payload)
         except ModelError as error:
@@ -95,7 +95,7 @@ class External:
 def externals(
     placement: Placement, models: Mapping[str, Model], couplings: Sequence[Coupling], microsteps: int
 ) -> list[External]:
-    """The nodes of a placement that external programs run; `models`: all, built here."""
+    """Return the nodes of a placement that external programs run; `models`: all models, built here."""
     return [
         External(node, [models[name] for name in names], couplings, microsteps)
         for process in sorted(placement.external)

@@ -1,15 +1,15 @@
-"""In its node a child is alone: the models around it are copies that nothing moves, and say so when touched.
+"""Isolation of the models of a node: all other models are copies that nothing moves, and that raise when touched.
 
-Each process builds the whole model and runs its own children.  What the others do happens elsewhere, so whoever reads
-their state here, or changes the structure around them, is refused by name; what is fixed while a run lasts (names,
-paths, plain values of the parent) may be read.  Children that share a process must not notice that: those that hold
-nothing of each other come from one build, each of the others from one of its own; lists and dicts of plain data that
-several have as attributes, such as settings, are copied instead.
+Each process builds the whole model and runs its own children. The others run elsewhere, so a model that reads their
+state here, or changes the structure around them, is refused by name; what stays fixed during a run (names, paths, plain
+values of the parent) may be read. Children that share a process must not notice it: those that hold no objects of each
+other come from one build, each of the others from a build of its own; lists and dicts of plain data that several have
+as attributes, such as settings, are copied instead.
 
 Globals that several children of a model use: each process has its own copy of them, so they must not change.
 
-What counts is what the methods of two or more children name, also by way of the functions that they call: variables of
-their modules and attributes of their classes.  They are compared by their bytes; what has none is not seen.
+A global counts if the methods of two or more children name it, also in functions that they call: variables of their
+modules and attributes of their classes. Globals are compared by their canonical bytes; those without are not checked.
 """
 
 import gc
@@ -37,7 +37,7 @@ _ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
-    """Build these children of the root isolated from all other models; `build` makes the root again."""
+    """Return these children of the root, isolated from all other models; `build` builds the root again."""
     bound = _bound([root.children[name] for name in names])
     own = {name: root.children[name] for name in names if name not in bound}
     _seclude(root, own)
@@ -56,7 +56,7 @@ def _seclude(root: Coupled, own: Collection[str]) -> None:
 
 
 def _bound(children: Sequence[Model]) -> list[str]:
-    """Children that share mutable objects or hold one another."""
+    """Return the children that share mutable objects with, or refer to, another child."""
     first = {id(x): child.name for child in children for x in tree(child)}  # who has a thing
     found: dict[str, None] = {}
     for child in children if len(children) > 1 else ():
@@ -71,12 +71,12 @@ def _bound(children: Sequence[Model]) -> list[str]:
 
 
 def _common(child: Model, first: Mapping[int, str]) -> bool:
-    """Whether a child holds an object of an earlier one."""
+    """Return whether a child refers to an object of an earlier one; `first`: the first owner of each object."""
     return any(first.get(id(x), child.name) != child.name for x in _held(child))
 
 
 def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
-    """Replace the plain data of a child by copies; returns what was replaced."""
+    """Replace plain data in the attributes of a child by copies; returns what was replaced."""
     memo: dict[int, object] = {}
     found = [
         (vars(x), key, data)
@@ -90,7 +90,7 @@ def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
 
 
 def _data(x: object) -> bool:
-    """Whether a copy is equivalent: plain data without sets, whose order may change."""
+    """Return whether a copy of `x` is equivalent: plain data without sets, whose order may change."""
     kind = type(x)
     if kind is dict:
         return all(_data(key) and _data(each) for key, each in x.items())  # type: ignore[attr-defined]
@@ -100,7 +100,7 @@ def _data(x: object) -> bool:
 
 
 def _held(child: Model) -> list[object]:
-    """Mutable objects and models that a child refers to, apart from code and classes."""
+    """Return the mutable objects and models that a child refers to, except code and classes."""
     own = {id(x) for x in tree(child)}
     found, met, ahead = list[object](), set[int](), list[object]([child])
     while ahead:
@@ -128,7 +128,7 @@ def _close(model: Model) -> None:
 
 
 def _ghost(cls: type, get: Reach) -> type:
-    """A class of the same layout whose objects are accessed through `get` only."""
+    """Return a class of the same layout whose attributes are read through `get` and cannot be written."""
     if (cls, get) not in _ghosts:
         refusing = {"__getattribute__": get, "__setattr__": _refuse, "__delattr__": _refuse}
         _ghosts[cls, get] = type(cls)(cls.__name__, (cls,), {"__slots__": (), "__module__": cls.__module__, **refusing})
@@ -161,7 +161,7 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Guard for global variables: they must stay as they were before any work."""
+    """Guard for global variables that several children use: their values must stay as before the first transition."""
 
     def __init__(self, root: Coupled) -> None:
         alike: dict[frozenset[type], list[str]] = {}
@@ -180,7 +180,8 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError that names a changed global; checks `now`, or at call numbers that are powers of two."""
+        """Raise ModelError that names a changed global; checks if `now`, else only at calls whose number is a power of
+        two."""
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return
@@ -205,7 +206,7 @@ class Commons:
 
 @cache
 def _named(cls: type) -> list[_Place]:
-    """Global variables named by the code of a class, its bases and the functions they call."""
+    """Return the global variables named by the code of a class, its bases and the functions they call."""
     found: list[_Place] = []
     met: set[CodeType] = set()
     for base in cls.__mro__:

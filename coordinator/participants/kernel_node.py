@@ -1,11 +1,11 @@
 """The kernel as a node: located state events are its offers, everything between them is silent work ahead.
 
-Zero lookahead.  `next_time` is the tag of the next located event that a model subscribed to, or a silent tag in the
-last microsteps before the nanosecond in which the tentative step ends, so that where steps and grants end never shows
-in the tags of events.  A committed event is a transition; an input inside the tentative step discards it.  What a
-command has changed at once (a lock that stops a joint) is sent at the next microstep, before any work ahead.
-Samples come from committed steps only and leave through `publish`, numbered.  What models listen to is sent at
-tags of its own (see `sampling`), which change nothing of the rest.
+Zero lookahead. `next_time` is the tag of the next located event that a model subscribed to, or a silent tag in the last
+microsteps before the nanosecond in which the tentative step ends, so that the ends of steps and grants never show in
+the tags of events. A committed event is a transition; an input inside the tentative step discards it. Immediate
+consequences of a command (a lock that stops a joint) are sent at the next microstep, before any work ahead. Samples
+come from committed steps only and are sent by `publish`, numbered. Signals for subscribed models are sent at tags of
+their own (see `sampling`), which do not influence the rest.
 """
 
 from bisect import bisect_left
@@ -37,7 +37,7 @@ SILENT = 2**30  # microstep of silent tags
 
 class KernelNode:
     """The kernel as a node: a `Steppable` around a `Simulation`; `publish(batch)` receives encoded samples [first,
-    times, rows, notes] and, if the node `foretells`, those of a rest ahead of time. Rows of a single lift are numbered
+    times, rows, notes] and, if the node `foretells`, samples of a rest in advance. Rows of a single lift are numbered
     separately under its name."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
@@ -71,23 +71,23 @@ class KernelNode:
         self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
-        """The channels of a sample for the recording."""
+        """Return the channels of a sample for the recording, encoded."""
         lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.alone}
         whole: dict[str, object] = {"channels": _columns(self.simulation.method)}
         return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
 
     def start(self) -> None:
-        """Compute initial discrete states and the first tentative step; samples wait for the layout."""
+        """Compute initial discrete states and the first tentative step; samples are sent only after the layout."""
         self.simulation.start()
         self.simulation.run(0)
 
     @property
     def next_time(self) -> Tag:
-        """Tag of the consequences of a command, of a sample that is due, of the located event, or just before the end
-        of the tentative step.
+        """Tag of immediate consequences of a command, of the next due sample, of the located event, or a silent tag
+        just before the end of the tentative step.
 
-        A silent tag never shares its nanosecond with an event that is found later: where steps end must not show in
-        the microsteps of events.
+        The silent tag never shares its nanosecond with an event that is located later: the ends of steps must not show
+        in the microsteps of events.
         """
         if self._message:
             return succ(self._spoke)
@@ -102,7 +102,7 @@ class KernelNode:
 
     @property
     def _sample(self) -> Tag | None:
-        """Tag of the next sample, if the tentative step reaches it before any event."""
+        """Tag of the next sample for models, if the tentative step reaches it before any event."""
         if not self._sampling.done:  # nobody listens, as mostly
             return None
         due, s = self._sampling.next_ns, self.simulation
@@ -120,23 +120,23 @@ class KernelNode:
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
-        """None: its results are its samples."""
+        """Return no results: those of the kernel are its samples."""
         return {}
 
     @property
     def slack(self) -> list[Slack]:
-        """An event of the mechanics is never scheduled by an input."""
+        """No observed lookaheads: the kernel schedules no output by an input."""
         return []
 
     @property
     def quiet(self) -> Tag:
-        """A tentative step without an event ends silently."""
+        """Earliest tag of an output without input: the end of a tentative step without an event is silent."""
         due = self.next_time
         spoken = self._message or self.simulation.event or self._sample
         return due if spoken else max(Tag(self.simulation.next_ns), succ(due))
 
     def outputs(self) -> list[Event]:
-        """The state events at `next_time`, one copy for each model that subscribed, and samples."""
+        """Return the state events at `next_time`, one copy for each subscribed model, and due samples."""
         if not (self._message or self.simulation.event or self._sampling.done):
             return []
         tag, out, index = self.next_time, list[Event](), dict[str, int]()
@@ -153,11 +153,11 @@ class KernelNode:
         return sorted(out, key=lambda e: e.order)
 
     def among(self) -> list[Event]:
-        """None: all its events go to models."""
+        """Return no events: all events of the kernel go to models."""
         return []
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """An event fires, inputs apply, or both (confluent: switch first, then the inputs); then work ahead."""
+        """Fire the located event, apply the inputs, or both (confluent: switch first, then inputs); then work ahead."""
         fires, message = self.simulation.event and tag == self._located, bool(self._message)
         if tag == self._sample:
             self._sampling.taken()
@@ -199,7 +199,7 @@ class KernelNode:
         return ""
 
     def snapshot(self) -> bytes:
-        """Snapshot of the simulation, and of what was sent."""
+        """Return a snapshot of the simulation, and of the numbers of sent samples and notes."""
         text = (
             self._sent,
             self._noted,
@@ -214,11 +214,11 @@ class KernelNode:
 
     @property
     def said(self) -> tuple[int, int, np.ndarray]:
-        """Samples and notes that were sent, and the largest that each column of the samples has been."""
+        """Numbers of samples and notes sent, and the largest absolute value in each column of the samples."""
         return self._sent, self._noted, self._most
 
     def restore(self, snapshot: bytes) -> None:
-        """Go on from a snapshot of a kernel of the same config."""
+        """Continue from a snapshot of a kernel with the same config."""
         simulation, text, self._apart = thawed(snapshot)
         self.simulation.restore(simulation)
         self._sent, self._noted, self._last, self._spoke, self._message, self._most, self._sampling.done, self._ran = (
@@ -250,8 +250,8 @@ class KernelNode:
             self._flush()
 
     def _flush(self, least: int = FEW) -> None:
-        """Publish a batch; batches begin at steps or grants, which a successor repeats. `least`: rows of single lifts
-        to send at once."""
+        """Publish the samples before the current grant in batches; batches begin at steps or grants, so that a
+        replacement repeats them. `least`: number of rows of a single lift that are sent at once."""
         rows, notes = self.simulation.rows, self.simulation.notes
         while ready := bisect_left(rows, self._before, key=lambda row: row[0]):
             same = next((i for i in range(1, ready) if rows[i][1] is not rows[0][1]), ready)
@@ -271,13 +271,13 @@ class KernelNode:
             self._apart[lift.name] += ready
 
     def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
-        """Send rows of one lift alone."""
+        """Publish rows of one lift that is computed alone."""
         values = published(lift.method, np.array([row for _, row in rows])).astype("<f8", copy=False)
         batch = self._apart[lift.name], [t for t, _ in rows], values.tobytes(), (), 0, lift.name
         self._publish(msgspec.msgpack.encode(batch))
 
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
-        """Send consecutive samples, equal ones as one row."""
+        """Publish consecutive samples, equal ones as one row."""
         different = rows[:1] if all(row is rows[0][1] for _, row in rows) else rows
         values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8", copy=False)
         if not period:

@@ -1,6 +1,6 @@
-"""The mechanics of a scene at one instant of its run: the models play it in this process, without a recording.
+"""The mechanics of a scene at one instant of its run: the models run in this process, without a recording.
 
-For what is asked of a pose rather than of a run: statics, modes.  The simulation that comes back is nobody else's.
+For analyses of a pose rather than of a run: statics, modes. The caller owns the returned simulation.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ LAST = Tag(100 * 3600 * 10**9)  # simulated time after which a stage that has no
 
 
 class _Ended(Exception):
-    """The stage that was waited for is over."""
+    """Ends a run when the awaited stage is over."""
 
 
 class _Stages:
-    """Hears the commander; leaves when the stage `wanted` is over."""
+    """Listens to the commander and raises _Ended when the stage `wanted` is over."""
 
     def __init__(self, wanted: str) -> None:
         self.wanted, self.seen, self.t = wanted, list[str](), 0
@@ -52,7 +52,8 @@ class _Stages:
 
 
 def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibrium, Simulation]:
-    """The mechanics in a rest: on the path of the action list `after` a stage, or of a run at a time `at` [s]."""
+    """Return the mechanics in equilibrium: on the equilibrium path of the action list `after` a stage, or near the
+    state of a run at time `at` [s]."""
     if at is None:
         path = resting(scene, after)
         return path.rest(), path.command
@@ -61,10 +62,8 @@ def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibri
 
 
 def check_steps(scene: LoadedScene) -> None:
-    """Raise the HeavyliftError of a method that cannot integrate this scene.
-
-    Whether a fixed step is stable shows in the started simulation, which is compiled for it as the run would.
-    """
+    """Raise HeavyliftError if the scene's integration method cannot be used for it. The stability of a fixed step is
+    checked by starting the simulation, compiled as for the run."""
     plan = scene.plan
     if plan.step is not None:
         paused(scene)
@@ -74,10 +73,8 @@ def check_steps(scene: LoadedScene) -> None:
 
 
 def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
-    """The equilibrium path of a scene up to the end of stage `after`, or its start.
-
-    Raises SceneError if there is no such stage, or the sentence with which the following ended before.
-    """
+    """Return the equilibrium path of a scene up to the end of stage `after`, or its start. Raises SceneError if there
+    is no such stage, or with the reason why the path ended before it."""
     rehearsal = StaticRun(scene.plan, after)
     if not after:
         rehearsal.path.start()
@@ -93,10 +90,8 @@ def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
 
 
 def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str = "") -> Simulation:
-    """Run a scene up to time `at` [s], the end of stage `after`, or its start.
-
-    Raises SceneError if there is no such stage, and whatever sentence ends the run before.
-    """
+    """Run a scene up to time `at` [s], the end of stage `after`, or its start, and return its simulation. Raises
+    SceneError if there is no such stage, or the error that ended the run before."""
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
     plan = loaded(scene).plan
@@ -124,7 +119,7 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
 
 
 class _InOnePiece(KernelNode):
-    """A kernel without islands, whose samples nobody gets."""
+    """A kernel without islands, whose samples are discarded."""
 
     def __init__(self, config: KernelConfig) -> None:
         super().__init__(msgspec.structs.replace(config, apart=False), lambda samples: None)

@@ -1,7 +1,7 @@
-"""A process of one or more nodes: take the ticket, join, answer until the run is over for all of them.
+"""A process of one or more nodes: read the ticket, join, answer until the run is over for all nodes.
 
-Its models are one node, and the kernel is another; neither has a thread of its own: each message is answered before
-the next is looked at.  That the process is alive is said by a thread of its link, whatever its nodes are doing.
+Its models are one node, and the kernel is another; nodes have no threads of their own: each message is answered before
+the next is read. A thread of the link reports that the process is alive, whatever its nodes are doing.
 """
 
 import os
@@ -35,8 +35,8 @@ def main(arguments: list[str]) -> int:
 
 
 def serve(link: NodeLink) -> str:
-    """Serve the coordinator until all nodes of the link have sent BYE or FAIL; returns the sentence of the first
-    FAIL."""
+    """Answer the coordinator until all nodes of the link have sent BYE or FAIL; returns the sentence of the first FAIL,
+    or ""."""
     failed = ""
     playing = {
         node: Participant(models, partial(link.send, node), partial(link.sample, node))
@@ -55,12 +55,12 @@ def serve(link: NodeLink) -> str:
 
 
 def life_sign(steps: Callable[[], int]) -> Callable[[], bytes]:
-    """Function that reports the progress of a process; `steps` increases with it."""
+    """Return a function that encodes the sign of life of a process; `steps` returns a counter of its progress."""
     return lambda: msgspec.msgpack.encode(Alive(steps(), _traced()))
 
 
 def _traced() -> bool:
-    """Whether a Python or system debugger traces the main thread."""
+    """Return whether a Python or system debugger traces the main thread."""
     frame = sys._current_frames().get(threading.main_thread().ident or 0)
     while frame is not None:
         if frame.f_trace is not None:

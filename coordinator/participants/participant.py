@@ -1,10 +1,10 @@
-"""One node of a run, from WELCOME to BYE, whether it lives in its own process or in the coordinator's.
+"""One node of a run, from WELCOME to BYE, in its own process or in the coordinator's.
 
-It is the models of its process, run by one simulator, or the kernel. WELCOME brings the part that the node plays
-(parts.py); the answer is HELLO with what the node declares: its share of the mechanics, the kernel's sample layout, or
+A node consists of the models of its process, run by one simulator, or of the kernel. WELCOME brings its configuration
+(parts.py); the answer is HELLO with the node's declaration: its share of the mechanics, the kernel's sample layout, or
 what its models are.
 
-Transitions of models in other processes: a node sends them as a data topic, the coordinator puts them in order.
+Log of transitions of models in other processes: a node sends it as a data topic, the coordinator sorts it.
 
 One batch per grant: [node's tag ns, [t, k, path, kind, bag, sent] ...], where bag and sent hold (port, type, bytes).
 """
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """One or several nodes in a process: `send` answers the coordinator, `sample` publishes data; `over` after BYE or
+    """Message handling of one node: `send` answers the coordinator, `sample` publishes data; `over` after BYE or
     FAIL."""
 
     def __init__(
@@ -41,7 +41,7 @@ class Participant:
         sample: Callable[[bytes], None],
         past: RecordedKernel | None = None,
     ) -> None:
-        """`past`: the known history of the run, for a kernel."""
+        """`past`: the recorded history of the run, if the node is a kernel."""
         self._past = past
         self.models, self.name, self._send, self._put = models, together(models), send, sample
         self._node: Node | None = None
@@ -63,7 +63,7 @@ class Participant:
         return self._node.cause if self._node is not None else self._cause
 
     def handle(self, data: bytes) -> None:
-        """Answer one message of the coordinator."""
+        """Handle one message of the coordinator and send the answer."""
         message = m.decode(data)
         if isinstance(message, m.Grant) and self._node is not None:
             answer: m.AnyMessage | None = self._work(self._node, message)
@@ -84,7 +84,7 @@ class Participant:
             self.over, self.failed = isinstance(answer, m.Bye | m.Fail), getattr(answer, "sentence", "")
 
     def _sample(self, data: bytes) -> None:
-        """Publish data; a coordinator in this process handles it outside the node's busy time."""
+        """Publish data; its time does not count as the node's busy time if the coordinator is in this process."""
         began = time.perf_counter()
         self._put(data)
         self._put_s += time.perf_counter() - began
@@ -114,7 +114,7 @@ class Participant:
         return node.hello(declaration, __version__, agreed)
 
     def _take(self, part: parts.Part) -> tuple[Node, bytes, str]:
-        """Create the node of a part, with its declaration and the fingerprint of its configuration."""
+        """Create the node of a part; returns it with its declaration and the fingerprint of its configuration."""
         if isinstance(part, parts.KernelPart):
             from .kernel_node import KernelNode
 
@@ -168,7 +168,7 @@ _DECODER: msgspec.msgpack.Decoder[list[_Line]] = msgspec.msgpack.Decoder(list[_L
 
 
 class Transitions:
-    """Collects a node's transitions; `flush` sends them."""
+    """Log of a node's transitions; `flush` sends it."""
 
     def __init__(self, publish: Callable[[bytes], None]) -> None:
         self._publish = publish
@@ -178,14 +178,14 @@ class Transitions:
         self._lines.append((*line.tag, line.path, line.kind, _wire(line.bag), _wire(line.sent)))
 
     def flush(self) -> None:
-        """Send the transitions noted so far."""
+        """Send the transitions logged so far."""
         if self._lines:
             self._publish(msgspec.msgpack.encode(self._lines))
             self._lines.clear()
 
 
 def read(batch: bytes) -> list[Transition]:
-    """Decode a batch of transitions; raises ProtocolError if it is none."""
+    """Decode a batch of transitions; raises ProtocolError if it cannot be read."""
     try:
         message = _DECODER.decode(batch)
     except UNREADABLE as error:

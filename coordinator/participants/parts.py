@@ -1,7 +1,7 @@
-"""What a node is made of: the config of its WELCOME.
+"""Configurations of nodes, as sent in their WELCOME.
 
 ScenePart    a machine or the commander of a scene         KernelPart      the mechanics of all of them
-ModelPart    a child of the model that a function builds   ExternalPart    what a program of another kind must know
+ModelPart    a child of the model that a function builds   ExternalPart    what an external program must know
 """
 
 from hashlib import blake2b
@@ -15,7 +15,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 
 class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
-    """The models of a node and the part of the encoded plan that they need."""
+    """Configuration of a node of a scene: its models and the encoded plan, reduced to what they need."""
 
     plan: bytes
 
@@ -44,15 +44,15 @@ class KernelConfig(msgspec.Struct, frozen=True):
 
 
 class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):
-    """The kernel; `agreed` is the fingerprint of the plan."""
+    """Configuration of the kernel's node; `agreed`: fingerprint of the plan."""
 
     config: KernelConfig
     agreed: str
 
 
 class ModelPart(msgspec.Struct, frozen=True, tag="model"):
-    """The child with the node's name in the model of `build` = "module:function"; `log`: record transitions; `finish`:
-    the port (child, port) that ends the run."""
+    """Configuration of a node with children of the model that `build` = "module:function" returns; `log`: record
+    transitions; `finish`: the port (child, port) that ends the run."""
 
     build: str
     log: bool = False
@@ -70,7 +70,8 @@ class ExternalModel(msgspec.Struct, frozen=True):
 
 
 class ExternalPart(msgspec.Struct, frozen=True, tag="external"):
-    """The models of an externally run node, and the couplings (source, port, model, its port) into them."""
+    """Configuration of an externally run node: its models, and the couplings (source, port, model, its port) into
+    them."""
 
     models: dict[str, ExternalModel]
     couplings: list[Coupling]
@@ -83,12 +84,12 @@ _DECODER: msgspec.msgpack.Decoder[Part] = msgspec.msgpack.Decoder(Part)
 
 
 def encode(part: Part | ExternalPart) -> bytes:
-    """The wire form."""
+    """Encode a configuration for the WELCOME."""
     return msgspec.msgpack.encode(part)
 
 
 def decode(data: bytes) -> Part:
-    """The part of a wire form, which is data of the coordinator."""
+    """Decode the configuration in a WELCOME of the coordinator."""
     part = _DECODER.decode(data)
     if isinstance(part, KernelPart):
         named(function for system in part.config.systems for function in system.functions)
@@ -96,5 +97,5 @@ def decode(data: bytes) -> Part:
 
 
 def fingerprint(what: bytes) -> str:
-    """What coordinator and node must agree on."""
+    """Return the hash by which coordinator and nodes compare their configurations."""
     return blake2b(what, digest_size=16).hexdigest()

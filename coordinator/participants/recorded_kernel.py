@@ -1,9 +1,9 @@
-"""A kernel with a past that stands in a recording: it says what was said, and goes on from a checkpoint.
+"""A kernel with a recorded past: it repeats recorded outputs, and continues from a checkpoint.
 
-Up to the checkpoint its events and samples are those of the recording and what it is sent is passed over, since
-that comes again: models that say something else are noticed by who compares events.  From there on it is a `KernelNode`
-that is brought to that state, or, without a checkpoint, one that begins at the start.  What it samples itself is
-compared with what was recorded, as far as that goes.
+Up to the checkpoint its events and samples are those of the recording, and its inputs are ignored; models that send
+other events than recorded are found by the comparison of events. After it, the node is a `KernelNode` restored from the
+checkpoint, or without one a kernel that begins at the start. Its own samples are compared with the recorded ones, as
+far as these go.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -32,8 +32,8 @@ class RecordedKernel:
     """Recorded history before a branch: events of the kernel, samples by column name, notes, the last checkpoint
     (complete up to the tag `at`), all checkpoints, and facts for the new recording.
 
-    What comes of it: whether the checkpoint is `used`, or `why` not; how many samples are proved to be equal; the first
-    that is not, as (time [ns], column, recorded, now); whether the past is `over`.
+    Results: whether the checkpoint is `used`, or `why` not; how many samples were equal; the first that was not, as
+    (time [ns], column, recorded, now); whether the past is `over`.
     """
 
     events: Sequence[Event]
@@ -52,7 +52,7 @@ class RecordedKernel:
 
 
 class Recalled:
-    """A `Steppable` like `KernelNode`, which see."""
+    """The kernel with a recorded past, as a `Steppable` like `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
@@ -85,16 +85,16 @@ class Recalled:
         return msgspec.structs.replace(layout, recalled=recalled, most=self._most.tolist())
 
     def layout(self) -> bytes:
-        """The kernel's layout, with the length of the recalled history."""
+        """Return the kernel's layout, with the number of recalled samples."""
         return msgspec.msgpack.encode(self._announced(self._sent))
 
     @property
     def pauses(self) -> int:
-        """A measure of progress."""
+        """Counter of the kernel's progress."""
         return self._kernel.pauses
 
     def start(self) -> None:
-        """At the start, or at the checkpoint."""
+        """Start the kernel; nothing to do if it continues from a checkpoint."""
         if not self._past.used:
             self._kernel.start()
 
@@ -105,12 +105,12 @@ class Recalled:
 
     @property
     def quiet(self) -> Tag:
-        """A recorded event is never silent."""
+        """Earliest tag of an output without input: that of the next recorded event, or of the kernel."""
         return self._events[-1].tag if self._events else self._kernel.quiet
 
     @property
     def slack(self) -> list[Slack]:
-        """The kernel's."""
+        """Observed lookaheads of the kernel."""
         return self._kernel.slack
 
     @property
@@ -119,18 +119,18 @@ class Recalled:
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
-        """The kernel's."""
+        """Return the results of the kernel."""
         return self._kernel.results(end)
 
     def outputs(self) -> list[Event]:
-        """Recorded outputs at `next_time`, or those of the kernel."""
+        """Return recorded outputs at `next_time`, or those of the kernel."""
         if not self._events:
             return self._kernel.outputs()
         tag = self.next_time
         return list(takewhile(lambda event: event.tag == tag, reversed(self._events)))
 
     def among(self) -> list[Event]:
-        """The kernel's."""
+        """Return the kernel's events on ports without receivers."""
         return self._kernel.among()
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
@@ -144,26 +144,27 @@ class Recalled:
             self._kernel.advance(tag, bag, until)
 
     def foretell(self) -> None:
-        """Publish rest samples in advance, once the kernel runs."""
+        """Publish samples of a rest in advance, if the kernel began at the start."""
         if not self._past.used:
             self._kernel.foretell()
 
     def finish(self, end: Tag) -> str:
-        """Finish the kernel; a run that ends before the checkpoint has nothing left to do."""
+        """Finish the kernel; nothing is left to do in a run that ends before the checkpoint."""
         return "" if self._past.used and end < self._past.at else self._kernel.finish(end)
 
     def snapshot(self) -> bytes:
-        """Snapshot of the kernel; earlier checkpoints are in the recording."""
+        """Return a snapshot of the kernel; raises KernelError in the recalled part, whose checkpoints are in the
+        recording."""
         if self._past.used and self._known.number < self._sent:
             raise KernelError("this part of the run is recalled")
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
-        """Continue from a snapshot."""
+        """Continue from a snapshot of the kernel."""
         self._kernel.restore(snapshot)
 
     def _recall(self, before_ns: int) -> None:
-        """Say the samples that were recorded before this time [ns]."""
+        """Publish the samples that were recorded before this time [ns]."""
         for first, times, rows in self._known.read(self._sent, before_ns):
             last = first + len(times) == self._sent
             notes = [note for note in self._notes if last or note.t_ns <= times[-1]]
@@ -172,7 +173,8 @@ class Recalled:
             self._publish(msgspec.msgpack.encode((first, times, rows.astype("<f8").tobytes(), *more)))
 
     def _sampled(self, batch: bytes) -> None:
-        """The kernel's own samples, behind all that are recalled."""
+        """Publish the kernel's own samples after all recalled ones; raises ModelError if one differs from the
+        recording."""
         found = decode_batch(batch, self._known.layout)
         if not (found.period or found.lift):
             self._recall(found.times[0] + 1)
@@ -183,7 +185,7 @@ class Recalled:
 
 
 class _Known:
-    """The recorded samples, read once in order; `number` of the next one."""
+    """Recorded samples, read once in order; `number`: of the next one."""
 
     def __init__(self, past: RecordedKernel, layout: SampleLayout) -> None:
         self._past, self._columns, self.layout, self.number = past, Columns(layout), layout, 0
@@ -203,7 +205,7 @@ class _Known:
         self._times, self._rows = list[int](), np.zeros((0, 0))
 
     def _next(self) -> bool:
-        """Whether an unread recorded row remains."""
+        """Return whether an unread recorded row remains."""
         while not self._times:
             block = next(self._blocks, None)
             if block is None:
@@ -219,7 +221,8 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Number of the first, times and rows of the kernel's form, up to the row `end` and before a time [ns]."""
+        """Yield the number of the first row, times and rows in the kernel's layout, up to row `end` and before a time
+        [ns]."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])
@@ -231,7 +234,8 @@ class _Known:
             yield first, times, spread
 
     def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
-        """The first value of these rows that differs from the recording: time [ns], column, recorded, new."""
+        """Return the first value in which these rows differ from the recording: time [ns], column, recorded, new; or
+        None."""
         now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
         while i < len(times) and self._next():
             n = min(len(times) - i, len(self._times))

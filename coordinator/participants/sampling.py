@@ -1,7 +1,7 @@
-"""What the kernel tells models that listen: signals at whole multiples of a period, read from its dense output.
+"""Signals that the kernel sends to subscribed models at whole multiples of a period, read from its dense output.
 
-No step is cut for them: the kernel works on until a step goes beyond the next sample, or an event is located that does
-not come before it, and reads the signals within that step: what they were before any input of that instant.
+No step is cut for them: the kernel works on until a step goes beyond the next sample, or an event is located at or
+after it, and reads the signals within that step: their values before any input of that instant.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from .parts import SignalSubscription
 
 
 class Sampling:
-    """Samples for subscribed models; `done`: samples sent of each period."""
+    """Samples for subscribed models; `done`: number of samples sent, by period [ns]."""
 
     def __init__(self, listening: Mapping[str, SignalSubscription], program: Program) -> None:
         self._listening = {
@@ -31,11 +31,11 @@ class Sampling:
 
     @property
     def next_ns(self) -> int:
-        """When the next sample is due [ns]."""
+        """Time of the next due sample [ns]."""
         return min((period * n for period, n in self.done.items()), default=NEVER)
 
     def outputs(self, row: Callable[[int], np.ndarray]) -> list[Event]:
-        """The samples that are due next, of the row at that time."""
+        """Return the next due samples as events; `row` returns the kernel's sample at a time [ns]."""
         t = self.next_ns
         if self._said[0] != t:
             numbers = row(t).tolist()
@@ -50,7 +50,7 @@ class Sampling:
         return self._said[1]
 
     def renew(self) -> None:
-        """Recompute samples that were not sent."""
+        """Discard computed samples that were not sent, so that they are computed again."""
         self._said = -1, []
 
     def taken(self) -> None:

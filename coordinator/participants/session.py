@@ -1,7 +1,7 @@
-"""A run of a plan in this process and thread: it advances, takes orders, and may be looked at in between.
+"""A run of a plan in this process and thread: it can be advanced step by step, given orders, and inspected in between.
 
-One node has commander and machines, another the kernel, and the protocol decides.  No file, no bus, no other process;
-the digest is that of any run.  Outputs of the models are not watched for side effects: `run` does that.
+One node has commander and machines, another the kernel; the time protocol runs between them. No file, no bus, no other
+process; the digest is that of any run. Outputs of models are not checked for side effects: `run` does that.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ Kernel = TypeVar("Kernel", bound=KernelNode)
 
 
 def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
-    """The kernel's configuration for a plan and its models."""
+    """Return the kernel's configuration for a plan and its models."""
     return kernel_config(plan, models, (m.declare() for m in models.values()))
 
 
 class Session(Generic[Kernel]):
-    """Its `models`, `kernel` and `core` of the protocol; `grants` so far."""
+    """A run of a plan in this process: `models`, `kernel`, `core` of the protocol; number of `grants` so far."""
 
     def __init__(
         self,
@@ -40,8 +40,8 @@ class Session(Generic[Kernel]):
         hear: Callable[[Event], None] = lambda event: None,
         end: Tag | None = None,
     ) -> None:
-        """`make` the kernel of its part; `hear` gets committed events; `end`: another one than the plan's, which a plan
-        without one postpones while somebody has something before him."""
+        """`make` creates the kernel from its configuration; `hear` receives committed events; `end` replaces that of
+        the plan. A plan without an end is extended while a driving model is scheduled."""
         self.models = models = build(plan)
         self.config = configured(plan, models)
         self.kernel = make(self.config)
@@ -69,15 +69,15 @@ class Session(Generic[Kernel]):
         self._hear(event)
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
-        """All that comes before a tag; why it is over, if it is.  Raises HeavyliftError."""
+        """Execute everything before a tag; returns why the run is over, or None. Raises HeavyliftError."""
         while True:
             self.grants += turns(self.core, self._nodes, until, wired=False)
             if not (self._patient and postponed(self.core, self._plan)):
                 return self.core.over
 
     def finish(self, end: Tag) -> str:
-        """What comes before the end, without a word to anybody; what the models still wait for.  Raises ModelError if
-        that is why a plan without an end has one."""
+        """Let the kernel finish up to `end` and return what the models still wait for. Raises ModelError with it if the
+        plan has no end time and the run has not finished."""
         bye = self._nodes[KERNEL].handle(Stop(end))
         if not isinstance(bye, Bye):
             raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))

@@ -1,19 +1,19 @@
 """The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
 
 A node is a model, or several that share a process and are known by the name of the first. PROTOCOL.md defines the
-words and shows why it is right; the numbers are those of its steps.
-  (1) HELLO   each node says next, offer = lambda(next), quiet, and the lookahead of each out port
+terms and proves correctness; the numbers are those of its steps.
+  (1) HELLO   each node reports next, offer = lambda(next), quiet, and the lookahead of each out port
   (2) WINDOW  B_i = min over j != i of says_j + D[j][i] and hears_j + R[j][i]; D and R from `distance`
               says_j = succ(next_j) once its offer is committed, else quiet_j; hears_j = tag of its first input
   (3) COMMIT  to a fixpoint: the offer of an idle i with next_i <= B_i and next_i <= hears_i goes into the
               receivers' bags at next_i
   (4) GRANT   to an idle i with first_i = min(next_i, hears_i) < B_i and, if first_i = next_i, an offer that is
-              empty or committed: all before B_i may be done; who is AHEAD of others waits for them
-  (5) DONE    what was spoken goes into the receivers' bags; then as in (1)
-  (6) FLOOR   events below all o_j = min(says_j, hears_j + L_j) leave through `on_event`, in total order; below
-              first_j of a node that says what no other node hears
-  (7) END     nobody runs, and nothing is left before the end
-No B_i ever falls: who is held back need not be looked at again before the node that holds it back has moved.
+              empty or committed: it may do everything before B_i; a node that is AHEAD of others waits for them
+  (5) DONE    events sent by the node go into the receivers' bags; then as in (1)
+  (6) FLOOR   events below all o_j = min(says_j, hears_j + L_j) are released through `on_event`, in total order; events
+              that no other node receives, when they are below first_j of their node
+  (7) END     no node runs, and nothing is left before the end
+No B_i ever falls: a blocked node need not be re-evaluated before the node that blocks it has moved.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -40,8 +40,8 @@ class RunEnd(Enum):
 
 
 class Coordinator:
-    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns
-    until it is `over`."""
+    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns,
+    until `over` is not None."""
 
     def __init__(
         self,
@@ -54,10 +54,10 @@ class Coordinator:
         microsteps: int = LIMIT,
         models: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
-        """`models` of each node; without them each is a model of its own. Couplings are those of models; `outside`:
-        those (source, port, model, its port) from sources that take part in no round.
+        """`models` of each node; without them each node is one model. Couplings are those of models; `outside`:
+        couplings (source, port, model, its port) from sources that are no nodes.
 
-        Run to events below `end`; an event on the port `finish` = (model, port) ends it with its time.
+        The run covers events below `end`; an event on the port `finish` = (model, port) ends it at its time.
         """
         own = models or {name: (name,) for name in nodes}
         self._nodes = {name: NodeState(name, i, own[name]) for i, name in enumerate(sorted(own))}
@@ -135,7 +135,7 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) A sampling node reports its progress [ns] within its grant: later outputs are not earlier."""
+        """(6) Note that a sampling node has reached `t_ns` [ns] within its grant: its later outputs are not earlier."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -143,8 +143,7 @@ class Coordinator:
             self._leave()
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
-        """Commit what can be committed, release events, and return the grants of all nodes that can advance, all below
-        `horizon`."""
+        """Commit offers, release events, and return the grants of all nodes that can advance, all below `horizon`."""
         if not self._open:
             return []
         before, self._limit = self._limit, min(self.end, horizon)
@@ -215,7 +214,8 @@ class Coordinator:
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Nodes that blocked this one since the last call, each with the number of the DONE from which on."""
+        """Return the nodes that blocked this one since the last call, each with the number of the DONE since which it
+        did."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:
@@ -224,7 +224,7 @@ class Coordinator:
         return self._nodes[name]
 
     def _take(self, node: NodeState, text: Hello | Done) -> None:
-        """Update a node's next, offer and commit; an empty offer means silence at next_j whatever `quiet` is."""
+        """Update next, offer and quiet of a node; with an empty offer it is silent at next, whatever `quiet` is."""
         node.next, node.offer = text.next, text.offer
         node.quiet = text.quiet if text.offer else max(text.quiet, succ(text.next))
         self._note(node)
@@ -239,7 +239,8 @@ class Coordinator:
         self._floors[rank] = first if node.inner else o
 
     def _window(self, node: NodeState, need: Tag) -> Tag | None:
-        """(2) The bound B_i below the limit; None if it is below `need`, with this node noted at the blocking one."""
+        """(2) Return the bound B_i of a node below the limit; None if it is below `need`: then the blocking node is
+        noted."""
         t, k = self._limit
         tags = self._tags
         for source, wait, steps in node.ways:  # `plus` is written out, for nothing runs more often
@@ -255,7 +256,7 @@ class Coordinator:
         return Tag(t, k)
 
     def _commit(self, node: NodeState) -> None:
-        """(3) Nothing can refute the offer any more."""
+        """(3) Commit the offer of a node, which no input can refute any more."""
         node.committed = True
         self._note(node)
         for event in node.offer:
@@ -269,7 +270,7 @@ class Coordinator:
         node.holds = {}
 
     def _hold(self, event: Event) -> None:
-        """Put an event into its receivers' bags and into the queue to be released."""
+        """Put an event into its receivers' bags and into the queue of events to be released."""
         at = event.source, event.port
         if at == self._finish:
             self.end, self._finished = min(self.end, Tag(event.t + 1)), True
@@ -294,7 +295,7 @@ class Coordinator:
             self._on_event(event)
 
     def _release(self, event: Event) -> None:
-        """An event was released, or processed by one receiver."""
+        """Note that an event was released, or processed by one receiver."""
         if event.source in self._home:
             self._home[event.source].ahead -= 1
 

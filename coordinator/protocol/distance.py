@@ -1,14 +1,14 @@
-"""Path lookahead: how soon what one node says or hears can make something arrive at another one.
+"""Path lookahead: the least delay from an output or input of one node to an arrival at another.
 
 A delay is (ns, microsteps); a positive lookahead restarts the microsteps, as in `after`, and a lookahead of zero costs
 one. From model a straight to model b it is w[a][b], the least lookahead of those out ports of a that are coupled to b.
 A node is one model or several; with sums of w over coupling paths between models, which may lead through nodes,
-  R[j][i] = least sum from a model of j that others speak to, to one of i: from what j hears to the bag of i
-  D[j][i] = the same from a port of j that others hear, without w there: from what j says to the bag of i
+  R[j][i] = least sum from a model of j with inputs from other nodes to one of i: from an input of j to the bag of i
+  D[j][i] = the same from an out port of j to other nodes, without its w: from an output of j to the bag of i
 and D[i][i] is the shortest cycle through others. Shortest paths after Dijkstra (`chain` is monotone and never
 shortens), from each node once; the bound is that of Chandy and Misra, summed over paths.
 
-What the coordinator knows of one node: what it has said of its future, and what waits for it.
+Also the coordinator's state of one node: what it has promised for its future, and its pending inputs.
 """
 
 from bisect import bisect_left, insort
@@ -28,7 +28,7 @@ END: Delay = (1, 0)  # a run ends with the time of its finish event
 
 
 class Coupling(NamedTuple):
-    """An event of `source` on `port` enters the bag of port `into` of `target` at the same tag."""
+    """A coupling: an event of `source` on `port` enters the bag of port `into` of `target` at the same tag."""
 
     source: str
     port: str
@@ -37,7 +37,7 @@ class Coupling(NamedTuple):
 
 
 def plus(tag: Tag, delay: Delay | None) -> Tag:
-    """The tag that lies a delay after `tag`; without a path that is never."""
+    """Return the tag a delay after `tag`; FOREVER without a path."""
     if delay is None:
         return FOREVER
     wait, steps = delay
@@ -47,12 +47,12 @@ def plus(tag: Tag, delay: Delay | None) -> Tag:
 
 
 def chain(first: Delay, second: Delay) -> Delay:
-    """Sum of two delays."""
+    """Return the sum of two delays."""
     return (first[0], first[1] + second[1]) if second[0] == 0 else (first[0] + second[0], second[1])
 
 
 def reaction(lookahead: int) -> Delay:
-    """Delay from an input to outputs on a port with this lookahead [ns]."""
+    """Return the delay from an input to outputs on a port with this lookahead [ns]."""
     return (lookahead, 0) if lookahead > 0 else (0, 1)
 
 
@@ -63,8 +63,8 @@ def distances(
     finish: tuple[str, str] | None = None,
     heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """Matrices D and R of the module's header for nodes by their models; `lookaheads` by "model.port"; `heard`: models
-    with input from outside. The port `finish` reaches each node after 1 ns."""
+    """Return the matrices D and R of the module's docstring for nodes by their models; `lookaheads` by "model.port";
+    `heard`: models with input from outside. The port `finish` reaches each node after 1 ns."""
     home = [rank for rank, models in enumerate(nodes) for _ in models]
     place = {model: i for i, model in enumerate(model for models in nodes for model in models)}
     w: Matrix = [{} for _ in (*home, *nodes)]
@@ -91,9 +91,10 @@ def distances(
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """All that can reach i, as (number of a tag, ns, microsteps); tags: says_j at j, hears_j at n + j, o_j at 2n + j.
+    """Return all paths that reach node i, as (index of a tag, ns, microsteps); tags: says_j at j, hears_j at n + j, o_j
+    at 2n + j.
 
-    o_j = min(says_j, hears_j + least lookahead of j) stands for both where one port of j leads to i as soon as any.
+    o_j = min(says_j, hears_j + least lookahead of j) replaces both if a port of j with its least lookahead leads to i.
     """
     n, found = len(D), []
     for j in range(n):
@@ -107,8 +108,8 @@ def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[i
 
 
 def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
-    """Shortest delays from each place to each reachable node, beginning with the place with most edges; results are
-    reused for its neighbours."""
+    """Return the shortest delays from each place to each reachable node, beginning with the place with most edges;
+    results are reused for its neighbours."""
     found: dict[int, dict[int, Delay]] = {}
     for a in sorted(range(len(edges)), key=lambda a: -len(edges[a])):
         if all(b in found for b in edges[a]):
@@ -119,7 +120,7 @@ def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
 
 
 def _nearest(begin: Mapping[int, Delay], reached: Mapping[int, Mapping[int, Delay]]) -> dict[int, Delay]:
-    """Shortest delays through these places with known reach, each after a delay."""
+    """Return the shortest delays through places with known reach, each after a delay."""
     found: dict[int, Delay] = {}
     for b, (wait, steps) in begin.items():
         for i, (more, k) in reached[b].items():
@@ -130,7 +131,7 @@ def _nearest(begin: Mapping[int, Delay], reached: Mapping[int, Mapping[int, Dela
 
 
 def _searched(a: int, edges: Matrix, home: Sequence[int]) -> dict[int, Delay]:
-    """Shortest delays from a place to each reachable node."""
+    """Return the shortest delays from a place to each reachable node."""
     found: dict[int, Delay] = {}
     done = set[int]()
     ahead = [(ZERO, a)]
@@ -150,7 +151,7 @@ def _shorten(row: dict[int, Delay], to: int, delay: Delay) -> None:
 
 
 def checked(couplings: Iterable[Coupling], known: Collection[str]) -> Iterable[Coupling]:
-    """Check couplings; raises ProtocolError for one from or to an unknown model, or back to its own."""
+    """Yield the couplings; raises ProtocolError for one from or to an unknown model, or back to its own."""
     for coupling in couplings:
         source, port, target, into = coupling
         if source not in known or target not in known:
@@ -165,7 +166,7 @@ NAMED = 4  # models of a node that are named in a sentence
 
 
 def together(models: Sequence[str]) -> str:
-    """The models of a node in a sentence."""
+    """Return the names of the models of a node, shortened, as text."""
     more = f" and {len(models) - NAMED + 1} others" if len(models) > NAMED else ""
     return ", ".join(models[: NAMED - 1] if more else models) + more
 
@@ -194,7 +195,7 @@ class NodeState:
 
     @property
     def uncommitted(self) -> bool:
-        """Whether its earliest tag is an offer that is not committed."""
+        """Whether the node's earliest tag is that of an uncommitted offer."""
         return bool(self.offer) and not self.committed and self.next <= self.hears
 
     def put(self, event: Event) -> bool:
@@ -207,7 +208,7 @@ class NodeState:
         return True
 
     def send(self, until: Tag) -> list[Event]:
-        """Inputs before `until` that were not sent yet; marks them as sent."""
+        """Return the inputs before `until` that were not sent yet, and mark them as sent."""
         return _before(self._fresh, until)
 
     def drop(self, reached: Tag) -> list[Event]:
@@ -218,19 +219,20 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Note that the other node waits for this one."""
+        """Note that node `other` waits for this one since DONE number `dones`."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """The nodes that blocked this one since the last call, each with the number of the DONE."""
+        """Return the nodes that blocked this one since the last call, each with the number of the DONE since which it
+        did."""
         held, self._held = self._held, []
         return held
 
 
 def _before(inputs: list[Event], tag: Tag) -> list[Event]:
-    """Take the inputs before this tag out of a sorted list."""
+    """Remove the inputs before this tag from a sorted list, and return them."""
     if not inputs:
         return []
     n = bisect_left(inputs, tag, key=attrgetter("tag"))

@@ -1,12 +1,12 @@
-"""What holds for every HELLO and DONE, row by row: what breaks a row ends the run by name before it can do harm.
+"""Rules that every HELLO and DONE must satisfy: a violation ends the run with a named error before it can do harm.
 
-`says` (core.py) is what was known of the node before: it says nothing earlier unless it hears something.
+`says` (core.py) is the coordinator's previous bound of the node: without input it sends nothing earlier.
 
-Names the way on which messages went around between nodes while time stood still.
+Detection of message cycles between nodes without time advance.
 
-A simulator sees a zero-time loop among its own atomics only; between nodes the coordinator sees the messages. From the
-second half of the microsteps that are allowed on it keeps them. Back from the last one, each node has spoken because
-of the last message that reached it before; the first node that is met twice closes the cycle.
+A simulator detects a zero-time loop among its own atomics only; between nodes the coordinator sees the messages. It
+keeps them from the second half of the allowed microsteps on. Traced back from the last message, each node has sent
+because of the last message that reached it before; the first node that is met twice closes the cycle.
 """
 
 from collections import deque
@@ -22,7 +22,7 @@ from .messages import Done, Hello
 
 
 class Before(NamedTuple):
-    """The state of a node against which its next message is checked."""
+    """State of a node against which its next message is checked."""
 
     node: NodeState
     says: Tag = Tag(0)
@@ -172,10 +172,10 @@ WHOLE: dict[str, Callable[[Before, Hello | Done], str]] = {
 
 
 class CycleWatch:
-    """Detects cycles without time advance: `note` every event, `check` before time advances."""
+    """Detector of cycles without time advance: call `note` for every event, and `check` before time advances."""
 
     def __init__(self, couplings: Iterable[Coupling], microsteps: int) -> None:
-        """At most `microsteps` [> 0] messages at one time are allowed."""
+        """At most `microsteps` [> 0] microsteps at one time are allowed."""
         self.microsteps = microsteps
         self._late: deque[Event] = deque(maxlen=4 * microsteps)
         self._reached: list[Event] = []
@@ -191,7 +191,7 @@ class CycleWatch:
                 self._reached.append(event)
 
     def check(self) -> None:
-        """Raise ModelError if time stands still."""
+        """Raise ModelError if an event has reached the allowed number of microsteps."""
         if self._reached:
             last = min(self._reached, key=lambda event: event.order)
             raise ModelError(
@@ -201,7 +201,8 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """The cycle that stopped time when `node` reached `tag`; "" if it involves no other node."""
+        """Return the cycle in which time did not advance when `node` reached `tag`, as a sentence; "" if it involves no
+        other node."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""
@@ -215,7 +216,7 @@ class CycleWatch:
         )
 
     def _back(self, node: str, tag: Tag) -> list[Coupling]:
-        """The cycle that led to `node` at `tag`, in message order."""
+        """Return the couplings of the cycle that led to `node` at `tag`, in message order."""
         distance: list[Coupling] = []
         met: list[str] = []
         while node not in met:

@@ -1,36 +1,35 @@
-"""The messages of the time protocol, and what holds for each.
+"""The messages of the time protocol, with the invariant of each.
 
 | message | way         | carries                             | invariant                                 |
 |---------|-------------|-------------------------------------|-------------------------------------------|
 | HELLO   | node -> hub | declaration, version, scene hash,   | once per node; nothing is granted before  |
-|         |             | next, offer, quiet, lookahead of    | all have said it                          |
+|         |             | next, offer, quiet, lookahead of    | all nodes have sent it                    |
 |         |             | each out port                       |                                           |
-| WELCOME | hub -> node | epoch, config                       | once per incarnation; before HELLO where  |
-|         |             |                                     | a node needs what the others declared     |
+| WELCOME | hub -> node | epoch, config                       | once per incarnation; before HELLO if     |
+|         |             |                                     | a node needs the others' declarations     |
 | GRANT   | hub -> node | gseq, until = B_i, echo = D[i][i],  | one outstanding per node; gseq counts up; |
 |         |             | committed, inputs before B_i that   | a repeated gseq is answered with the      |
 |         |             | were in no GRANT yet, sorted        | stored DONE                               |
 | DONE    | node -> hub | gseq, reached, spoken, next, offer, | reached <= until, next >= reached; all    |
-|         |             | quiet, hash, last                   | below `reached` is done, inputs from there|
-|         |             |                                     | on the node keeps; nothing is spoken      |
-|         |             |                                     | earlier than quiet and lookaheads declared|
-| CHECK-  | both ways   | gseq; with a state: of the node and | asked for between grants, answered by the |
-| POINT   |             | the inputs it keeps after that grant| state; told a state, the node goes on     |
-|         |             |                                     | from it and answers with that grant's DONE|
-| FAIL    | node -> hub | tag, path, sentence, traceback,     | ends the run; what was spoken under this  |
-|         |             | spoken                              | GRANT before is still recorded            |
+|         |             | quiet, hash, last                   | before `reached` is done, later inputs    |
+|         |             |                                     | are kept by the node; no output earlier   |
+|         |             |                                     | than declared by quiet and lookaheads     |
+| CHECK-  | both ways   | gseq; with a state: of the node and | requested between grants, answered with   |
+| POINT   |             | the inputs it keeps after that grant| the state; a node that receives a state   |
+|         |             |                                     | restores it and answers with its DONE     |
+| FAIL    | node -> hub | tag, path, sentence, traceback,     | ends the run; outputs under this GRANT    |
+|         |             | spoken                              | before the failure are still recorded     |
 | STOP    | hub -> node | end, why                            | nothing at or after `end` counts          |
 | BYE     | node -> hub | what the node still waits for,      | answers STOP; nothing follows             |
 |         |             | observed slack of its lookaheads,   |                                           |
 |         |             | results of its models               |                                           |
 
-A node is one model or several that share a process. `offer` = what lambda(next) says to other nodes, computed ahead.
-`quiet` = earliest tag at which the node can say something to others if nothing reaches it. `spoken` = outputs made
-under this grant, not offered before, and what its models said among themselves or to nobody. `hash` chains (tag, bag,
-outputs, next). `last` = tag of its last transition. An input is an event that another node has said, once for each
-node that hears it.
-ASK ("are you alive, where are you") is a query to a process, which a thread of its own answers by ALIVE.
-Any other message, or one out of order, is refused by name. The wire form is MessagePack, one array per message.
+A node is one model or several that share a process. `offer` = lambda(next), the next outputs to other nodes, computed
+ahead. `quiet` = earliest tag of an output to other nodes if no input arrives. `spoken` = outputs under this grant that
+were not offered before, and events among its models or without receivers. `hash` chains (tag, bag, outputs, next).
+`last` = tag of its last transition. An input is an event of another node, sent once to each node that receives it. ASK
+(is the process alive, and where is it) is a query to a process, which a thread of its own answers by ALIVE. Any other
+message, or one out of order, is refused by name. Messages are encoded by MessagePack, one array per message.
 """
 
 from typing import Annotated
@@ -44,7 +43,7 @@ Delay = tuple[Count, Count]  # ns and microsteps
 
 
 class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello"):
-    """A node has started: its declaration and first possible output."""
+    """HELLO: a node has started; its declaration and its first offer."""
 
     next: Tag
     offer: list[Event]
@@ -56,14 +55,14 @@ class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello")
 
 
 class Welcome(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="welcome"):
-    """The hub has registered the node; `epoch` numbers its incarnations."""
+    """WELCOME: the hub has registered the node; `epoch` numbers its incarnations."""
 
     epoch: Annotated[int, msgspec.Meta(ge=1, le=255)]
     config: bytes = b""
 
 
 class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant"):
-    """Permission to process all tags before `until`."""
+    """GRANT: permission to process all tags before `until`."""
 
     gseq: Count
     until: Tag
@@ -73,7 +72,7 @@ class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant")
 
 
 class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
-    """Everything before `reached` is done."""
+    """DONE: the node has processed everything before `reached`."""
 
     gseq: Count
     reached: Tag
@@ -86,7 +85,8 @@ class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """State of a node after GRANT `gseq`, canonical; without one a request for it, or `why` there is none."""
+    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without state a request for it, or `why` there is
+    none."""
 
     gseq: Count
     state: bytes = b""
@@ -94,14 +94,14 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
 
 
 class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
-    """Progress counter of a process, and whether a debugger stops it."""
+    """ALIVE: progress counter of a process, and whether a debugger stops it."""
 
     steps: Count
     traced: bool = False
 
 
 class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
-    """The node has failed."""
+    """FAIL: the node has failed."""
 
     tag: Tag
     path: str
@@ -111,14 +111,14 @@ class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
 
 
 class Stop(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
-    """The run is over."""
+    """STOP: the run is over."""
 
     end: Tag
     why: str = ""
 
 
 class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
-    """The node ends; `sentence`: what it still waits for, `busy_s`: its working time."""
+    """BYE: the node ends; `sentence`: what it still waits for, `busy_s`: its working time [s]."""
 
     sentence: str = ""
     busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
@@ -133,12 +133,12 @@ _DECODER: msgspec.msgpack.Decoder[AnyMessage] = msgspec.msgpack.Decoder(AnyMessa
 
 
 def encode(message: AnyMessage) -> bytes:
-    """The wire form of a message."""
+    """Encode a message for the wire."""
     return _ENCODER.encode(message)
 
 
 def decode(data: bytes) -> AnyMessage:
-    """Decode a message; raises ProtocolError for anything else."""
+    """Decode a message; raises ProtocolError if it is none of the time protocol."""
     try:
         return _DECODER.decode(data)
     except UNREADABLE as error:
@@ -146,5 +146,5 @@ def decode(data: bytes) -> AnyMessage:
 
 
 def kind(data: bytes) -> str:
-    """The kind of an encoded message, read from its first bytes."""
+    """Return the kind of an encoded message, read from its first bytes."""
     return data[2 : 2 + (data[1] & 31)].decode(errors="replace") if len(data) > 1 else ""

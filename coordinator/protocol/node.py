@@ -1,12 +1,11 @@
 """The node's side of the protocol: runs one `Steppable` under grants. No input or output, no clock.
 
-While tag = min(next, first input) < min(until, stop): lambda if next == tag, then one `advance`. Having
-spoken at a tag, what was said can come back after the shortest cycle: stop = max(succ(tag), tag + echo).
-Each input comes once; those that were not reached are kept, merged by tag with what later grants bring.
-What its models say on ports that no other node hears is reported with the DONE, or if they fail with the FAIL.
-A grant ends early after so many events or tags, so that no node works without end while others wait. The
-node checks what it promised: an output earlier than declared and an input later than its own past are
-fatal and named.
+While tag = min(next, first input) < min(until, stop): lambda if next == tag, then one `advance`. A reaction to an
+output can return after the shortest cycle: after an output at a tag, stop = max(succ(tag), tag + echo). Each input is
+sent once; inputs not reached yet are kept, merged by tag with those of later grants. Events on ports without receivers
+in other nodes are reported with the DONE, or with the FAIL if the models fail. A grant ends early after a number of
+events or tags, so that no node works endlessly while others wait. The node checks its promises: an output earlier than
+declared and an input earlier than its own past are fatal errors that name it.
 """
 
 import traceback
@@ -30,13 +29,13 @@ LONGEST = 20_000  # characters of a traceback that are sent, the last ones
 
 
 def kept(state: bytes) -> tuple[Tag, bytes]:
-    """Content of a checkpoint: the tag before which all is done, and the model's snapshot."""
+    """Return the content of a checkpoint: the tag before which everything is done, and the model's snapshot."""
     found = _KEPT.decode(state)
     return found[2], found[5]
 
 
 class Node:
-    """A node: answers each message; `finish(end)` returns what the model still waits for, or ""."""
+    """One node of the protocol: answers each message; `finish(end)` returns what the model still waits for, or ""."""
 
     def __init__(
         self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False,
@@ -57,7 +56,7 @@ class Node:
         """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
 
     def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
-        """Start the model and return its declaration."""
+        """Start the model and return the HELLO with this declaration, or a FAIL."""
         try:
             self.model.start()
             tag, offer, self._quiet = self._present()
@@ -66,7 +65,7 @@ class Node:
         return Hello(tag, offer, self._quiet, dict(self.model.lookahead), declaration, version, scene)
 
     def handle(self, message: AnyMessage) -> Done | Checkpoint | Fail | Bye | None:
-        """The answer to a message of the coordinator."""
+        """Return the answer to a message of the coordinator; None if there is none."""
         match message:
             case Grant():
                 if self._done is not None and message.gseq == self._done.gseq:
@@ -98,7 +97,7 @@ class Node:
 
     @property
     def first(self) -> Tag:
-        """The earliest pending tag, of its own or of a stored input."""
+        """The earliest pending tag, of the model itself or of a kept input."""
         return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
     def _run(self, grant: Grant) -> Done:
@@ -144,7 +143,7 @@ class Node:
         return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
 
     def _checkpoint(self) -> Checkpoint:
-        """State that determines the next answer; the last DONE in it verifies this later."""
+        """Return the state that determines the next answer; it includes the last DONE, by which it can be verified."""
         if not isinstance(self.model, Keepable) or self._done is None:
             return Checkpoint(self._gseq, why=f"{self.name} has no state that could be kept")
         try:
@@ -164,12 +163,12 @@ class Node:
         return self._done
 
     def _results(self, stop: Stop) -> list[AtomicResult]:
-        """Results of its models; none for a run that was aborted."""
+        """Return the results of the models; none for an aborted run."""
         results = {} if stop.why else self.model.results(stop.end)
         return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in results.items()]
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
-        """Next tag, offer, quiet."""
+        """Compute next tag, offer and quiet of the model."""
         due = self.model.next_time
         self._offer = self.model.outputs() if due < FOREVER else []
         return due, self._offer, self.model.quiet
@@ -184,13 +183,14 @@ class Node:
                 )
 
     def failure(self, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-        """The FAIL of the node; `cause`: the exception of a model."""
+        """Return the FAIL of the node, and keep in `cause` the exception of a model."""
         self.cause = error.__cause__ if isinstance(error, HeavyliftError) else error
         return failure(self.name, error, tag, spoken)
 
 
 def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-    """The FAIL of a node; for a MemoryError outside of model code the process counts as lost."""
+    """Return the FAIL of a node; raises MemoryError for one outside of model code, as the process then counts as
+    lost."""
     if out_of_memory(error) and not isinstance(error, ModelError):
         raise MemoryError from error
     sentence = str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {raised(error)}"

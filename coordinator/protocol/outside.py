@@ -30,7 +30,7 @@ from .node import Node
 
 
 class OpenCoordinator(Coordinator):
-    """A coordinator with couplings `outside`, whose sources are not nodes; `inject` brings their events."""
+    """A coordinator with couplings `outside`, whose sources are not nodes; `inject` adds their events."""
 
     def extend(self, end: Tag) -> None:
         """Move the time bound of the run to a later time, unless a model has ended it."""
@@ -51,7 +51,8 @@ class OpenCoordinator(Coordinator):
         return safe.t + (safe.k > 0)
 
     def inject(self, event: Event) -> None:
-        """Bring an event from outside, at `safe` or later."""
+        """Inject an event from outside, at `safe` or later; raises ProtocolError for an earlier one, or one without
+        receivers."""
         if (event.source, event.port) not in self._receivers or event.source in self._home:
             raise ProtocolError(f"{event.source}.{event.port} is coupled to no node from outside")
         if event.tag < self.safe:
@@ -62,7 +63,7 @@ class OpenCoordinator(Coordinator):
 
 
 def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None) -> RunEnd:
-    """Run to the end; a node that fails raises ModelError with its sentence."""
+    """Run to the end; raises ModelError with the sentence of a node that fails."""
     order = order or Random(0)
     by_name = {node.name: node for node in nodes}
     for name in order.sample(sorted(by_name), len(by_name)):
@@ -78,7 +79,7 @@ def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random
 def turns(
     coordinator: Coordinator, nodes: Mapping[str, Node], until: Tag, order: Random | None = None, wired: bool = True
 ) -> int:
-    """All that nodes which have said HELLO do before a tag; the number of grants."""
+    """Let nodes that have sent HELLO execute everything before a tag; returns the number of grants."""
     answers, grants = list[tuple[str, Done]](), 0
     while True:
         for name, grant in coordinator.ready(until):

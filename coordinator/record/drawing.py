@@ -1,9 +1,10 @@
-"""What viewers draw of a plan: machines as they collide, rails below those that travel, lines of ropes.
+"""Shapes for viewers: machines by their collision shapes, rails of travelling cranes, lines of ropes.
 
-How a body looks that nobody has drawn: its contact shapes, its beam, or the box of its mass and inertia; its links.
+A body without shapes of its own is drawn by its contact shapes, its beam, or the box of its mass and inertia; with its
+links.
 
-A point mass is a ball of steel; a slender body gets a thickness.  Thin rods lead from the body's frame to its centre of
-mass and to the joints that it carries, so that a mechanism is seen as it is connected.
+A point mass is a ball of steel; a slender body gets a thickness. Thin rods lead from the body's frame to its centre of
+mass and to the joints that it carries, so that the connections of a mechanism are seen.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,8 +35,8 @@ SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
 def shapes_of(system: System, drawn: Sequence[OwnShape] = ()) -> list[DrawnBox]:
-    """Shapes of all bodies of a mechanism and of touchable parts of the world; `drawn`: bodies with boxes of their
-    own."""
+    """Return the shapes of all bodies of a mechanism and of its contact shapes in the world; `drawn`: shapes of bodies
+    that need no others."""
     touching: dict[str, list[Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
@@ -77,7 +78,7 @@ def _contact(shape: Shape, colour: tuple[float, float, float, float], slab: floa
 
 
 def _solid(body: Body) -> Iterator[DrawnBox]:
-    """What shows the mass of a body."""
+    """Yield the shapes that represent the mass of a body."""
     if body.flexible is not None and body.flexible.beam is not None:
         length = body.flexible.beam.length
         yield DrawnBox(body.name, (length / 2, 0.0, 0.0), (length, length * SLENDER / 2, length * SLENDER / 2), BLUE)
@@ -97,7 +98,8 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Edges and rotation of the homogeneous box with a body's mass and inertia; 0 along a direction without extent."""
+    """Return edges and rotation of the homogeneous box with a body's mass and inertia; 0 along a direction without
+    extent."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
@@ -110,7 +112,7 @@ def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float,
 
 
 def _rod(body: str, end: Vector) -> Iterator[DrawnBox]:
-    """A thin cylinder from the origin of a body's frame to a point."""
+    """Yield a thin cylinder from the origin of a body's frame to a point."""
     length = float(np.linalg.norm(end))
     if length > 1e-6:
         x, y, z = (v / 2 for v in end)
@@ -120,7 +122,7 @@ def _rod(body: str, end: Vector) -> Iterator[DrawnBox]:
 
 
 def _onto(n: Floats) -> tuple[float, float, float, float]:
-    """The shortest turn (quaternion) that brings z onto a unit vector."""
+    """Return the shortest rotation (quaternion x y z w) that turns z to the unit vector `n`."""
     w = 1.0 + n[2]
     q = np.array([-n[1], n[0], 0.0, w]) if w > 1e-9 else np.array([1.0, 0.0, 0.0, 0.0])
     x, y, z, s = (q / np.linalg.norm(q)).tolist()
@@ -128,7 +130,7 @@ def _onto(n: Floats) -> tuple[float, float, float, float]:
 
 
 def _quaternion(R: Floats) -> tuple[float, float, float, float]:
-    """Unit quaternion x y z w of a rotation."""
+    """Return the unit quaternion x y z w of a rotation matrix."""
     ((x, y, z, w),) = quaternions(R[None]).tolist()
     return x, y, z, w
 
@@ -141,7 +143,7 @@ COLOURS = {"hanging": (0.13, 0.48, 0.46, 1.0), "block": (0.72, 0.27, 0.20, 1.0)}
 
 
 def boxes(plan: Plan) -> list[DrawnBox]:
-    """All drawn boxes of a plan; machines and blocks have their collision shapes."""
+    """Return all boxes to draw for a plan; machines and blocks have their collision shapes."""
     lifting = (m for m in plan.machines if m.girders or m.cargo or any(not tie.rigging for tie in m.ties))
     out, shapes, own = _rails(plan), Shapes(plan), {machine.name for machine in lifting}
     for solid in (solid for solid in shapes.solids if solid.machine in own):
@@ -154,7 +156,7 @@ def boxes(plan: Plan) -> list[DrawnBox]:
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
-    """Centre and radius [m] of the visible part of a plan at its start."""
+    """Return centre and radius [m] of the region to show of a plan at its start."""
     if cranes := _on_rails(plan):
         n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
@@ -168,7 +170,7 @@ def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
 
 @dataclass(frozen=True)
 class _DrawnPortal:
-    """A crane on two rails along x: origin of its coordinates, gantry, main body."""
+    """A crane on two rails along x, as drawn: origin of its coordinates, gantry, main body."""
 
     at: Vector
     gantry: Actuator
@@ -186,7 +188,7 @@ def _on_rails(plan: Plan) -> list[_DrawnPortal]:
 
 
 def _rails(plan: Plan) -> list[DrawnBox]:
-    """Two rails along x over the travel of a crane."""
+    """Return two rails along x over the travel of the cranes; none without such cranes."""
     if not (cranes := _on_rails(plan)):
         return []
     low = min(c.at[0] + (c.gantry.lower or 0.0) for c in cranes) - OVERHANG
@@ -196,7 +198,7 @@ def _rails(plan: Plan) -> list[DrawnBox]:
 
 
 def _deck(block: Solid) -> DrawnBox:
-    """A dark deck that shows which face of the block was up."""
+    """Return a dark deck on the face of the block that is up at the start."""
     (x, y, z), (a, b, c) = block.centre, block.size
     return DrawnBox(block.body, (x, y, z + c / 2 - 0.48 * DECK), (1.002 * a, 1.002 * b, DECK), DARK)
 
@@ -218,7 +220,7 @@ class RopeLines:
         self._hooked |= {f.name: True for f in springs}
 
     def change(self, event: Event) -> bool:
-        """Update the lines; whether an event hooked, unhooked or moved one over an edge."""
+        """Update the lines by an event; returns whether it hooked or unhooked a rope, or moved one over an edge."""
         value = event.value
         if isinstance(value, m.StateEvent) and value.name in self._over and value.what in ("found", "left"):
             self._met[value.name] ^= {value.value}
@@ -236,12 +238,12 @@ class RopeLines:
         return True
 
     def _station(self, point: Point) -> Point:
-        """A point on a bending beam, referred to the station that the kernel computes."""
+        """Return a point on a bending beam relative to the station that the kernel computes; other points unchanged."""
         x, y, z = point.p
         return Point(f"{point.body}@{x:.9g}", (0.0, y, z)) if point.body in self._beams else point
 
     def _bend(self, name: str) -> None:
-        """Draw a rope over the edges that it has met, each where it is nearest to the end on the same body."""
+        """Draw a rope over the edges that it touches, each at the point nearest to the rope's end on the same body."""
         rope, line = self._over[name], self._lines[name]
         a, b, at = line[0].a, line[-1].b, list[Point]()
         for number, s in enumerate(rope.edges, 1):
@@ -263,6 +265,6 @@ class RopeLines:
         return self.drawn()
 
     def drawn(self) -> list[RopeLine]:
-        """The lines of all hooked ropes."""
+        """Return the lines of all hooked ropes."""
         lines = [(name, x) for name, lines in self._lines.items() if self._hooked[name] for x in lines]
         return [RopeLine(name, x.a.body, x.a.p, x.b.body, x.b.p) for name, x in lines]

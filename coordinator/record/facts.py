@@ -1,6 +1,7 @@
-"""What a recording says of its scene at the start: how it is computed, what is rated, what hangs and stands where.
+"""Facts about a scene that its recording holds from the start: solver settings, rated loads, supports, suspended
+machines.
 
-The energy balance of a run: kinetic + potential + stored - work + heat must stay what it was at the start.
+The energy balance of a run: kinetic + potential + stored - work + heat must stay at its initial value.
 
 Work of drives and winches and heat of every damper, brake, rope and stop are integrated from their own powers by the
 kernel, so a law whose power is not counted shows up here as an error.
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -> dict[str, object]:
-    """All facts by name."""
+    """Return all facts of a scene by name."""
     plan, asked = scene.plan, scene.facts.ask
     return {
         "scene": plan.name,
@@ -48,13 +49,13 @@ def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:
-    """Supports of bodies: name, body, point of it, height of the pad [m]."""
+    """Return the supports of bodies: name, body, point in its frame, height of the pad [m], what it stands on."""
     found = [support for machine in plan.machines for support in machine.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 
 
 def hanging(plan: Plan) -> dict[str, str]:
-    """Machines suspended from the hook of another machine, with its rope."""
+    """Return the machines suspended from the hook of another machine, each with the rope of this hook."""
     owners = {body.name: machine.name for machine in plan.machines for body in machine.system.bodies}
     hooks = [(machine.name, hook) for machine in plan.machines for hook in machine.hooks]
     on = {owners[hook.eye.body]: hook.rope for name, hook in hooks if owners.get(hook.eye.body, name) != name}
@@ -62,8 +63,8 @@ def hanging(plan: Plan) -> dict[str, str]:
 
 
 class EnergyAudit:
-    """Largest imbalance [J] and energy turned over [J]: work of drives and winches, heat, and changes of kinetic
-    energy."""
+    """Energy balance of a run: largest imbalance [J] and energy turned over [J], that is work of drives and winches,
+    heat, and changes of kinetic energy."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")
@@ -77,7 +78,7 @@ class EnergyAudit:
         self.imbalance = 0.0
 
     def add(self, rows: np.ndarray) -> None:
-        """(n, columns) samples in order."""
+        """Add (n, columns) samples in order."""
         if self._energy is None:
             return
         kinetic, potential, stored, work, heat = rows[:, self._energy.start : self._energy.stop].T
@@ -100,5 +101,5 @@ class EnergyAudit:
 
     @property
     def error(self) -> float:
-        """Imbalance relative to the energy turned over."""
+        """The largest imbalance relative to the energy turned over."""
         return self.imbalance / self.turned_over if self.turned_over else 0.0

@@ -1,13 +1,13 @@
-"""What any run puts on record: events, protocol traffic, the reason of its end.
+"""Record of any run: events, protocol traffic, the reason of its end.
 
-`RunRecorder` keeps the digest alone; `FileRecorder` writes a recording and finishes it in any case, as a context
-manager.
+`RunRecorder` computes only the digest; `FileRecorder` writes a recording and, as a context manager, finishes it in any
+case.
 
-Where the wall time of a run went, in seconds that are shown and never used.
+Also where the wall time of a run went, for display only.
 
-`kernel`: its node at work under grants; `recording`: the coordinator at work on the file; `rounds`: the rest of the
-time between the first grant and the last answer, that is models, messages and waiting.  Nodes in processes of their
-own work while the coordinator records, so the parts can add up to a little more than the whole.
+`kernel`: working time of its node under grants; `recording`: working time of the coordinator on the file; `rounds`: the
+rest of the time between the first grant and the last answer, that is models, messages and waiting. Nodes in processes
+of their own work while the coordinator records, so the sum can be a little more than the total.
 """
 
 import platform
@@ -41,8 +41,8 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """From the times of begin, last HELLO, last grant and end of all processes, and the kernel's own working
-        time."""
+        """Compute the budget from the times of start, last HELLO, last grant and end of all processes, and the kernel's
+        own working time [s]."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)
@@ -52,12 +52,12 @@ class Budget:
 
 
 class ClockedWork:
-    """A consumer whose working time is measured: `spent_s` [s]."""
+    """Base of recorders whose working time is measured: `spent_s` [s]."""
 
     spent_s = 0.0
 
     def mark(self) -> Mark:
-        """Now, and the seconds spent until now."""
+        """Return the present wall time and the working time so far [s]."""
         return time.perf_counter(), self.spent_s
 
 
@@ -67,7 +67,7 @@ R = TypeVar("R")
 
 
 def clocked(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
-    """Add the seconds that the method takes to those spent; no signal leaves it half done."""
+    """Decorate a method to add its duration to `spent_s`; signals are deferred until it returns."""
 
     @wraps(method)
     def timed(self: T, /, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -87,7 +87,7 @@ _schema = cache(msgspec.json.schema)  # of a type of messages, which many ports 
 
 
 class RunRecorder(ClockedWork):
-    """Nothing but the digest of the events, and the time that was reached."""
+    """Recorder of a run without a file: only the digest of the events and the time reached."""
 
     def __init__(self) -> None:
         self.digest = Digest()
@@ -97,7 +97,7 @@ class RunRecorder(ClockedWork):
         """What was observed of the lookaheads of the nodes' ports, known when they have left."""
 
     def event(self, e: Event) -> None:
-        """A committed event, in total order."""
+        """Record a committed event; called in total order."""
         self.last_ns = max(self.last_ns, e.t)
         self.digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
@@ -107,29 +107,30 @@ class RunRecorder(ClockedWork):
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the nodes for the user, so far."""
+        """Notes of the nodes for the user so far; none without a file."""
         return []
 
     def settle(self, t_ns: int) -> None:
-        """All data before this simulation time [ns] are complete."""
+        """Note that all data before this simulation time [ns] are complete."""
 
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol, "to node" or "from node", with the nodes that blocked a GRANT; not
-        part of the digest."""
+        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: the nodes that blocked
+        a GRANT. Not part of the digest."""
 
     def checkpoint(self, at: Tag, state: bytes) -> None:
-        """The state of the node that samples, which has done all before this tag; outside the digest."""
+        """Record a checkpoint: the state of the sampling node after everything before tag `at`; not part of the
+        digest."""
 
     def failed(self, message: m.Fail) -> None:
-        """A node has failed."""
+        """Record the failure of a node."""
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """The run has survived something at this simulation time [ns]; outside the digest."""
+        """Record a failure at this simulation time [ns] that the run has survived; not part of the digest."""
 
     def close(self, facts: Mapping[str, object]) -> None:
-        """The run has ended in order."""
+        """Finish the record of a run that ended in order."""
 
     def __enter__(self) -> Self:
         return self
@@ -139,7 +140,7 @@ class RunRecorder(ClockedWork):
 
 
 class FileRecorder(RunRecorder):
-    """A recording; its ports are announced before the run begins."""
+    """Recorder that writes a file; its ports are announced before the run begins."""
 
     def __init__(
         self, output: Path, facts: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
@@ -160,13 +161,13 @@ class FileRecorder(RunRecorder):
 
     @clocked
     def event(self, e: Event) -> None:
-        """A committed event, in total order."""
+        """Record a committed event; called in total order."""
         self.last_ns = max(self.last_ns, e.t)
         self.recorder.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the nodes for the user, so far."""
+        """Notes of the nodes for the user so far, as sentences."""
         return [note.sentence for note in self.recorder.notes]
 
     @clocked
@@ -186,7 +187,7 @@ class FileRecorder(RunRecorder):
 
     @clocked
     def checkpoint(self, at: Tag, state: bytes) -> None:
-        """Attached to the recording."""
+        """Attach the checkpoint to the recording."""
         self.recorder.checkpoint(at, state)
 
     def failed(self, message: m.Fail) -> None:
@@ -194,7 +195,7 @@ class FileRecorder(RunRecorder):
         self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Failures that the run has survived are logged for people."""
+        """Log a failure that the run has survived."""
         self.recorder.log(t_ns, "warning", "coordinator", sentence)
 
     @clocked

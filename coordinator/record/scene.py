@@ -48,9 +48,9 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 
 @dataclass(frozen=True)
 class RunResult:
-    """Result of a run: times and `budget`, digest, peak tension [N] and time [s] of each rope, error of the energy
-    balance, what the action list still waited for at the time bound, lateness in real time, notes of the kernel,
-    verdict, and the path of the `recording`."""
+    """Result of a run: simulated and wall time, digest, peak tension [N] and its time [s] of each rope, error of the
+    energy balance, grants, what the action list still waited for at the time bound, `budget` of the wall time, lateness
+    in real time, notes of the kernel, verdict, and the path of the `recording`."""
 
     sim_s: float
     wall_s: float
@@ -81,7 +81,7 @@ class Record(FileRecorder):
         force: bool = False,
         more: Mapping[str, object] | None = None,
     ) -> None:
-        """`more`: facts known at the start."""
+        """`more`: additional facts known at the start."""
         self._page = page
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
@@ -111,7 +111,7 @@ class Record(FileRecorder):
         self.port(OPERATOR, COMMAND, OperatorCommand)
 
     def layout(self, data: bytes, systems: list[System]) -> None:
-        """Set the sample columns, and what can be drawn."""
+        """Set the columns of samples from the kernel's layout, and the drawn shapes."""
         try:
             self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         except UNREADABLE as error:
@@ -127,7 +127,7 @@ class Record(FileRecorder):
         self._page.begin(self._facts, self._layout, drawn, self._ropes.drawn())
 
     def event(self, e: Event) -> None:
-        """A committed event, in total order."""
+        """Record a committed event, update rope lines and viewers; called in total order."""
         super().event(e)
         self._page.event(e.t, e.source, e.port, e.type, e.payload)
         self._conduct.event(e)
@@ -138,7 +138,7 @@ class Record(FileRecorder):
 
     @clocked
     def samples(self, node: str, batch: bytes) -> int:
-        """A batch of the kernel; returns the time of the last sample [ns]."""
+        """Record a batch of the kernel's samples; returns the time of the last sample [ns]."""
         found = decode_batch(batch, self._layout)
         if found.lift:
             self.recorder.samples(batch)
@@ -158,10 +158,8 @@ class Record(FileRecorder):
         return found.times[-1]
 
     def settle(self, t_ns: int) -> None:
-        """Write the data before this simulation time [ns]; samples announced for it have come.
-
-        A rest that lasts is not waited for: whatever the run does, no more than a second of it is lost with it.
-        """
+        """Write the data before this simulation time [ns]. If the kernel is silent for long in a rest, the samples that
+        it announced for this time are written as well, so that a crash loses at most about a second of them."""
         if self._foretold is not None and time.monotonic() - self._seen_at > SILENT_s:
             known, period = self._foretold, self._foretold.period
             new = range(self._seen - known.first, bisect_left(known.times, t_ns))
@@ -179,13 +177,13 @@ class Record(FileRecorder):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol; one to the kernel cancels announced samples."""
+        """Record a message of the time protocol; one to the kernel discards its announced samples."""
         super().protocol(t_ns, node, direction, message, data, held)
         if node == KERNEL and direction == "to node":
             self._foretold = None
 
     def finish(self, grants: int, wall_s: float, unfinished: str, lateness: Lateness | None = None) -> RunResult:
-        """Close the recording."""
+        """Finish the recording and return the result of the run."""
         audit = self._energy
         result = RunResult(
             sim_s=self.last_ns * 1e-9,
@@ -216,7 +214,7 @@ class Record(FileRecorder):
         return result
 
     def _verdict(self) -> RecordedVerdict:
-        """The verdict; the recording is finished even if it cannot be computed."""
+        """Compute the verdict; the recording is finished even if this fails."""
         text = self._conduct
         text.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
         try:
@@ -256,9 +254,10 @@ StaticTensions = tuple[NDArray[np.float64], NDArray[np.float64]]  # (n,) times [
 
 
 def at_rest(rec: Recording) -> dict[str, StaticTensions]:
-    """Static tension of each rope along the action list; empty for a recording without a plan.
+    """Return the static tension of each rope along the action list; empty for a recording without a plan.
 
-    The path knows when each action begins without inertia, the run when it did: between them time is stretched.
+    The equilibrium path has the times of actions without inertia, the run the actual times: the path's time is
+    stretched between the beginnings of actions.
     """
     try:
         plan = decode(rec.attachments[RESOLVED])

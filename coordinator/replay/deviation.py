@@ -1,11 +1,13 @@
-"""Where a new run parts from a recorded one: the first event or sample that is not the same, as both tell it.  Of
-the samples of a kernel that runs again it is the first recorded value that differs.
+"""First deviation of a new run from a recorded one: the first differing event or sample, with both values.
 
-One model for real against the recorded rest: it gets its recorded inputs at their tags and must say what it said.
+For the samples of a kernel that runs again it is the first recorded value that differs.
 
-The model is built by the code that is installed now, so a change of it shows as the first event that deviates.  For
-the kernel the samples are compared, too.  After its first deviation a model would live in a past that never was: the
-comparison ends there.
+One real model with the recorded rest: the model gets its recorded inputs at their tags, and must produce its recorded
+outputs.
+
+The model is built by the installed code, so a change of the code shows as the first event that deviates. For the kernel
+the samples are compared, too. The comparison ends at the first deviation, after which the recorded inputs do not fit
+any more.
 """
 
 from collections.abc import Sequence
@@ -25,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """Tag and topic of a difference, recorded and new value; None for a missing one."""
+    """Tag and topic of a difference, recorded and new value; None for a value that one of the runs lacks."""
 
     t_ns: int
     microstep: int
@@ -40,7 +42,7 @@ class Deviation(msgspec.Struct, frozen=True):
 
 class ReplayResult(msgspec.Struct, frozen=True):
     """Comparison with a recorded run: number of equal events, first deviation, digest if known, other differences,
-    verdict computed again, facts taken as recorded."""
+    verdict if computed again, facts that were not computed again."""
 
     events: int
     deviation: Deviation | None = None
@@ -51,12 +53,12 @@ class ReplayResult(msgspec.Struct, frozen=True):
 
     @property
     def same(self) -> bool:
-        """Whether nothing deviated."""
+        """Whether nothing differed."""
         return self.deviation is None and not self.others
 
 
 class EventComparison:
-    """Compares events in total order with the recorded ones."""
+    """Comparison of events in total order with the recorded ones."""
 
     def __init__(self, recorded: list[Event]) -> None:
         self._recorded = recorded
@@ -64,7 +66,7 @@ class EventComparison:
         """Recorded events that have come again."""
 
     def hear(self, event: Event) -> Deviation | None:
-        """Compare the next event; the deviation if it differs."""
+        """Compare the next event with the recorded one; returns the deviation, or None."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         if due == event:
             self.count += 1
@@ -74,7 +76,7 @@ class EventComparison:
         return _deviation(due, event if event.order == due.order else None)
 
     def reach(self, tag: Tag) -> Deviation | None:
-        """No event before this tag follows; the deviation if a recorded one is missing."""
+        """Note that no event before this tag follows; returns the deviation if a recorded one is missing, else None."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         return _deviation(due, None) if due is not None and due.tag < tag else None
 
@@ -90,7 +92,8 @@ def _plain(event: Event | None) -> object:
 
 
 def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Deviation | None:
-    """The first recorded sample missing in these batches, up to their last one."""
+    """Return the first recorded sample that differs from these batches or is missing in them, up to the end of the
+    batches."""
     rec, announced = run.recording, msgspec.msgpack.decode(layout, type=SampleLayout)
     columns = Columns(announced)
     found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]
@@ -112,7 +115,8 @@ def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Devia
 
 
 def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
-    """The first sample of a complete run that is not in the recording."""
+    """Return the first new sample that is not in the recording; for an incomplete recording only before its last
+    one."""
     recorded = {raw.publish_time for raw in run.recording.messages("/samples")}
     known = (t for t in now if t not in recorded and (run.complete or t < max(recorded, default=0)))
     t_ns = min(known, default=None)
@@ -120,7 +124,8 @@ def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
 
 
 def single(run: RecordedRun, name: str) -> ReplayResult:
-    """Run one model against the recording; RecordingError if the recording has no such model."""
+    """Run one model with its recorded inputs and compare it; raises RecordingError if the recording has no such
+    model."""
     try:
         node = run.cast.node(name)
     except RecordingError as error:
@@ -141,7 +146,7 @@ def single(run: RecordedRun, name: str) -> ReplayResult:
 
 
 def _play(model: Steppable, inputs: Sequence[Event], end: Tag, follower: EventComparison) -> Deviation | None:
-    """Every tag of the model before `end`."""
+    """Run a model before `end` with its recorded inputs; returns the first deviation of its outputs, or None."""
     model.start()
     at = 0
     while True:

@@ -49,7 +49,7 @@ class PublishedItem(NamedTuple):
 
 
 class Replay:
-    """Messages of a recording between two times [s] on matching topics (all if no pattern is given)."""
+    """Messages of a recording between two times [s], on topics that match the patterns (all without a pattern)."""
 
     def __init__(
         self, run: RecordedRun, topics: Sequence[str] = (), start: float | None = None, end: float | None = None
@@ -71,7 +71,7 @@ class Replay:
             raise RecordingError(f"{run.path}: nothing lies between {start} s and {end} s; give --from before --to")
 
     def __iter__(self) -> Iterator[tuple[int, list[PublishedItem]]]:
-        """Time [ns] and all items at it, in order."""
+        """Yield each time [ns] with all items at it, in order."""
         text = (x for x in self._said() if self.start <= x.t_ns < self.end)
         for t, group in groupby(text, lambda x: x.t_ns):
             yield t, sorted(group, key=lambda x: (x.event is None, x.event.order if x.event else (), x.topic))
@@ -95,14 +95,14 @@ def _wanted(topic: str, patterns: Sequence[str]) -> bool:
 
 
 class Publisher:
-    """A run for observers only, as a context manager."""
+    """A run for observers only, which publishes the items of a replay; a context manager."""
 
     def __init__(self, name: str, recording: Path) -> None:
         self._name, self._recording = name, recording
         self._stack = ExitStack()
 
     def say(self, text: PublishedItem) -> None:
-        """Publish one thing."""
+        """Publish one item."""
         if text.event is not None:
             self._publisher.last_ns = max(self._publisher.last_ns, text.t_ns)
             self._publisher.event(text.event)
@@ -126,9 +126,9 @@ class Publisher:
 
 @dataclass
 class Player:
-    """Publishes in time: `rate` seconds of the run per wall second; keys pause, step and change the rate.
+    """Publishes a replay in real time: `rate` simulated seconds per wall second; keys pause, step and change the rate.
 
-    space: pause and go on    s or .: the next instant, then pause    + and -: twice and half the rate    q: end
+    space: pause and continue    s or .: the next instant, then pause    + and -: twice and half the rate    q: end
     """
 
     say: Callable[[PublishedItem], None]
@@ -140,7 +140,7 @@ class Player:
     over: bool = False
 
     def play(self, replay: Replay) -> int:
-        """Play once from start to end; returns the number of items."""
+        """Play the replay once from start to end; returns the number of published items."""
         count, self._sim_ns, self._wall = 0, replay.start, self.clock()
         for t, group in replay:
             self._wait(t)
@@ -153,7 +153,7 @@ class Player:
         return count
 
     def _wait(self, t: int) -> None:
-        """Wait until `t` is due, a key skips it, or the replay ends."""
+        """Wait until `t` [ns] is due, a key skips the wait, or the replay ends."""
         while not self.over:
             left = None if self.paused else self._wall + (t - self._sim_ns) * 1e-9 / self.rate - self.clock()
             if left is not None and left <= 0.0 and not self.keyboard.there:
@@ -186,7 +186,7 @@ class Player:
 
 
 class ReplayPage:
-    """Streams a replay to the page from `start` [ns] on; `end` closes it."""
+    """Sends a replay to the page, from simulation time `start` [ns] on; `end` closes it."""
 
     def __init__(self, run: RecordedRun, page: Spectator, start: int = 0) -> None:
         self._page, self._recording = page, run.recording
@@ -217,7 +217,7 @@ class ReplayPage:
             self._page.ropes(rig.t_ns, rig.lines)
 
     def end(self) -> None:
-        """End of the replay: send the peaks of the whole run."""
+        """Send the end of the replay with the peaks of the whole run."""
         peaks = recorded_peaks(self._recording)
         rows = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
         self._page.end("replayed", {}, rows, str(self._recording.path))

@@ -1,13 +1,13 @@
-"""A recording as what it was made of: the models that took part, and the events with their canonical bytes.
+"""Models and events of a recorded run, events with their canonical bytes.
 
-The values of events stand in the file as JSON; decoded into their message classes and encoded again they give the
-bytes that the digest is made of.  A recording whose models or messages this version does not know is refused.
+The values of events are stored in the file as JSON; decoded into their message classes and encoded again they give the
+bytes that the digest is computed from. A recording is refused if this version does not know its models or messages.
 
-The models of a recorded run, built again by the code that is installed now.
+The models are built again by the installed code.
 
-A run of a scene attaches its plan: machines, commander, and the kernel.  A run of any other
-DEVS model names the function that built it: its children.  A model is asked for by kind and name, such as crane/west,
-or by its name alone.
+The recording of a scene has its plan attached: machines, commander, and the kernel. The recording of any other DEVS
+model names the function that built it: its children. Users name a model by kind and name, such as crane/west, or by its
+name alone.
 """
 
 from collections.abc import Callable
@@ -46,11 +46,8 @@ from heavylift.recordings import RecordedEvent, Recording
 
 @dataclass(frozen=True)
 class RecordedModels:
-    """Participants of a recorded run: nodes by user-visible name, couplings, the port that ends the run, and
-    constructors.
-
-    `make(name, publish)` starts afresh; `publish` gets the sample batches of the kernel.
-    """
+    """Models of a recorded run: nodes by user-visible name, couplings, the port that ends the run, and constructors.
+    `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel."""
 
     models: dict[str, str]
     wiring: Wiring
@@ -70,7 +67,7 @@ class RecordedModels:
 
 
 def recorded_models(rec: Recording) -> RecordedModels:
-    """The models of a recording; RecordingError if they cannot be built any more."""
+    """Build the models of a recording; raises RecordingError if that is no longer possible."""
     if RESOLVED in rec.attachments:
         try:
             plan = decode(rec.attachments[RESOLVED])
@@ -100,7 +97,7 @@ def _of_plan(plan: Plan) -> RecordedModels:
 
 
 def _kind(machine: Mechanism) -> str:
-    """The word for a machine before its name; "" for a block."""
+    """Return the kind of a machine as a prefix of its name; "" for a block."""
     if machine.hooks or machine.girders:
         return "crane"
     return "" if machine.cargo else BEAM if any(not tie.rigging for tie in machine.ties) else "mechanism"
@@ -117,13 +114,13 @@ def _of_model(reference: str, by: str, microsteps: int, stop: str) -> RecordedMo
 
 
 def _alone(model: Model, wires: Wiring, microsteps: int) -> Simulator:
-    """A simulator of one model that reports all its outputs as if others received them."""
+    """Return a simulator of one model that reports all its outputs as if other nodes received them."""
     outputs = [(model.name, port.name, "", "") for port in model.ports.values() if isinstance(port, OutPort)]
     return Simulator(model, microsteps=microsteps, wires=[*wires.all, *outputs])
 
 
 def _microsteps(rec: Recording) -> int:
-    """The allowed number of tags at one time."""
+    """Return the allowed number of microsteps from a recording; raises RecordingError if it is invalid."""
     found = rec.fact("microsteps", LIMIT)
     if type(found) is not int or found < 1:
         raise RecordingError(f"{rec.path}: it allows {found!r} microsteps, which is no number of them; run it again")
@@ -131,7 +128,7 @@ def _microsteps(rec: Recording) -> int:
 
 
 class RecordedRun:
-    """Cast, events and end of the run in a recording."""
+    """A recorded run: its models, events and end."""
 
     def __init__(self, path: str | Path) -> None:
         self.recording = Recording(path)
@@ -139,7 +136,7 @@ class RecordedRun:
 
     @cached_property
     def cast(self) -> RecordedModels:
-        """The models; raises RecordingError if this version cannot build them."""
+        """The models of the run; raises RecordingError if this version cannot build them."""
         return recorded_models(self.recording)
 
     @cached_property
@@ -175,5 +172,5 @@ class RecordedRun:
 
 
 def plain(e: RecordedEvent) -> Event:
-    """The event with the bytes of its value without its class."""
+    """Return a recorded event with its value encoded as plain data, without its message class."""
     return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(e.value))

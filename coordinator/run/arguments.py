@@ -1,4 +1,4 @@
-"""Arguments of functions that people call from Python: what is no time, order or name is refused in one sentence."""
+"""Checks of arguments that users pass in Python: an invalid time, order or name is refused in one sentence."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Order = tuple[float, What]  # when [s], and what is to be done
 
 
 def time_s(name: str, value: object, span: Limited) -> float:
-    """A time [s] within a span; raises ModelError."""
+    """Check a time [s] against a range; raises ModelError."""
     try:
         return span.read(f"{_number(name, value)!r} s")
     except ValueError as error:
@@ -27,7 +27,7 @@ def time_s(name: str, value: object, span: Limited) -> float:
 
 
 def end_ns(until: object) -> int:
-    """The end [ns] of a run of models to `until` [s], None for the end of all activity; raises ModelError."""
+    """Return the end [ns] of a run of models to `until` [s], NEVER for None; raises ModelError."""
     if until is None:
         return NEVER
     t = _number("until", until)
@@ -42,7 +42,8 @@ def end_ns(until: object) -> int:
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
-    """Orders by time; raises ModelError for anything but a pair of a time and of `what` fits."""
+    """Return orders sorted by time; each must be a pair of a time [s] and a value that `fits`, described by `what`.
+    Raises ModelError."""
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
         raise ModelError(f"orders={orders!r}: give pairs (seconds, {what})")
     found: list[Order[What]] = []
@@ -57,7 +58,7 @@ def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Ord
 
 
 def patterns(keep: object) -> tuple[str, ...]:
-    """Names or patterns of signals, one or several; raises SignalError."""
+    """Return names or patterns of signals, given as one or several, as a tuple; raises SignalError."""
     text = texts(keep)
     if text is None:
         raise SignalError(f"keep={keep!r}: give names of signals, such as ['rope/tension', 'pose/*']")
@@ -65,7 +66,7 @@ def patterns(keep: object) -> tuple[str, ...]:
 
 
 def texts(text: object) -> tuple[str, ...] | None:
-    """One or several texts as a tuple; None for anything else."""
+    """Return one or several texts as a tuple; None for anything else."""
     if isinstance(text, str):
         return (text,)
     several = tuple(text) if isinstance(text, Iterable) else (None,)
@@ -73,7 +74,7 @@ def texts(text: object) -> tuple[str, ...] | None:
 
 
 def whole(name: str, value: object) -> int:
-    """A non-negative integer; raises ModelError."""
+    """Check a non-negative integer; raises ModelError."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
         raise ModelError(f"{name}: {value!r} is no whole number from 0 on")
     return int(value)

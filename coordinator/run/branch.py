@@ -1,14 +1,13 @@
-"""What if: a recorded run again with other settings from some time on, equal to the recording up to there, proved.
+"""What-if runs: a recorded run with other settings from some time on, verified to equal the recording up to there.
 
     branch("run.mcap", "stage travel", ["stage travel/cranes=travel 20 m/min by 60 m"], output="slower.mcap")
 
-The models run from the start with the new plan, since that shows that they would have done the same; the kernel, which
-is what a run costs, says again what is recorded and goes on from the last checkpoint before the branch, or where there
-is none for the new scene, as with other thresholds, from the start.  Whatever comes before the branch must be in the
-recording, each event and each sample; the first that is not ends the run, which then leaves nothing.  So the new
-recording is whole, and has the digest that the new scene has when it is run.
-What the recorded run had chosen, for the accuracy that was asked or the time that was given, is kept; what the branch
-is wrong by is measured anew.
+The models run from the start with the new plan, which shows that they would have done the same; the kernel, the costly
+part of a run, repeats what is recorded and continues from the last checkpoint before the branch, or runs from the start
+if none fits the new scene, as with other thresholds. Every event and sample before the branch must equal the recorded
+one; the first that differs ends the run, which then leaves nothing. So the new recording is complete, and has the
+digest of a run of the new scene. Model level and steps that the recorded run had chosen, for its accuracy or its time
+limit, are kept; the errors of the branch are measured anew.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ CLOCK = re.compile(r"(?:(?:(\d+):)?(\d+):)?(\d+(?:\.\d+)?)")  # 1:02:03.5, 2:00,
 
 
 class _Point(NamedTuple):
-    """The tag at which a branch leaves its recording."""
+    """The tag at which a branch leaves its recording, with the stage."""
 
     tag: Tag
     stage: str = ""
@@ -64,7 +63,7 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True)
 class Branch:
-    """A branch: new scene, recorded beginning, and the point where it begins."""
+    """A branch: recording, new scene, recorded beginning, and the tag at which it leaves the recording."""
 
     path: Path
     scene: LoadedScene
@@ -74,8 +73,8 @@ class Branch:
 
     @classmethod
     def of(cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None) -> Branch:
-        """A branch of the recording `path`, `at` "stage NAME", "end of stage NAME", "120 s" or "2:00"; `scene`: an
-        edited one in place of that of the recording.  Raises RecordingError or SceneError."""
+        """Make a branch of the recording `path`, `at` "stage NAME", "end of stage NAME", "120 s" or "2:00"; `scene`: an
+        edited file in place of the recorded scene. Raises RecordingError or SceneError."""
         path = file_path(path)
         if not settings and scene is None:
             raise SceneError("nothing is to be different after the branch; give --set or an edited --scene")
@@ -94,7 +93,7 @@ class Branch:
 def branch(
     what: Branch, output: str | Path | None = None, watch: RunObserver | None = None, force: bool = False
 ) -> RunResult:
-    """Run a branch, in this process, into `output` (default: <name>-branch.mcap); the recording stays as it is."""
+    """Run a branch in this process into `output` (default: NAME-branch.mcap); the old recording is not changed."""
     target = file_path(output) if output else beside(what.path, "-branch.mcap")
     if what.path in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: is the recording itself, which stays as it is; choose another name with -o")
@@ -131,7 +130,7 @@ class _Watch(Checked):
 
     @property
     def events(self) -> int:
-        """Events before the branch."""
+        """Number of events before the branch."""
         return len(self._events)
 
     def event(self, event: Event) -> None:
@@ -140,7 +139,7 @@ class _Watch(Checked):
         super().event(event)
 
     def progress(self, t_ns: int) -> None:
-        """Passed on."""
+        """Report the time reached."""
         self._pass(Tag(t_ns))
         super().progress(t_ns)
 
@@ -164,7 +163,7 @@ def _refused(what: Branch, found: Deviation) -> RecordingError:
 
 
 def _point(run: RecordedRun, text: str) -> _Point:
-    """The tag that a user means."""
+    """Return the tag that a user's text means."""
     answer = [(e.tag, str(e.value.name)) for e in run.events if (e.source, e.port) == (COMMANDER, "stage")]  # type: ignore[attr-defined]
     stages = [(tag, name) for tag, name in answer if name]
     whole = " ".join(text.split())
@@ -205,7 +204,7 @@ def _inside(run: RecordedRun, text: str, point: _Point) -> _Point:
 
 
 def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str | Path | None) -> LoadedScene:
-    """The scene with the changes, and with what the recorded run had chosen."""
+    """Return the recorded scene with the changes, and with the choices of the recorded run."""
     old = begun.scene
     if scene is not None:
         found = load(scene, settings)
@@ -222,7 +221,7 @@ def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str |
 
 
 def _past(what: Branch) -> RecordedKernel:
-    """The recorded history before the branch."""
+    """Return the recorded history before the branch."""
     rec, tag = what.run.recording, what.at.tag
     before = [Tag(*at) for at in rec.checkpoints if Tag(*at) <= tag]
 
@@ -253,7 +252,7 @@ def _past(what: Branch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Paths at which two plans differ; the first few."""
+    """Return the first paths at which two plans differ, and the number of further ones, as texts."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

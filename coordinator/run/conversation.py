@@ -1,9 +1,9 @@
-"""The conversation with the nodes of one run, whatever they model, and how they come to their hub.
+"""Messages with the nodes of one run, whatever they model, and the start of their processes.
 
     WELCOME(config) -> HELLO(declaration) of every node -> rounds of GRANT and DONE -> STOP -> BYE
 
-It knows the hub, the protocol's core and a tape, and nothing of scenes: who uses it gives each node its config, judges
-what the nodes declare, and says when the run is over.  `watch` hears of committed events and of the time reached.
+Uses the hub, the protocol's core and a recorder, but nothing of scenes: the caller gives each node its config, checks
+the declarations, and decides when the run is over. `watch` is notified of committed events and of the time reached.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ def joined(
     deadline: float = DEADLINE_s,
     past: RecordedKernel | None = None,
 ) -> Iterator[Hub | LocalHub]:
-    """The hub of the nodes of a placement; at exit all processes have ended.
+    """Start the nodes of a placement and yield their hub; at exit all processes have ended.
 
-    Processes of other hosts are not started here, they come in at the `door`; nor are external ones.  A process that
-    owes an answer for `deadline` [s] is probed.  `past`: of a kernel in this process, what is known of its run already.
+    Processes on other hosts, which connect to the `listener`, and external ones are not started here. A process that
+    does not answer for `deadline` [s] is probed. `past`: the recorded history for a kernel in this process.
     """
     if in_process:
         with LocalHub(placement.models) as local:
@@ -77,7 +77,8 @@ def joined(
 
 
 class Conversation:
-    """Conversation with the nodes: `welcome` and `hello` each, `play`, `dismiss`; `abort` after an error."""
+    """Messages of a coordinator with its nodes: `welcome` and `hello` for each, `play`, `dismiss`; `abort` after an
+    error."""
 
     def __init__(
         self,
@@ -94,8 +95,8 @@ class Conversation:
         marks: Collection[tuple[str, str]] = (),
         externals: Iterable[External] = (),
     ) -> None:
-        """`end`: time bound; `sampler`: the node that publishes progress, and whose checkpoints are recorded every few
-        seconds and before events on the ports `marks`; `desk` receives orders, which may change the `tempo`."""
+        """`end`: time bound; `sampler`: the node that publishes samples; its checkpoints are recorded every few seconds
+        and before events on the ports `marks`; `queue` receives orders, which may change the `tempo`."""
         self._hub, self._recorder, self._watch, self._publisher = hub, recorder, watch, publisher
         self._tempo, self._queue = tempo or Tempo(), queue
         nodes = hub.placement.nodes
@@ -118,17 +119,18 @@ class Conversation:
             hub.sampled = self._take_samples
 
     def written_to(self, wanted: str | Path | None, given: Path | None) -> None:
-        """Report if the recording could not get its intended name."""
+        """Report that the recording was given another file name than `wanted`, because that file exists."""
         if given is not None and given != Path(wanted or ""):
             self._watch.say(f"{wanted} is there already and stays; this run writes {given}")
 
     def welcome(self, node: str, config: bytes, fingerprint: str) -> None:
-        """Send a node its configuration with this fingerprint; an external one in its own encoding."""
+        """Send the WELCOME of a node with its config, whose fingerprint is given; an external node gets its own
+        config."""
         self._agreed[node] = fingerprint
         self._send(node, m.Welcome(1, self.externals[node].config if node in self.externals else config))
 
     def hello(self) -> tuple[str, bytes]:
-        """The next node that sends HELLO, with its declaration."""
+        """Receive the next HELLO; returns the node and its declaration. Raises ProtocolError for any other message."""
         node, message = self._receive()
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
@@ -141,7 +143,8 @@ class Conversation:
         return node, message.declaration
 
     def play(self) -> RunEnd:
-        """Run rounds until nothing is left before the end; again if the end has been moved."""
+        """Run rounds of GRANT and DONE until nothing is left before the end; can be called again after the end was
+        moved."""
         core, tempo, outstanding = self.core, self._tempo, 0
         self._begun = True
         while True:
@@ -176,7 +179,7 @@ class Conversation:
                 got = self._hear(0.0) if outstanding else None  # one decision for all that have come meanwhile
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
-        """The ordered end: STOP, the last samples, BYE of every node."""
+        """End the run in order: STOP, the last samples, BYE of every node."""
         self._close()
         self._take_samples()
         self._recorder.settle(end.t)
@@ -192,7 +195,7 @@ class Conversation:
         return {node: left[node] for node in self._hub.nodes}
 
     def abort(self, error: BaseException) -> None:
-        """Dismiss the nodes and keep their samples; raises Stopped if a signal is the reason."""
+        """Dismiss the nodes after an error and keep their samples; raises Stopped if a signal was the reason."""
         self._close()
         self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
         with suppress(RecordingError):  # what follows on samples that the error has cut; the error itself is reported
@@ -203,12 +206,12 @@ class Conversation:
             raise Stopped(f"stopped by {by} at {at:.3f} s; the recording is complete up to there") from error
 
     def _close(self) -> None:
-        """No orders any more."""
+        """Close the queue of orders."""
         if self._queue is not None:
             self._queue.close()
 
     def _keep(self, grant: m.Grant) -> None:
-        """Request a checkpoint of the sampler before this GRANT."""
+        """Request a checkpoint of the sampler before this GRANT, if one is due."""
         passed = [tag for tag in self._due if tag < grant.until]
         if grant.gseq > 1 and (passed or time.monotonic() - self._kept_at > KEEP_s):
             self._due = [tag for tag in self._due if tag >= grant.until]
@@ -233,7 +236,8 @@ class Conversation:
         self._watch.say(sentence)
 
     def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
-        """The next message of a node within a timeout [s], unless samples arrive first."""
+        """Return the next message of a node, with its name; None if there is none within `timeout` [s], or samples
+        arrived first."""
         got = self._hub.receive(timeout)
         if got is None:
             return None

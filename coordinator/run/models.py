@@ -1,12 +1,12 @@
-"""A run of any DEVS model: each child of a coupled model becomes a node, couplings between children the protocol's.
+"""A run of any DEVS model: each child of a coupled model becomes a node, its couplings those of the protocol.
 
     import heavylift
 
     if __name__ == "__main__":
         run = heavylift.run_models("my_models:build", until=10.0, output="ring.mcap")
 
-The node processes import the module and take their child by its name, so the function must be found under that name
-from a fresh interpreter.  Flat or distributed, in one process or many, a model does the same to the last byte.
+The node processes import the module and take their child by its name, so a fresh interpreter must find the function
+under that name. Flat or distributed, in one process or many, a run is the same to the last byte.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ from .watch import RunObserver
 
 @dataclass(frozen=True)
 class ModelRun:
-    """Result of a model's run: reason of the end, last event [s], wall time of all and of the rounds [s], grants,
-    digest, recording, and the `result()` of each atomic by path."""
+    """Result of a model's run: reason of the end, time of the last event [s], wall time in all and of the rounds [s],
+    grants, digest, recording, and the `result()` of each atomic by path."""
 
     outcome: RunEnd
     sim_s: float
@@ -83,14 +83,15 @@ def run_models(
 ) -> ModelRun:
     """Run the model of `build` = "module:function" to events at t < `until` [s], or to the end of all activity.
 
-    `stop`: "child.port" whose first message ends it, with all that happens at that time.
+    `stop`: "child.port" whose first message ends the run, together with everything else at that time.
 
-    Each child has a process of its own, unless `processes` is their number, `places` tell who shares one, such as
-    "west,east=yard", or all are in this one; `remote` processes come in at the `door`, `external` ones are programs of
-    another kind, for which NAME.ticket is written (WIRE.md).  `log` hears of every transition of every process when the
-    run is over, in the order of a flat run.  A loop is who moves at `microsteps` tags in which no time passes.  A
-    process that owes an answer for `deadline` [s] is probed, and replaced if it makes no
-    progress.  Raises HeavyliftError: one sentence, after a recording is finished and all processes are gone.
+    Each child has a process of its own, unless `processes` is their number, `places` assign children to processes, such
+    as "west,east=yard", or `in_process` runs all of them in this one; `remote` processes connect to the `listener`; for
+    each of the `external` ones, which are other programs, a file NAME.ticket is written (WIRE.md). `log` receives every
+    transition of every process after the run, in the order of a flat run. Reaching `microsteps` tags without time
+    advance counts as a loop and is an error. A process that does not answer for `deadline` [s] is probed, and replaced
+    if it makes no progress. Raises HeavyliftError: one sentence, after the recording is finished and all processes are
+    gone.
     """
     if importing():
         raise ModelError(
@@ -170,24 +171,24 @@ def run_models(
 
 
 class _Lines(RunRecorder):
-    """A recorder without a file that keeps transitions."""
+    """A recorder without a file that collects transitions."""
 
     lines: list[Transition]
     recording: Path | None = None
 
     def samples(self, node: str, batch: bytes) -> int:
-        """The transitions of a node."""
+        """Collect the transitions in a batch of a node; returns the time that it reaches [ns]."""
         found = read(batch)
         self.lines += found
         return found[-1].tag.t
 
 
 class _FileLines(_Lines, FileRecorder):
-    """The same next to a recording."""
+    """A recorder that writes a file and collects transitions."""
 
     @property
     def recording(self) -> Path:  # type: ignore[override]
-        """Its path."""
+        """Path of the recording."""
         return self.recorder.path
 
 
@@ -245,7 +246,8 @@ def _preload(reference: str) -> list[str]:
 
 
 def referred(build: str | Callable[..., Coupled]) -> str:
-    """The name by which other processes import a function; a name is returned unchanged."""
+    """Return the reference `module:function` by which other processes import a function; a text is returned
+    unchanged."""
     if isinstance(build, str):
         return build
     name = getattr(build, "__qualname__", "")

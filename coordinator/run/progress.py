@@ -1,4 +1,4 @@
-"""What a user sees of a run: a progress bar with stage and real-time factor, and at the end a summary per rope.
+"""Display of a run: a progress bar with stage and real-time factor, and at the end a summary per rope.
 
 Without a terminal the bar becomes one plain line per stage, and Rich is not imported.
 """
@@ -38,7 +38,7 @@ ROPES = columns("rope", "peak at lower end [kN] .1", "at [h:min:s] .0", "rated [
 
 
 class Progress(RunObserver):
-    """Progress line: simulated time, real-time factor, stage, share of actions."""
+    """Progress bar of a run: simulated time, real-time factor, stage, share of actions."""
 
     def __init__(self, plan: Plan, as_json: bool = False) -> None:
         self._plan, self._json = plan, as_json
@@ -72,7 +72,7 @@ class Progress(RunObserver):
             print(f"{event.t * 1e-9:9.1f} s  {lost}", file=sys.stderr)
 
     def progress(self, t_ns: int) -> None:
-        """Simulated time moves on."""
+        """Show the simulated time [ns]."""
         self._t_ns = max(t_ns, self._t_ns)
         if self._live is not None:
             self._live.update(self._line())
@@ -114,10 +114,10 @@ class Certified(Protocol):
 
     @property
     def message(self) -> list[str]:
-        """In lines for people."""
+        """Lines of text for people."""
 
     def data(self) -> dict[str, object]:
-        """Plain data."""
+        """Return plain data for JSON."""
 
 
 def summary(
@@ -128,10 +128,8 @@ def summary(
     answer: Answer | None = None,
     verbose: bool = False,
 ) -> None:
-    """Print the verdict, what governs, findings, and the peak tension of each rope; as JSON, in SI units.
-
-    `verbose`: also digest, wall-clock times and energy balance.
-    """
+    """Print the verdict, the governing checks, findings, and the peak tension of each rope; as JSON in SI units.
+    `verbose`: also digest, wall-clock times and energy balance."""
     limits = rated(plan)
     if as_json:
         verdict = msgspec.to_builtins(result.verdict)
@@ -158,7 +156,7 @@ def summary(
 
 
 def _print_ropes(result: RunResult, limits: dict[str, float]) -> None:
-    """The peak tension of each rope at its lower end; pieces of a rope with mass (NAME~1) are no ropes."""
+    """Print the peak tension of each rope at its lower end; pieces of a rope with mass (NAME~1) are omitted."""
     peaks = {name: peak for name, peak in result.peaks.items() if "~" not in name}
     red = {f.subject for f in result.verdict.findings if f.state == "red"} if result.verdict else set()
     rows = []
@@ -172,7 +170,7 @@ def _print_ropes(result: RunResult, limits: dict[str, float]) -> None:
 
 
 def _print_details(result: RunResult) -> None:
-    """What programmers look for: time per part, grants, energy balance, digest."""
+    """Print details for programmers: wall time per part, grants, energy balance, digest."""
     _print(f"seconds: {result.budget}; {result.grants} grants")
     if result.energy_turned_over:
         moved = f"{result.energy_turned_over / 1e6:.4g} MJ turned over"
@@ -181,7 +179,7 @@ def _print_details(result: RunResult) -> None:
 
 
 def print_verdict(verdict: RecordedVerdict) -> None:
-    """Print the verdict, the checks that govern, the smallest clearance, and all that was found, worst first."""
+    """Print the verdict, the governing checks, the smallest clearance, and all findings, the most severe first."""
     styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
     _print(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
     for line in governing(verdict.checks):
@@ -195,7 +193,7 @@ def print_verdict(verdict: RecordedVerdict) -> None:
 
 
 def _print(text: str | None, style: str | None = None) -> None:
-    """Print lines, in a style where there is a terminal; nothing for None."""
+    """Print lines, styled on a terminal; nothing for None."""
     if text is None:
         return
     if not _terminal(sys.stdout):
@@ -207,6 +205,6 @@ def _print(text: str | None, style: str | None = None) -> None:
 
 
 def command() -> str:
-    """The command as the user called it, for copying."""
+    """Return the command as the user called it, for copying."""
     called = sys.argv[0]
     return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

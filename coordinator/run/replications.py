@@ -1,4 +1,4 @@
-"""Replications of a DEVS model: it runs once for each of many seeds, and each number of its results has a mean.
+"""Replications of a DEVS model: one run for each of many seeds, and an estimate of each number of its results.
 
     estimates = replicate("my_models:build", 30, until=3600.0).estimates
     estimates["shop.sink.wait"].mean, estimates["shop.sink.wait"].half
@@ -62,10 +62,11 @@ def replicate(
     workers: int = 0,
     confidence: float = 0.95,
 ) -> Replications:
-    """Run a model so many times as `run_models` does in one process, each time with another `seed` of its function.
+    """Run a model `count` times like `run_models` in one process, each time with another `seed` of its function.
 
-    The seeds follow from `seed`, and nothing depends on `executor`: any of concurrent.futures, or else a pool of so
-    many processes (`workers`, default all cores).  Raises HeavyliftError that names the replication, Stopped on Ctrl-C.
+    The seeds follow from `seed`. `executor`: any of concurrent.futures, by default a pool of `workers` processes
+    (default: all cores); results do not depend on it. Raises HeavyliftError that names the replication, Stopped on
+    Ctrl-C.
     """
     if whole("--replications", count) < 1 or not 0 < confidence < 1:
         raise ModelError(f"{count} replications, confidence {confidence}: give one run or more, and 0 < confidence < 1")
@@ -95,14 +96,14 @@ def replicate(
 
 
 def _seeds(seed: int, count: int) -> list[int]:
-    """Independent seeds; the first ones do not depend on their count."""
+    """Return independent seeds; the first ones do not depend on `count`."""
     from numpy.random import SeedSequence
 
     return [int(child.generate_state(1, "u8")[0]) >> 1 for child in SeedSequence(seed).spawn(count)]
 
 
 def _once(task: tuple[int, str, float | None, str, int]) -> dict[str, float]:
-    """The numbers of one run, by "path.field"."""
+    """Run the model once and return the numbers of its results, by "path.field"."""
     number, reference, until, stop, microsteps = task
     try:
         run = run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps)

@@ -1,10 +1,9 @@
-"""A run that was cut off is run again to its end: from the scene in what is left of its recording, checked against it.
+"""Repetition of a run that was cut off, to its end: from the scene in the partial recording, checked against it.
 
-A run is a function of its scene, so nothing of the past needs to be restored: the new recording is whole, and has the
-digest that the undisturbed run would have had, even if only the scene had reached the disk.  Every event that did must
-come again; the first that does not ends the run, for then it was another version, or a model that is not deterministic.
-What an operator ordered is ordered again at its time, from the recording and from the journal of what had not reached
-it.
+A run is a function of its scene, so no earlier state needs to be restored: the new recording is complete, and has the
+digest of the undisturbed run, even if only the scene had reached the disk. Every recorded event must occur again; the
+first deviation ends the run, as then the version differs, or a model is not deterministic. An operator's commands are
+injected again at their times, from the recording and from the journal of those not yet recorded.
 """
 
 from __future__ import annotations
@@ -43,7 +42,8 @@ _START = Tag(0)
 
 @dataclass(frozen=True)
 class Beginning:
-    """What remains of a run that was cut off: scene, events on disk, and operator commands."""
+    """What remains of a run that was cut off: scene, events on disk, operator commands, and the version that made
+    it."""
 
     scene: LoadedScene
     events: list[Event]
@@ -52,10 +52,8 @@ class Beginning:
 
     @classmethod
     def of(cls, part: str | Path, within: Path | None = None) -> Beginning:
-        """The beginning in a `.part` file, or in the recording of a run that failed; RecordingError without a scene.
-
-        `within`: a folder for what is only needed here.
-        """
+        """Read the beginning from a `.part` file, or from the recording of a run that failed; raises RecordingError
+        without a scene. `within`: folder for temporary files."""
         part = file_path(part)
         with TemporaryDirectory(prefix="heavylift-", dir=within) as folder:
             saved = recover(part, Path(folder) / "beginning.mcap", begun=True)
@@ -66,7 +64,8 @@ class Beginning:
 
     @classmethod
     def left(cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is") -> Beginning:
-        """The beginning from what can be read; `instead`: what to do if it cannot be simulated again."""
+        """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again, for the
+        error."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if model := left.recording.run.get("model", ""):
@@ -89,8 +88,8 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """The scene of a simulated plan with its measured errors; and the plan that its text yields now, or why it yields
-    none (missing files)."""
+    """Return the scene of a simulated plan with its measured errors, and the plan that its text yields now, or the
+    error why it yields none (missing files)."""
     found = {key: x for key, x in rec.fact("answer", {}).items() if key != "told"}
     answer = msgspec.convert(found, Answer) if found else None
     scene = replace(restored(plan, text, merged, name), answer=answer)
@@ -104,23 +103,23 @@ def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tu
 
 
 class Checked(Relay):
-    """Compares events with those of the beginning, and passes all on."""
+    """Compares events with those of the beginning, and passes all of them on to an observer."""
 
     def __init__(
         self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: RunObserver, end: Tag = _START
     ) -> None:
-        """Events before the `end` must equal these; `parted` makes the error."""
+        """Events before `end` must equal these; `parted` makes the error for a deviation."""
         self._follower, self._count = EventComparison(events), len(events)
         self._parted, self._watch, self._end = parted, watch, end
 
     def event(self, event: Event) -> None:
-        """Compare the next event with the next recorded one, while there is one."""
+        """Compare an event with the next recorded one, if there is one, and pass it on."""
         if (self._follower.count < self._count or event.tag < self._end) and (found := self._follower.hear(event)):
             raise self._parted(found)
         self._watch.event(event)
 
     def end(self) -> None:
-        """End of the messages."""
+        """Check at the end of the run that no recorded event is missing."""
         if missing := self._follower.reach(FOREVER):
             raise self._parted(missing)
 
@@ -134,7 +133,8 @@ def resume(
     in_process: bool = False,
     force: bool = False,
 ) -> RunResult:
-    """Run what was cut off into `output` (default: <name>-resumed.mcap); what is left stays as it is."""
+    """Repeat a run that was cut off into `output` (default: NAME-resumed.mcap); the partial recording is not
+    changed."""
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):

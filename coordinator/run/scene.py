@@ -1,4 +1,4 @@
-"""One run of a scene: start its models and the kernel, let the protocol decide, record what happens, end in order.
+"""One run of a scene: start its models and the kernel, run the time protocol, record, end in order.
 
 plan -> WELCOME(plan) -> HELLO(declaration) of every model -> WELCOME(declarations) -> HELLO of the kernel
 -> rounds until the commander has finished, the time bound is reached or nothing can happen any more
@@ -75,17 +75,15 @@ def run(
 ) -> RunResult:
     """Simulate a scene (loaded, or its path or name) into a recording.
 
-    An earlier recording of this name stays, and the new one is run-2.mcap, as the result says; `force` replaces it.
+    An existing recording of this name is kept, and the new one is run-2.mcap, as the result says; `force` replaces it.
 
     `order`: names of the nodes in the order in which they are started.
 
-    `placement` says which process hosts which nodes; without one each node has a process of its own.
-    Processes that it places on other hosts come in at the `door`.  A process that owes an answer for
-    `deadline` [s] is probed, and replaced if it makes no progress.  `page` shows the run while it goes on.
-    Whoever subscribes to samples on the bus gets `publish_hz` of them per simulated second.
-    `commands` are given at their tags, as an operator gave them in another run; the keys of a `keyboard` are orders.
-    `past`: what is recorded of its beginning, for a kernel in this process; a run that does not get beyond it leaves
-    nothing.
+    `placement` assigns nodes to processes; without one each node has a process of its own. Its processes on other hosts
+    connect to the `listener`. A process that does not answer for `deadline` [s] is probed, and replaced if it makes no
+    progress. `page` shows the run in progress. Subscribers to samples on the bus get `publish_hz` of them per simulated
+    second. `commands` are given at their tags, as those of an operator in another run; the keys of a `keyboard` are
+    orders. `past`: recorded history for a kernel in this process; a run that ends within it leaves no recording.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
@@ -142,7 +140,7 @@ def run(
 
 
 class _Run(Relay):
-    """Conversation of a scene's run with its nodes."""
+    """The run of a scene: messages with its nodes from their start to the end."""
 
     def __init__(
         self,
@@ -167,13 +165,13 @@ class _Run(Relay):
         self._nodes = [node for node in hub.nodes if node != KERNEL]
 
     def event(self, event: Event) -> None:
-        """A scene without an end continues while the commander gives orders."""
+        """Extend a run without an end time while the commander gives orders."""
         if self._plan.end is None and goes_on(event):
             self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)
 
     def greet(self) -> None:
-        """Greet the models first, since the kernel needs their declarations."""
+        """Start the nodes: first the models, then the kernel with their declarations."""
         models = [self._placement.nodes[node] for node in self._nodes]
         for node, plan in zip(self._nodes, map(encode, divided(self._plan, models)), strict=True):
             self.talk.welcome(node, part(ScenePart(plan)), fingerprint(plan))
@@ -193,13 +191,14 @@ class _Run(Relay):
         self._record.layout(layout, systems)
 
     def play(self) -> None:
-        """Rounds until the end."""
+        """Run rounds until the end, which is postponed while a driving model of a plan without an end time is
+        scheduled."""
         self._outcome = self.talk.play()
         while postponed(self.talk.core, self._plan):
             self._outcome = self.talk.play()
 
     def dismiss(self) -> None:
-        """End in order; raises ModelError if a model still waits."""
+        """End the run in order; raises ModelError if a model still waits."""
         ended = self._outcome is RunEnd.QUIET and self._plan.end is None
         byes = self.talk.dismiss(Tag(self.talk.now.t + 1) if ended else self.talk.core.end)
         self.kernel_s = byes[KERNEL].busy_s
@@ -210,14 +209,14 @@ class _Run(Relay):
 
 
 def _order(scene: LoadedScene, words: str) -> OperatorCommand:
-    """The command of an operator."""
+    """Return an operator's command, parsed for this scene."""
     from heavylift.nodes.scene.operator_command import spoken  # reads scenes, which a run without orders need not
 
     return OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words)))
 
 
 def _declared(name: str, data: bytes, count: int) -> list[System]:
-    """Mechanics declared by the models of a node, which may be remote."""
+    """Decode the mechanics declared by the `count` models of node `name`, which may be remote; raises ProtocolError."""
     try:
         found = msgspec.msgpack.decode(data, type=list[System])
         if len(found) != count:

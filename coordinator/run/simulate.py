@@ -1,4 +1,4 @@
-"""A run as a function of Python: from a scene or a system to named arrays, in seconds and SI units.
+"""A run as a Python function: from a scene or a system to named arrays, in seconds and SI units.
 
     result = simulate("lift", keep=["rope/tension"])
     result.t, result["rope/tension"]["crane.H1"], result["rope/tension"].unit       # (n,) [s], (n,), "N"
@@ -59,7 +59,7 @@ STOP = "stop"
 
 
 class StageSpan(NamedTuple):
-    """A stage of the action list, from when to when [s]."""
+    """A stage of the action list, with start and end [s]."""
 
     name: str
     start: float
@@ -70,9 +70,9 @@ class StageSpan(NamedTuple):
 class Result:
     """Results of a run: sample times (n,) [s]; signals by name; stages; peak tension [N] and time [s] of each rope;
     recorded events; notes of the kernel with times [s]; what the action list still waited for. Verdict and digest are
-    computed when first read.
+    computed on first use.
 
-    Times repeat where an event or an order meets a sample: the first row is from before it, the last one from after.
+    Times repeat where an event or order coincides with a sample: the first row is before it, the last one after it.
     `at` has other times, each once.
     """
 
@@ -88,7 +88,7 @@ class Result:
 
     @cached_property
     def verdict(self) -> RecordedVerdict | None:
-        """The verdict; None of a system."""
+        """The verdict; None for a system."""
         return self._run.verdict if self._run else None
 
     @cached_property
@@ -97,11 +97,11 @@ class Result:
         return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> Result:
-        """The results with signals at these times [s] from the integrator's dense output.
+        """Return the results with signals at these times [s], from the integrator's dense output.
 
-        At an event or order they are those after it, or (`before`) those of a nanosecond earlier.  The run is repeated
-        for that, and takes as long as it did.  Raises KernelError for times outside of the run, or if the run is
-        another one by now, since code that it names was edited.
+        At an event or order, values are those after it, or (`before`) those of a nanosecond earlier. The run is
+        repeated for this, with the same duration. Raises KernelError for times outside of the run, or if the repeated
+        run differs because code that it uses was edited.
         """
         if self._again is None:
             raise KernelError(
@@ -180,10 +180,10 @@ def simulate(
 ) -> Result:
     """Simulate a scene (loaded, its path or name) to its end or `until` [s], or a system of the kernel `until` [s].
 
-    Samples are taken `every` so many seconds: by default as the scene says, of a system a thousand.  `orders`: (when
-    [s], what): to a scene in an operator's words, "crane H1: hoist 1 m/min by 1 m"; to a system a function of the
-    simulation, `lambda s: s.set_brake("b", True)`.  `keep`: signals by name or pattern that the result is to hold.
-    `tolerance`, `method`, `step` [s]: of a system; a scene says them itself.  Raises HeavyliftError.
+    Samples are taken every `every` [s]; default: as the scene says, for a system a thousandth of the run. `orders`:
+    (time [s], order): for a scene in an operator's words, "crane H1: hoist 1 m/min by 1 m"; for a system a function of
+    the simulation, `lambda s: s.set_brake("b", True)`. `keep`: names or patterns of signals in the result. `tolerance`,
+    `method`, `step` [s]: for a system; a scene has its own. Raises HeavyliftError.
     """
     until = None if until is None else time_s("until", until, DURATION)
     every = None if every is None else time_s("every", every, PERIOD)
@@ -297,13 +297,13 @@ def _of_system(
 def _signals(
     t: NDArray[np.float64], rows: NDArray[np.float64], columns: Sequence[Any], keep: Sequence[str]
 ) -> dict[str, Signal]:
-    """Signals of the rows (n, width) by name."""
+    """Return the signals of rows (n, width) by name."""
     known = {c.topic: Signal(t, rows[:, c.start : c.stop], list(c.names), c.unit, c.topic) for c in columns}
     return _kept(known, keep)
 
 
 def _kept(signals: dict[str, Signal], keep: Sequence[str]) -> dict[str, Signal]:
-    """The signals to keep, copied so that the others can be freed."""
+    """Return the signals to keep, copied so that the others can be freed."""
     if "*" in keep:
         return signals
     for pattern in keep:

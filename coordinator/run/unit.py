@@ -2,20 +2,20 @@
 
     heavylift export-fmu lift -o lift.fmu
 
-The unit plays the scene in the process of its master, by the protocol of any run: `doStep` decides what comes before
-its end and shows the lift there by the dense output of the mechanics, so that communication points change no step.
+The unit runs the scene in the process of its master, by the protocol of any run: `doStep` executes everything before
+its end and evaluates the outputs there from the dense output of the mechanics, so that communication points change no
+integration step.
 
-    command                  text; one that differs from that of the step before is given where the step begins
+    command                  text; if it differs from that of the step before, it is given at the start of the step
     answer                   why the last command was refused
     tension.NAME, peak.NAME  of a rope now, and the largest so far [N]
-    pose.BODY.x ... .qw      place [m] and quaternion of a body
+    pose.BODY.x ... .qw      position [m] and quaternion of a body
 
 A step beyond the end of the scene or of the experiment is discarded, as is one back in time or after the run has
-failed, and the log says why: fmi2Discard is how a slave ends early (FMI 2.0.4, section 4.2.2), and
-fmi2LastSuccessfulTime is the start of the step, of which nothing was done. pythonfmu knows no other refusal: an
-exception becomes fmi2Fatal, after which a master may not even free the unit, and the inquiry fmi2Terminated is
-fmi2Error in every unit that it makes. It needs this heavylift in the Python that the master loads, and has no state
-to be saved.
+failed, and the log says why: with fmi2Discard a slave ends early (FMI 2.0.4, section 4.2.2), and fmi2LastSuccessfulTime
+is the start of the step, no part of which was executed. pythonfmu has no other refusal: an exception becomes fmi2Fatal,
+after which a master may not even free the unit, and the inquiry fmi2Terminated returns fmi2Error in every unit that it
+makes. The unit needs this heavylift in the Python that the master loads; its state cannot be saved.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class {name}(SceneUnit):
 
 
 class _UnitScene(msgspec.Struct):
-    """The scene of a unit as stored in it."""
+    """The scene of a unit as stored in the FMU."""
 
     plan: bytes
     text: str
@@ -72,10 +72,11 @@ class _UnitScene(msgspec.Struct):
 
 
 class SteppableRun:
-    """A run of a scene in this process at time `now` [ns]; `refused`: why the last command was refused."""
+    """A run of a scene in this process that is stepped, now at time `now` [ns]; `refused`: why the last command was
+    refused."""
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
-        """`words` makes an OperatorCommand's action of a command."""
+        """`words` parses a command into the encoded action of an OperatorCommand."""
         self._words, self.now, self.refused, self._over, self._failed = words, 0, "", False, ""
         self.stop = FOREVER.t
         """No step may go beyond [ns]."""
@@ -93,7 +94,7 @@ class SteppableRun:
             self.refused = event.value.refused
 
     def order(self, text: str) -> None:
-        """Give a command now."""
+        """Give a command at the present time; a refusal is in `refused`."""
         try:
             answer = encode(OperatorCommand(text, self._words(text)))
         except SceneError as error:
@@ -103,7 +104,8 @@ class SteppableRun:
             self._core.inject(command(TimedCommand(Tag(self.now), answer)))
 
     def go(self, to_ns: int) -> None:
-        """Advance to a time; raises HeavyliftError as a run does, and for an impossible time."""
+        """Advance to a time [ns]; raises HeavyliftError if the run fails, or for a time in the past or beyond the
+        end."""
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
@@ -122,14 +124,14 @@ class SteppableRun:
         self._check_end(to_ns)  # perhaps all its actions are done
 
     def _check_end(self, to_ns: int) -> None:
-        """Refuse a time beyond the end of the scene or of the experiment."""
+        """Raise ModelError for a time beyond the end of the scene or of the experiment."""
         ends = {"scene": self._core.end.t, "experiment": self.stop}
         what = min(ends, key=lambda x: ends[x])
         if to_ns > ends[what]:
             raise ModelError(f"the {what} ends at {ends[what] / 1e9:g} s, and no step may go to {to_ns / 1e9} s")
 
     def _look(self) -> None:
-        """Read the values at the present time, or at the end of the run."""
+        """Update the values to the present time, or to the end of the run."""
         simulation = self._kernel.simulation
         shown = simulation.shown(simulation.epoch if self._over else max(self.now, simulation.epoch))
         self._row = published(simulation.method, shown[None])[0]
@@ -139,17 +141,17 @@ class SteppableRun:
             self.peaks[rope] = max(known, float(message), self[f"rope/tension/{rope}"])
 
     def __getitem__(self, name: str) -> float:
-        """The value of a sample column, such as "rope/tension/crane.H1"."""
+        """Return the value of a sample column, such as "rope/tension/crane.H1"."""
         return float(self._row[self._at[name]])
 
     @property
     def poses(self) -> list[str]:
-        """The columns of all poses."""
+        """Names of the pose columns."""
         return [name for name in self._at if name.startswith("pose/")]
 
 
 class SceneUnit(Fmi2Slave):  # type: ignore[misc]
-    """The unit of the scene stored next to its module."""
+    """The FMU's slave, for the scene stored next to its module."""
 
     def __init__(self, **given: object) -> None:
         super().__init__(**given)
@@ -179,7 +181,8 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         self.register_variable(message, nested=False)
 
     def to_xml(self, *given: Any, **more: Any) -> Element:
-        """The description: names have hyphens, and outputs are unknown at the start, which pythonfmu omits."""
+        """Return the model description, completed by what pythonfmu omits: names with hyphens, outputs unknown at the
+        start."""
         root: Element = super().to_xml(*given, **more)
         root.set("variableNamingConvention", "flat")
         for structure in root.iter("ModelStructure"):
@@ -188,7 +191,7 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         return root
 
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
-        """Set the experiment [s]; it begins with the scene, which has its own tolerance."""
+        """Set start and end of the experiment [s]; raises SceneError unless it starts at 0, as the scene does."""
         if start_time:
             raise SceneError(f"the scene begins at 0 s; set startTime to 0, not to {start_time:g}")
         self._run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
@@ -208,7 +211,7 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
 
 
 def export(scene: LoadedScene, output: Path, force: bool = False) -> Path:
-    """Write the unit of a scene; its path."""
+    """Write the FMU of a scene and return its path."""
     name = "".join(word.capitalize() for word in re.findall(r"[A-Za-z0-9]+", scene.plan.name))
     name = name if name[:1].isalpha() else f"Scene{name}"
     kept = _UnitScene(plan_bytes(scene.plan), scene.text, scene.merged, path_text(scene.path.name))

@@ -1,9 +1,10 @@
-"""The run of a recording simulated again, in this process: all that a run determines must come again.
+"""Verification of a recording: the run is simulated again in this process, and everything that a run determines
+compared.
 
-Events are compared as they are committed, so a run that parts from its recording ends there.  Then the new recording
-is compared with the old one: every row, the verdict, which is checked again, peaks, facts, attachments; and the plan
-that was simulated with the attached text of its scene.  What an operator ordered is ordered again at its tag.  A
-recording that was stopped or cut off is compared as far as it goes.
+Events are compared as they are committed, so the new run ends at its first deviation. Then the new recording is
+compared with the old one: every row, the verdict, which is computed again, peaks, facts, attachments; and the simulated
+plan with the attached text of its scene. An operator's commands are injected again at their tags. A recording that was
+stopped or cut off is compared as far as it goes.
 """
 
 from __future__ import annotations
@@ -40,18 +41,18 @@ LOG = "/measured"  # topic of the log of a real lift beside a run
 
 
 def verify(run: RecordedRun) -> ReplayResult:
-    """Simulate again; the outcome has the digest of the new run if all came again."""
+    """Simulate a recorded run again and compare; the result has the digest of the new run if everything was equal."""
     assert run.cast  # with what is not to be run a sentence ends it here
     with TemporaryDirectory(prefix="heavylift-") as folder:
         return _Again(run, Path(folder) / "again.mcap").outcome()
 
 
 class _Deviated(Exception):
-    """The new run differs from its recording, or has passed the end of an incomplete one."""
+    """Ends the new run: it deviates from its recording, or has passed the end of an incomplete one."""
 
 
 class _Checking(RunObserver):
-    """Compares events as they come."""
+    """Observer that compares committed events with the recorded ones."""
 
     def __init__(self, run: RecordedRun) -> None:
         self._run, self.follower, self.over = run, EventComparison(run.events), False
@@ -60,7 +61,8 @@ class _Checking(RunObserver):
         self._last_ns = max([*samples[-1:], *(event.t for event in run.events[-1:])], default=0)
 
     def event(self, event: Event) -> None:
-        """Compare an event with the next recorded one, while there is one."""
+        """Compare an event with the next recorded one; raises _Deviated at the first difference, or the end of an
+        incomplete recording."""
         if self.over or (found := self.follower.hear(event)) is None:
             return
         self.over = True  # what has been decided already is still to come
@@ -69,14 +71,14 @@ class _Checking(RunObserver):
         raise _Deviated
 
     def progress(self, t_ns: int) -> None:
-        """All samples up to this simulation time have arrived."""
+        """Raise _Deviated when samples have passed the end of an incomplete recording."""
         if not (self._run.complete or self.over) and t_ns > self._last_ns:
             self.over = True
             raise _Deviated
 
 
 class _Again:
-    """A recorded run and its repetition in the file `path`."""
+    """Comparison of a recorded run with its repetition in the file `path`."""
 
     def __init__(self, run: RecordedRun, path: Path) -> None:
         self._run, self._old, self._path = run, run.recording, path
@@ -84,7 +86,7 @@ class _Again:
         self._watch = _Checking(run)
 
     def outcome(self) -> ReplayResult:
-        """Result of the comparison."""
+        """Repeat the run and return the result of the comparison."""
         watch, count = self._watch, self._watch.follower
         try:
             self._repeat()
@@ -110,7 +112,7 @@ class _Again:
         return ReplayResult(count.count, found, digest if same else "", tuple(self._others), checked, tuple(later))
 
     def _repeat(self) -> None:
-        """Run it."""
+        """Run the recorded scene or model again."""
         old, watch = self._old, self._watch
         if RESOLVED in old.attachments:
             commands = [TimedCommand(e.tag, e.payload) for e in self._run.events if e.source == OPERATOR]
@@ -123,7 +125,7 @@ class _Again:
             run_models(old.run["model"], until, self._path, True, watch=watch, microsteps=microsteps, stop=stop)
 
     def _scene(self) -> LoadedScene:
-        """The scene, read again from its text, with the simulated plan."""
+        """Return the scene with the simulated plan, and note where the attached text yields another one."""
         files = self._old.attachments
         plan, name = decode(files[RESOLVED]), next((name for name in files if name != RESOLVED), "")
         text, merged = files.get(name, b"").decode(errors="replace"), files.get(MERGED, b"").decode(errors="replace")
@@ -140,8 +142,8 @@ class _Again:
         return scene
 
     def _different(self, message: Plan, plan: Plan) -> list[str]:
-        """Paths at which the plan of the text differs from the simulated one; a branch keeps the choices of its
-        recording."""
+        """Return paths at which the plan of the text differs from the simulated one, ignoring settings that the run
+        itself chose."""
         kept = CHOSEN if "branch" in self._old.run or "answer" in self._old.run else ("driven",)
         return different(msgspec.structs.replace(message, **{name: getattr(plan, name) for name in kept}), plan)
 
@@ -161,7 +163,7 @@ class _Again:
         return new.result.get("digest", "")
 
     def _as_far_as_it_goes(self, new: Recording) -> str:
-        """What differs in a recording that was cut off."""
+        """Compare a recording that was cut off as far as it goes; returns the digest, or ""."""
         old = self._old
         self._others += complaints(old)
         self._others += [x for x in facts(old, new, LATER) if x.startswith("run.")] + [*attachments(old, new)]
@@ -172,7 +174,8 @@ class _Again:
 
 
 def _row_apart(old: Recording, new: Recording, prefix: bool) -> Deviation | None:
-    """The first recorded row that differs in the new run; rows with this `prefix` may continue."""
+    """Return the first difference between recorded rows of two runs; with `prefix` the new run may have further
+    rows."""
     for topic in sorted(x for x in {*old.topics, *new.topics} if x.startswith(("/samples", "/poses"))):
         a, b = hashes(old, topic), hashes(new, topic)
         n = min(len(a), len(b))

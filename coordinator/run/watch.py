@@ -1,4 +1,4 @@
-"""What a run reports while it runs: the command line draws it, a script finds the sentences in its log."""
+"""Notifications of a run in progress; the command line displays them, a script finds the sentences in its log."""
 
 import logging
 
@@ -8,25 +8,25 @@ LOG = logging.getLogger("heavylift.run")
 
 
 class RunObserver:
-    """Observer of a run: receives committed events, simulation time and sentences; this one logs the sentences at level
-    INFO."""
+    """Observer of a run: receives committed events, simulation time and sentences; this base class logs the sentences
+    at level INFO."""
 
     def event(self, event: Event) -> None:
-        """A committed event."""
+        """Receive a committed event."""
 
     def progress(self, t_ns: int) -> None:
-        """All samples up to this simulation time have arrived."""
+        """Note that all samples up to this simulation time [ns] have arrived."""
 
     def waiting(self) -> None:
-        """All possible grants are given; called repeatedly while no answer arrives."""
+        """Note that all possible grants were sent; called repeatedly while no answer arrives."""
 
     def say(self, sentence: str) -> None:
-        """A sentence for the user."""
+        """Receive a sentence for the user."""
         LOG.info(sentence)
 
 
 class Relay(RunObserver):
-    """Passes to `_watch` what it does not override."""
+    """Observer that passes everything it does not override to `_watch`."""
 
     _watch: RunObserver
 

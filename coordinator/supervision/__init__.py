@@ -1,13 +1,14 @@
-"""Node processes are started, watched, replaced when they die, and ended; no run ends otherwise for it.
+"""Supervision of node processes: they are started, watched, replaced when they die, and ended; a run survives their
+loss.
 
-processes, process_manager       start and end them; the small process between
-os_limits           what the system says of processes, and must allow; whether one that owes an answer makes progress
-failover                replaces a lost process; incarnation: what its successor is sent, and how far it is
-journal                 a file that a killed process leaves readable; one by which a program of another kind joins
-hash_seed               one seed for the hashes of all processes
-pool                    processes of our own that run things side by side
+processes, process_manager       start and end them; the small process that forks them
+os_limits           states of processes and limits of the system; whether an overdue process makes progress
+failover                replaces a lost process; incarnation: log of a node for its replacement, and replay of it
+journal                 a file that a killed process leaves readable; ticket files of external processes
+hash_seed               one hash seed for all processes
+pool                    processes that run calls in parallel
 
-What a run survives stands in CRASHES.md.
+CRASHES.md states what a run survives.
 """
 
 from heavylift.kernel.on_demand import face

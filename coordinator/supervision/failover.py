@@ -1,13 +1,13 @@
 """A hub whose processes may be lost: each is replaced and brought to the same point, and the run continues unchanged.
 
     1  A process is lost: it has ended, or has left, or makes no progress (os_limits.py).
-    2  It is killed and reaped, so that nothing of it can wake beside its successor; where that cannot be seen, on
-       another host, the next epoch refuses by name whatever it still says.
-    3  The successor is told the story of each of its nodes (incarnation.py) and must answer with the same bytes.
-       If it does not, the run ends: a model is not deterministic.
-    4  Then it is told what its predecessor owed an answer to, and that answer is the first that anybody hears of it.
+    2  It is killed and reaped, so that it cannot wake up beside its replacement; on another host, where that cannot
+       be verified, messages with its old epoch are refused.
+    3  The replacement gets all messages of each of its nodes again (incarnation.py) and must answer with the same
+       bytes.  If it does not, the run ends: a model is not deterministic.
+    4  Then it gets the message that its predecessor had not answered, and only this answer is passed on.
 Samples that were sent before are dropped by their count.  Three losses of a process at one point end the run, and so
-does a model that fails: it would fail again.  Every few seconds of work a node is asked for a checkpoint.
+does a model that fails, as it would fail again.  Every few seconds of work a node is asked for a checkpoint.
 """
 
 import time
@@ -36,7 +36,7 @@ KEEP_GRANTS = 64  # and at least so many grants
 
 
 class Succession(Hub):
-    """`deadline` [s]: see `DEADLINE_s`."""
+    """Hub that replaces lost processes; `deadline` [s]: see `DEADLINE_s`."""
 
     def __init__(
         self,
@@ -58,14 +58,14 @@ class Succession(Hub):
     # ---- what the conversation sees -----------------------------------------------------------------------------
 
     def send(self, node: str, payload: bytes) -> None:
-        """Send a protocol message to a node, at once or when its process is there."""
+        """Send a protocol message to a node, at once or when its process is ready."""
         life = self._lives[node]
         life.log.sent(payload)
         if life.ready:
             self._report(node, life, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
+        """Return the next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
         while True:
             self._look()
             got = super().receive(timeout)
@@ -73,7 +73,7 @@ class Succession(Hub):
                 return got
 
     def samples(self) -> list[tuple[str, bytes]]:
-        """All (node, batch) received since the last call, in order per node, each once."""
+        """Return all (node, batch) received since the last call, in order per node, each once."""
         if not self._held and not self._batches:
             return []
         held, self._held = self._held, []
@@ -87,7 +87,7 @@ class Succession(Hub):
             self._invite(process, say)
 
     def invitation(self, process: str) -> str:
-        """The ticket for an externally started process."""
+        """Return the sentence by which a user starts an external process: where its ticket is, and for how long."""
         if process not in self._tickets:
             return super().invitation(process)
         return f"its ticket is {self._tickets[process].path}, good for {self._deadline:g} s"
@@ -116,7 +116,7 @@ class Succession(Hub):
         super().send(node, payload)
 
     def _take(self, node: str, payload: bytes) -> bool:
-        """Whether a message is for the conversation."""
+        """Handle a message of supervision or replay; returns whether it is one for the conversation instead."""
         life, kind = self._lives[node], m.kind(payload)
         if life.over:
             return False  # the BYE of a successor that had nothing to do
@@ -167,7 +167,7 @@ class Succession(Hub):
             super().keep(node, request)
 
     def _keep(self, node: str, life: Life, payload: bytes) -> bool:
-        """Store a checkpoint; whether it is usable."""
+        """Store a checkpoint; returns whether it is passed on to the conversation."""
         checkpoint = m.decode(payload)
         assert isinstance(checkpoint, m.Checkpoint), "its kind says so"
         if not checkpoint.state:
@@ -183,7 +183,7 @@ class Succession(Hub):
     # ---- losses -------------------------------------------------------------------------------------------------
 
     def on_join(self, process: str) -> None:
-        """A process has joined: replay the logs of its nodes."""
+        """Begin the replay for the nodes of a process that has joined."""
         for node in self.placement.hosted[process]:
             life = self._lives[node]
             if life.over:
@@ -193,7 +193,7 @@ class Succession(Hub):
                 self._go_on(node, life)
 
     def _go_on(self, node: str, life: Life) -> None:
-        """Send the next part of the log; after it, the unanswered message."""
+        """Send the next message of a node's replay; after the last one, the unanswered message."""
         part = next(life.telling, None)
         if part is not None:
             message, life.expected = part
@@ -205,7 +205,7 @@ class Succession(Hub):
             life.losses.clear()
 
     def on_loss(self, process: str, how: str) -> None:
-        """Replace a process; raises if that has been tried often enough at this point."""
+        """Replace a lost process; raises if it was lost too often at this point."""
         nodes = self.placement.hosted[process]
         lives = [life for node in nodes if not (life := self._lives[node]).over]
         if not lives:
@@ -234,7 +234,7 @@ class Succession(Hub):
         say(f"waiting for process {process}; {self.invitation(process)}")
 
     def _look(self) -> None:
-        """Now and then: is an answer due?"""
+        """Check from time to time whether answers are overdue."""
         now = time.monotonic()
         if now < self._next_check:
             return
@@ -268,7 +268,7 @@ class Succession(Hub):
                 self._repeat(owing)
 
     def _check_keeper(self) -> None:
-        """Supervise the process manager as any other process: unexecuted orders count as unanswered."""
+        """Supervise the process manager like any other process: orders that it has not executed count as unanswered."""
         since = self._crew.owed_since
         if since is not None and (how := self._stalls.lost(KEEPER, since, time.monotonic())):
             self._crew.give_up(how)

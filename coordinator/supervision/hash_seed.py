@@ -1,8 +1,8 @@
-"""One seed for the hashes of all processes of a run: who iterates over a set of strings does so alike in equal runs.
+"""One hash seed for all processes of a run, so that iteration over a set of strings has the same order in equal runs.
 
-Python draws the seed at the start of a process unless PYTHONHASHSEED says otherwise, so the keeper is started with it
-and the command `heavylift` starts itself again, in UTF-8 in any locale.  A script that runs models in its own
-process has its seed already: `loose` finds the models that may show it.
+Python draws the seed at the start of a process unless PYTHONHASHSEED is set, so the process manager is started with a
+fixed seed and the command `heavylift` restarts itself, in UTF-8 in any locale. A script that runs models in its own
+process has a random seed; `loose` finds the models whose results may depend on it.
 """
 
 import os
@@ -18,12 +18,12 @@ SEED = {"PYTHONHASHSEED": "0", "PYTHONUTF8": "1"}
 
 
 def fixed() -> bool:
-    """Whether this process has the hash seed of all runs."""
+    """Return whether this process has the fixed hash seed of all runs."""
     return not sys.flags.hash_randomization
 
 
 def start_again() -> None:
-    """Restart this command with the fixed hash seed; does nothing if another program called it."""
+    """Restart this command with the fixed hash seed and UTF-8; does nothing if another program called it."""
     message = os.environ.items() >= SEED.items()  # and not listened to: python -E
     if message or (fixed() and sys.flags.utf8_mode) or os.name != "posix":
         return
@@ -32,7 +32,7 @@ def start_again() -> None:
 
 
 def loose(model: "Model") -> list[str]:
-    """Paths of the atomics whose code creates sets or whose attributes contain them."""
+    """Return the paths of the atomics whose code creates sets or whose attributes contain them."""
     from heavylift.nodes.devs import Atomic  # for which the command line need not wait
     from heavylift.nodes.devs.execution.flatten import tree
 
@@ -45,14 +45,14 @@ def loose(model: "Model") -> list[str]:
 
 
 def _code(cls: type) -> Iterator[CodeType]:
-    """Code of the functions of a class and its bases outside this package."""
+    """Yield the code of the functions of a class and its bases outside this package."""
     for base in cls.__mro__:
         if not base.__module__.startswith("heavylift."):
             yield from (x.__code__ for x in vars(base).values() if isinstance(x, FunctionType))
 
 
 def _makes_sets(code: CodeType) -> bool:
-    """Whether the code creates a set other than a constant used for membership tests."""
+    """Return whether the code creates or iterates over a set; constants in membership tests do not count."""
     import dis
 
     before = None

@@ -1,10 +1,10 @@
-"""One node whose process may be lost: its log, and how far its present incarnation has replayed it; what is said
-of a model that answers the replay otherwise than before.
+"""State of a node whose process may be lost: its log, and how far its present process has replayed it; the error for a
+model that answers the replay differently.
 
-What one node was told and what it answered: enough to bring a successor to the same point.
+The log holds all messages to a node and its answers: enough to bring a replacement to the same point.
 
-WELCOME and HELLO stay in memory; all later messages stand in a journal, each behind the answer to the one before it, so
-that one write per message does.  A checkpoint takes the place of all that was sent before it.
+WELCOME and HELLO stay in memory; all later messages are in a journal, each after the answer to the one before it, so
+that one write per message suffices. A checkpoint replaces all messages before it.
 """
 
 import time
@@ -24,8 +24,8 @@ _LENGTH = Struct("<I")
 
 
 class ReplayLog:
-    """`last`: what was sent last; `open`: it waits for an answer; `answer`: the last one after HELLO; `welcome` and
-    `hello` are None until they are said."""
+    """Log of messages to a node and its answers; `last`: the last message; `open`: it is unanswered; `answer`: the last
+    answer after HELLO; `welcome` and `hello`: None until they are sent."""
 
     def __init__(self, path: Path) -> None:
         self._journal = Journal(path)
@@ -56,7 +56,8 @@ class ReplayLog:
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """All answered messages from WELCOME on with their answers, including those logged during the iteration."""
+        """Yield all answered messages from WELCOME on with their answers, including those logged during the
+        iteration."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello
@@ -70,7 +71,7 @@ class ReplayLog:
             yield message, self.answer
 
     def close(self) -> None:
-        """The run is over."""
+        """Delete the log after the run."""
         self._journal.delete()
 
 
@@ -83,7 +84,7 @@ _CURE = "let it depend on nothing but its inputs, time and its own random genera
 
 @dataclass
 class Life:
-    """A node over all incarnations of its process."""
+    """State of a node over all incarnations of its process."""
 
     log: ReplayLog
     ready: bool = False  # has heard the whole story
@@ -103,11 +104,11 @@ class Life:
     kept_at: float = field(default_factory=time.monotonic)
 
     def begin_again(self) -> None:
-        """Its process is replaced; the new one begins with the samples of the checkpoint."""
+        """Reset the state for a new process, whose samples begin after the checkpoint."""
         self.ready, self.repeated, self.asked, self.batch = False, False, b"", self.kept_batch
 
     def outdated(self, answer: bytes) -> bool:
-        """Whether this DONE repeats an earlier answer of a node that received a message twice."""
+        """Return whether this DONE repeats an earlier answer, since the node received a message twice."""
         if not self.repeated:
             return False
         done, grant = m.decode(answer), m.decode(self.asked) if self.asked else None
@@ -115,14 +116,14 @@ class Life:
 
     @property
     def reached(self) -> Tag:
-        """The tag reached with the last recorded answer."""
+        """The tag reached with the last answer in the replay."""
         done = m.decode(self.heard) if self.heard else None
         return done.reached if isinstance(done, m.Done) else Tag(0)
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
-    """The error for models of a node that answered a message differently; `before`, `now`: both answers, `last`: the
-    last tag."""
+    """Return the error for models of a node that answered a message differently in the replay; `before`, `now`: both
+    answers; `last`: the last tag."""
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
         what = f"it failed where it had gone on before ({new.sentence})"
@@ -138,7 +139,7 @@ def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) 
 
 
 def _suspects(models: Sequence[str], old: m.AnyMessage, new: m.AnyMessage) -> Sequence[str]:
-    """Models whose output differs first; all if none does."""
+    """Return the model whose output differs first; all models if no output differs."""
     text = ({*getattr(x, "spoken", ()), *getattr(x, "offer", ())} for x in (old, new))
     first = min(next(text) ^ next(text), default=None)
     return models if first is None else [first.source]

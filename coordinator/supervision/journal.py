@@ -1,19 +1,18 @@
-"""An append-only file of entries that a process which may be killed leaves readable up to its last one.
+"""Append-only file of entries that stays readable up to its last entry if the process is killed.
 
     length | crc32 | entry      little-endian, 4 bytes each; one `write` of the system per `append` or `extend`
 
-What a killed process has appended is in the system's hands and stays; only a loss of power can take it, unless
-`sync` has put it on the disk before `append` returned. `read` gives the entries that are whole and ends in silence at
-the first that is cut or damaged: behind it nothing can be distinguished. A `JournalReader` reads on when the file has
-grown.
+Entries appended by a killed process are already in the system's buffers and stay; only a power failure can lose them,
+unless `sync` has written them to the disk. `read` returns the complete entries and stops silently at the first that is
+cut or damaged, since entries after it cannot be separated. A `JournalReader` reads on when the file has grown.
 
-A run keeps several, so that each can be cut on its own: one for each node (what it was granted, since its last
-checkpoint), and those that stay whole (what an operator ordered, what observers were shown).
+A run keeps several, so that each can be replaced on its own: one per node (its grants since its last checkpoint), and
+those that are never shortened (an operator's commands, events for observers).
 
-The ticket of a process that somebody else starts, as a file that only the user of the run can read.
+Also the ticket of an externally started process, as a file that only the user of the run can read.
 
-NAME.ticket stands in the folder where the run was started, whole or not at all, and goes when the run is over.  What a
-killed run has left is replaced; a file that is no ticket, or that of a run in progress, stays.
+NAME.ticket is in the folder where the run was started; it is written atomically, and removed when the run is over. A
+ticket left by a killed run is replaced; a file that is no ticket, or that of a run in progress, is kept.
 """
 
 import os
@@ -35,7 +34,7 @@ LIMIT = 1 << 30  # bytes of an entry: a longer one is damage
 
 
 class Journal:
-    """Writes a new journal at `path` and replaces an older one, or fails if `exclusive`."""
+    """Writer of a new journal at `path`; replaces an older one, or fails if `exclusive`."""
 
     def __init__(self, path: Path, exclusive: bool = False) -> None:
         self.path = path
@@ -45,7 +44,7 @@ class Journal:
             raise self._refused(error) from None
 
     def append(self, entry: bytes, sync: bool = False) -> None:
-        """Add an entry; with `sync` it is on the disk before this returns."""
+        """Append an entry; with `sync` it is on the disk before this returns."""
         self.extend((entry,))
         if sync:
             try:
@@ -54,7 +53,7 @@ class Journal:
                 raise self._refused(error) from None
 
     def extend(self, entries: Iterable[bytes]) -> None:
-        """Add entries in one write."""
+        """Append entries in one write."""
         try:
             _write(self._file, b"".join(map(_framed, entries)))
         except OSError as error:
@@ -73,7 +72,7 @@ class Journal:
         before.close()
 
     def close(self) -> None:
-        """Write no more; the file stays."""
+        """Close the journal; the file stays."""
         self._file.close()
 
     def delete(self) -> None:
@@ -88,7 +87,7 @@ class Journal:
 
 
 def read(path: Path) -> Iterator[bytes]:
-    """The complete entries of a journal in order; none without a file."""
+    """Yield the complete entries of a journal in order; none without a file."""
     try:
         with closing(JournalReader(path)) as follower:
             yield from follower
@@ -97,7 +96,7 @@ def read(path: Path) -> Iterator[bytes]:
 
 
 class JournalReader:
-    """Reads a growing journal: each iteration returns the complete entries added since the last one."""
+    """Reader of a growing journal: each iteration returns the complete entries added since the last one."""
 
     def __init__(self, path: Path) -> None:
         self._stream = path.open("rb")
@@ -138,14 +137,15 @@ def _check(length: int, entry: bytes) -> int:
 
 
 class TicketFile:
-    """The file `NAME.ticket` of a process."""
+    """The file `NAME.ticket` by which an externally started process joins."""
 
     def __init__(self, process: str) -> None:
         self.path = Path.cwd() / f"{process}.ticket"
         self._ours = False
 
     def write(self, ticket: Ticket) -> None:
-        """Write it, or that of the next incarnation in its place; OutputError if something else stands there."""
+        """Write the ticket, or replace that of the previous incarnation; raises OutputError if another file has this
+        name."""
         fresh = self.path.with_name(f".{self.path.name}-{secrets.token_hex(4)}")
         try:
             with open(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
@@ -173,7 +173,7 @@ class TicketFile:
 
 
 def _abandoned(path: Path) -> bool:
-    """Whether the ticket belongs to a run that has ended."""
+    """Return whether the ticket belongs to a run that has ended."""
     try:
         return not Path(msgspec.json.decode(path.read_bytes(), type=Ticket).socket).exists()
     except (OSError, *UNREADABLE):

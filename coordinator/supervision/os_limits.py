@@ -1,12 +1,12 @@
-"""What the system says of processes, and what it must allow for a run in processes.
+"""States of processes, and limits of the system for a run in processes.
 
 An overdue process is probed before it is replaced: it may be in a long step, or held by a debugger.
 
-after NOTICE_s      a process in state T is reported: whoever has stopped it may continue it
-after each deadline it is asked; a thread of its own answers how many steps it has done (alive.py)
-    no answer, or none that it could give since it is stopped      lost
-    no step since it was asked before                              lost, with the place where it hangs
-    a debugger holds it, or it has done steps                      it may go on until the next deadline
+after NOTICE_s      a process in state T (stopped by a user) is reported, so that it can be continued
+after each deadline its progress is queried; a thread of its own answers with its number of steps (alive.py)
+    no answer, or it cannot answer because it is stopped      lost
+    no step since the last query                              lost, with the place where it hangs
+    a debugger holds it, or it has made steps                 it may go on until the next deadline
 """
 
 import os
@@ -30,7 +30,7 @@ LIMITS = (  # of the system, below which libraries end even a small run in words
 
 
 def check_room() -> None:
-    """Refuse limits of this user below which libraries end a run; raises ProtocolError."""
+    """Check the user's system limits; raises ProtocolError for one that is too low for a run in processes."""
     for kind, needed, unit, what, command in LIMITS:
         given = resource.getrlimit(kind)[0]
         if given != resource.RLIM_INFINITY and given < needed * unit:
@@ -41,7 +41,7 @@ def check_room() -> None:
 
 
 def state(pid: int) -> str:
-    """State letter of a process from the system; "" if it is not visible."""
+    """Return the state letter of a process from the system; "" if it is not visible."""
     try:
         with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as stat:
             return stat.read().rpartition(")")[2].split()[0]
@@ -50,7 +50,8 @@ def state(pid: int) -> str:
 
 
 def ended(child: subprocess.Popen[bytes]) -> int | None:
-    """Exit code of a child, -N for signal N; None while it runs. It stays a zombie where that is possible."""
+    """Return the exit code of a child, -N for signal N; None while it runs. It stays a zombie where that is
+    possible."""
     if not hasattr(os, "waitid"):
         return child.poll()
     try:
@@ -63,7 +64,7 @@ def ended(child: subprocess.Popen[bytes]) -> int | None:
 
 
 def exit_message(how: int | str, text: str) -> str:
-    """How a process has ended, with its last line."""
+    """Return a sentence on how a process ended, with its last line of output."""
     if isinstance(how, str):
         return f"could not be started ({how})"
     if how >= 0:
@@ -79,16 +80,16 @@ NOTICE_s = 2.0
 
 
 class Crew(Protocol):
-    """What can be seen of processes on this machine."""
+    """Interface to the processes on this machine, for their supervision."""
 
     def pid(self, process: str) -> int | None:
-        """Its process id."""
+        """Return the process id."""
 
     def state(self, process: str) -> str:
-        """State letter of a process: T stopped, t held by a debugger; "" if it is not visible."""
+        """Return the state letter of a process: T stopped, t held by a debugger; "" if it is not visible."""
 
     def place(self, process: str) -> str:
-        """Where in the code a process is, as far as known."""
+        """Return where in the code a process is, as far as known."""
 
 
 @dataclass
@@ -100,7 +101,8 @@ class _Debt:
 
 
 class StallDetector:
-    """Looks at processes that owe an answer; `ask` gives what a process says of itself, `tell` hears a notice."""
+    """Checks processes that owe an answer; `ask` queries the progress of a process, `tell` receives notices for the
+    user."""
 
     def __init__(
         self, deadline: float, crew: Crew, ask: Callable[[str], Alive | None], tell: Callable[[str], None]
@@ -109,8 +111,8 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """How a process that has owed an answer for `since` [s] was lost; "" if it may continue; None if it is too
-        early to decide."""
+        """Return how a process that has owed an answer since `since` [monotonic s] was lost; "" if it may continue;
+        None if it is too early to decide."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

@@ -1,7 +1,7 @@
-"""Processes of our own that run things side by side.
+"""Pools of processes that run calls in parallel.
 
-They begin with a clean interpreter, so that no thread of this one is copied, leave Ctrl-C to it, end with it, and at an
-error do not finish what they have begun.
+They start with a fresh interpreter, so that no thread of this process is copied; they ignore Ctrl-C, which this process
+handles, end with this process, and after an error do not finish their calls.
 """
 
 import gc
@@ -21,17 +21,17 @@ POLL_s = 1.0  # between two looks whether the parent still lives
 
 
 def cores() -> int:
-    """The number of cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def submits(executor: object) -> bool:
-    """Whether the object runs calls like an executor of concurrent.futures (those of submitit do not)."""
+    """Return whether the object runs calls like an executor of concurrent.futures (those of submitit do not)."""
     return callable(getattr(executor, "submit", None))
 
 
 def finished(futures: Collection[Future[Any]], patience: float) -> Collection[Future[Any]]:
-    """Completed futures, after waiting up to `patience` [s]; futures of other libraries are polled."""
+    """Return completed futures after waiting up to `patience` [s]; futures of other libraries are polled."""
     if all(isinstance(future, Future) for future in futures):
         return wait(futures, timeout=patience, return_when=FIRST_COMPLETED).done
     if not (done := [future for future in futures if future.done()]):
@@ -61,7 +61,8 @@ class Pool(ProcessPoolExecutor):
 
 @contextmanager
 def _apart() -> Iterator[None]:
-    """Start processes without Ctrl-C and without importing the running script, which may lack a main guard."""
+    """Context in which processes are started without Ctrl-C and without importing the running script, which may lack a
+    `__main__` guard."""
     main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

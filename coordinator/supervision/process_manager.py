@@ -1,18 +1,18 @@
-"""The keeper: the small process that starts the nodes of a run, watches them, and outlives none of them.
+"""The process manager: a small process that starts the nodes of a run, watches them, and leaves none of them behind.
 
-It has imported what the nodes need, has one thread and no session, and forks one node per order: 12 nodes
-stand in a quarter of the time that 12 fresh interpreters take. Where forking without exec is not safe
-(macOS, or an import that has started threads) it executes a fresh interpreter; all else stays the same.
+It has imported what the nodes need, has one thread and no session, and forks one node per order: 12 nodes start in a
+quarter of the time of 12 fresh interpreters. Where forking without exec is not safe (macOS, or an import that has
+started threads) it executes a fresh interpreter; everything else stays the same.
 
     orders on standard input     {"do": "start", ...}   {"do": "signal", ...}     JSON lines
                                  a signal goes to all nodes, or to the one that is named
     reports on standard output   {"name", "pid"} of a started node; {"obeyed"} after each order;
                                  {"name", "ended"}: exit code, -N: signal N, or why it could not be started
 
-The coordinator kills the keeper when all is over. When the orders end before, the coordinator is gone: the keeper
-kills its nodes and removes the run's directory. If it cannot, since it is stopped or dead, the first node that notices
-does so: the coordinator alone holds the other end of the life line, a pipe that all nodes read. So that somebody can
-notice, the system continues whoever is stopped when its parent dies.
+The coordinator kills the process manager when everything is over. If the orders end earlier, the coordinator is gone:
+the process manager kills its nodes and removes the run's directory. If it is stopped or dead itself, the first node
+that notices does so: only the coordinator holds the other end of the life line, a pipe that all nodes read. So that a
+node can notice, the system continues a stopped process when its parent dies.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ REMOVE_s = 1.0  # in which a directory that somebody still writes to can be dele
 
 
 def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
-    """Execute the coordinator's orders until they end; `fresh` starts a new interpreter for each node."""
+    """Execute the coordinator's orders until they end; `fresh`: start a new interpreter for each node."""
     wake_as_an_orphan()
     reports = os.dup(1)
     os.dup2(2, 1)  # for what modules print while they are imported
@@ -51,7 +51,7 @@ def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) ->
 
 
 def wake_as_an_orphan() -> None:
-    """Let the system continue this process, if it is stopped, when its parent dies (Linux)."""
+    """Make the system continue this process, if it is stopped, when its parent dies (Linux)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
@@ -74,7 +74,7 @@ class _Keeper:
         signal.set_wakeup_fd(self.child_ended_end, warn_on_full_buffer=False)
 
     def serve(self) -> None:
-        """The manager's loop over orders and ended nodes."""
+        """Handle orders and ended nodes in a loop."""
         rest, orders = b"", sys.stdin.fileno()
         while True:
             readable, _, _ = select.select([orders, self.child_ended], [], [])
@@ -122,12 +122,12 @@ class _Keeper:
             os.waitpid(pid, 0)
 
     def report(self, what: dict[str, object]) -> None:
-        """Report to the coordinator; its loss is noticed at the end of its orders."""
+        """Report to the coordinator; if it is gone, this is noticed at the end of its orders."""
         with contextlib.suppress(BrokenPipeError):
             os.write(self.reports, json.dumps(what).encode() + b"\n")
 
     def become(self, order: dict[str, Any]) -> NoReturn:
-        """In the child: become the node, with its own output and its ticket as standard input."""
+        """Turn the forked child into the node, with its own output and its ticket as standard input."""
         try:
             wake_as_an_orphan()
             signal.set_wakeup_fd(-1)
@@ -155,7 +155,7 @@ class _Keeper:
 
 
 def remove(directory: str) -> None:
-    """Delete a run's directory, also while others write or delete there."""
+    """Delete a run's directory, even while other processes write or delete in it."""
     until = time.monotonic() + REMOVE_s
     while os.path.exists(directory) and time.monotonic() < until:
         shutil.rmtree(directory, ignore_errors=True)
@@ -168,16 +168,14 @@ def name_process(node: str) -> None:
 
 
 def python(function: str, *arguments: object) -> list[str]:
-    """The command of a new interpreter with this one's module path that calls a function of this file."""
+    """Return the command of a new interpreter, with this one's module path, that calls a function of this file."""
     call = f"from {__name__} import {function}; {function}{arguments!r}"
     return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
 
 
 def enter(life_line: int, directory: str, module: str, arguments: Sequence[str]) -> NoReturn:
-    """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process.
-
-    The signal STACKS makes it write where all its threads are to its log, even if it hangs in foreign code.
-    """
+    """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process. The signal
+    STACKS makes it write the stacks of all threads to its log, even if it hangs in foreign code."""
     threading.Thread(target=_guard, args=(life_line, directory), name="life line", daemon=True).start()
     faulthandler.register(STACKS)
     code = 1
@@ -194,7 +192,7 @@ def enter(life_line: int, directory: str, module: str, arguments: Sequence[str])
 
 
 def _guard(life_line: int, directory: str) -> None:
-    """End the whole run when the coordinator disappears."""
+    """Wait for the coordinator's end; if it disappears, remove the run's directory and kill all processes."""
     os.read(life_line, 1)
     remove(directory)
     os.killpg(0, signal.SIGKILL)

@@ -1,10 +1,10 @@
-"""Starts the node processes of a run, tells how they end, and ends them all.
+"""Start the node processes of a run, report how they end, and end all of them.
 
-`Processes` starts its keeper (process_manager.py) at once and in the background: make it first, do the slow imports
-and the scene meanwhile, then `start`. No node outlives the coordinator: when this process is gone, however it
-ended, the keeper kills the nodes within milliseconds, or whoever of them notices first does.
-A process can be replaced: `kill` it, let the hub `renew` it, `begin` it; with a lost keeper all are replaced.
-Nodes stand in a session of their own, so that Ctrl-C reaches the coordinator only, which ends them in order.
+`Processes` starts its process manager (process_manager.py) at once and in the background: create it first, do the slow
+imports and the scene meanwhile, then `start`. No node outlives the coordinator: when this process is gone, however it
+ended, the process manager kills the nodes within milliseconds, or the first node that notices does so. A process can be
+replaced: `kill` it, let the hub `renew` it, `begin` it; if the process manager is lost, all are replaced. Nodes run in
+a session of their own, so that Ctrl-C reaches the coordinator only, which ends them in order.
 """
 
 import contextlib
@@ -48,8 +48,8 @@ class Processes(AbstractContextManager["Processes"]):
     """The node processes of one run, and its private directory."""
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
-        """`preload`: modules imported for every node; they must not start threads. Without `fork`, fresh
-        interpreters."""
+        """`preload`: modules imported for every node; they must not start threads. Without `fork`, each node has a
+        fresh interpreter."""
         check_room()
         open_streams()
         self.directory = RunDirectory.chosen()
@@ -76,7 +76,7 @@ class Processes(AbstractContextManager["Processes"]):
             raise
 
     def _launch(self) -> None:
-        """Start a keeper; no signal comes between its start and the knowledge of it."""
+        """Start a process manager; signals are deferred until it is registered."""
         pipe = subprocess.PIPE
         with whole():
             try:
@@ -114,7 +114,7 @@ class Processes(AbstractContextManager["Processes"]):
             thread.start()
 
     def start(self, hub: "Hub", commands: Mapping[str, Sequence[str]]) -> None:
-        """Start every process: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
+        """Start every process: name -> (module, arguments...); the module's `main(arguments)` creates its Link."""
         self._hub, self._commands = hub, dict(commands)
         hub.supervise(self.deaths)
         for process in commands:
@@ -135,18 +135,18 @@ class Processes(AbstractContextManager["Processes"]):
 
     @property
     def owed_since(self) -> float | None:
-        """Since when the keeper owes an answer [monotonic s]."""
+        """Time since which the process manager owes an answer [monotonic s]; None if it owes none."""
         with self._change:
             return self._owed[0] if self._owed and not self._lost else None
 
     def give_up(self, how: str) -> None:
-        """The process manager and all its processes are lost."""
+        """Note that the process manager and all its processes are lost."""
         with self._change:
             self._lost = self._lost or f"its process is gone, and the one that keeps all is lost: {how}"
             self._change.notify_all()
 
     def _loss(self) -> str:
-        """How the process manager was lost, or ""; it stays a zombie so that its process group is not reused."""
+        """Return how the process manager was lost, or ""; it stays a zombie so that its process group is not reused."""
         with self._change:
             if not self._lost and (how := ended(self._keeper)) is not None:
                 self._errors.seek(0)
@@ -154,10 +154,8 @@ class Processes(AbstractContextManager["Processes"]):
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process and return when the system has removed it.
-
-        `look` is called while the keeper has not obeyed; it may `give_up`.
-        """
+        """Kill a process and wait until the system has removed it. `look` is called while the process manager has not
+        executed the order; it may `give_up`."""
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
         while not self._loss() and self.owed_since is not None:
             look()
@@ -191,15 +189,15 @@ class Processes(AbstractContextManager["Processes"]):
         self._launch()
 
     def pid(self, process: str) -> int | None:
-        """The process id of the present incarnation."""
+        """Return the process id of the present incarnation."""
         return self._keeper.pid if process == KEEPER else self.pids.get(process)
 
     def state(self, process: str) -> str:
-        """State letter of a process, T if it is stopped; "" if it is not visible."""
+        """Return the state letter of a process, T if it is stopped; "" if it is not visible."""
         return state(self.pid(process) or 0)
 
     def place(self, process: str) -> str:
-        """Where its main thread is; writes the stacks of all threads to its log."""
+        """Return where the main thread of a process is; writes the stacks of all its threads to its log."""
         if process not in self.pids:
             return ""
         before = len(self.output(process))
@@ -212,7 +210,7 @@ class Processes(AbstractContextManager["Processes"]):
         return next((line.strip() for line in main.splitlines() if line.strip().startswith("File")), "")
 
     def deaths(self) -> dict[str, str]:
-        """How each ended process ended, with its last line of output."""
+        """Return how each ended process ended, with its last line of output."""
         if lost := self._loss():  # who is there may go on as long as nobody needs a keeper
             return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:
@@ -226,12 +224,12 @@ class Processes(AbstractContextManager["Processes"]):
         return found | dict.fromkeys(silent, "its process has ended, and the one that keeps all does not say how")
 
     def output(self, node: str) -> str:
-        """All standard output and error of a node."""
+        """Return all standard output and error of a node."""
         log = self.directory.log(node)
         return log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
 
     def stop(self, grace: float = GRACE_s) -> None:
-        """Wait `grace` [s] for nodes to end, then kill them; the process manager remains."""
+        """Wait `grace` [s] for nodes to end, then kill them; the process manager stays."""
         with self._change:
             self._change.wait_for(lambda: not self._alive() or self._lost, timeout=grace)
         if self._alive():
@@ -240,7 +238,7 @@ class Processes(AbstractContextManager["Processes"]):
                 self._change.wait_for(lambda: not self._alive() or self._lost, timeout=KILL_s)
 
     def end(self, grace: float = GRACE_s) -> None:
-        """End everything; no process and no directory remains."""
+        """End everything, so that no process and no directory remains."""
         if self._life.closed:
             return
         self.stop(grace)
@@ -293,7 +291,7 @@ class Processes(AbstractContextManager["Processes"]):
 
 
 def _write(orders: SimpleQueue[bytes], to: IO[bytes]) -> None:
-    """Pass orders on in a separate thread, since a stopped process manager does not read them."""
+    """Write orders in a separate thread, as a stopped process manager does not read them."""
     with contextlib.suppress(OSError):  # it has ended
         while order := orders.get():
             to.write(order)

@@ -1,12 +1,12 @@
-"""Many runs of one scene: what is varied, on which engine, and what comes of it.
+"""Many runs of one scene: variants, executors, and results.
 
 axes                `--vary` and `--sample`: values of paths, grids
-variant             one run as a row of numbers, in any worker; dask_workers: those of a scheduler, who are not trusted
+variant             one run as a row of numbers, in any worker; dask_workers: untrusted workers of a dask scheduler
 study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
 limiting, motions   how far a number may go before the verdict turns red; speeds of all moves of a kind
 planning            the shortest timing of an action list within its limits
-timing              what of it can be quicker, written into the scene; two timings beside each other
-summary, page       designs and what the rows say: counts, curves, histograms, indices, probabilities; pages
+timing              possible accelerations, written into the scene; comparison of two timings
+summary, page       sampling designs and statistics of rows: counts, curves, histograms, indices, probabilities; pages
 """
 
 from heavylift.kernel.on_demand import face

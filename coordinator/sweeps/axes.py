@@ -1,12 +1,12 @@
-"""What a sweep varies: `--vary PATH=VALUES`, and the variants that come of it.
+"""Variations of a sweep: `--vary PATH=VALUES`, and the resulting variants.
 
-    block.mass=200..400 t by 25 t                      a range in steps; without `by` all of it, for --sample
+    block.mass=200..400 t by 25 t                      a range in steps; without `by` the whole range, for --sample
     hoist speed=1..3 m/min by 1 m/min                  of all orders, in proportion
-    stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}     one of several
+    stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}     one of several texts
 
-Paths are those of `--set`.  Steps are counted in decimals, so that 0..1 m by 0.1 m has eleven values.  A sample is
-drawn in quantiles: a range is uniform, of several each is as likely, and an uncertain input of the scene has the
-distribution that the scene states.
+Paths are those of `--set`. Steps are counted in decimals, so that 0..1 m by 0.1 m has eleven values. A sample is drawn
+by quantiles: ranges are uniform, discrete values equally likely, and an uncertain input of the scene has its stated
+distribution.
 """
 
 import re
@@ -38,7 +38,7 @@ MOST = 1_000_000  # variants of a study
 
 @dataclass(frozen=True)
 class Axis:
-    """A varied quantity: path as written, its texts or the ends of its range in `unit`, or an uncertain input of the
+    """A varied quantity: path as written; its texts, or the ends of its range in `unit`, or an uncertain input of the
     scene, or a group of moves; `first`: a setting that must precede it."""
 
     path: str
@@ -52,7 +52,7 @@ class Axis:
 
     @cached_property
     def numbers(self) -> list[float] | None:
-        """The texts as numbers of one unit; None if they are not numbers."""
+        """The texts as numbers with a common unit; None if they are not numbers."""
         found = [number_and_unit(text) for text in self.texts]
         return [float(x) for x, _ in found] if all(x for x, _ in found) and len({u for _, u in found}) == 1 else None
 
@@ -63,7 +63,7 @@ class Axis:
         return f"{self.path} [{unit}]" if unit else self.path
 
     def quantile(self, p: float) -> tuple[str, float]:
-        """The text, and the number that figures show, below which a part p of all values lies."""
+        """Return the value at quantile `p` of the distribution, as text and as the number shown in figures."""
         if self.uncertain is not None:
             one = self.uncertain
             x = (one.value + _standard(one, p) * one.sd) / one.factor
@@ -76,11 +76,11 @@ class Axis:
         return f"{x!r} {self.unit}".strip(), x
 
     def value(self, i: int) -> float:
-        """The number plotted for a text: its value, or its index."""
+        """Return the number plotted for text `i`: its value, or its index."""
         return self.numbers[i] if self.numbers else float(i)
 
     def setting(self, text: str) -> list[str]:
-        """What `--set` takes."""
+        """Return the `--set` options for a value."""
         if self.uncertain is not None:
             return settings([self.uncertain], [text])
         if self.motion is not None:
@@ -98,7 +98,7 @@ class Variant:
 
 
 def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axis]:
-    """The axes that are asked for, and in a sample the uncertain inputs of the scene; raises SceneError."""
+    """Return the requested axes, for a sample also the uncertain inputs of the scene; raises SceneError."""
     axes = [_axis(scene, text, sampling) for text in vary]
     given = {_place(scene, axis.path) for axis in axes}
     if len(given) < len(axes):
@@ -118,7 +118,7 @@ def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axi
 
 
 def grid(axes: Sequence[Axis]) -> list[Variant]:
-    """All combinations of the values; the last axis changes fastest."""
+    """Return all combinations of the values; the last axis changes fastest."""
     count = 1
     for axis in axes:
         count *= len(axis.texts)
@@ -136,7 +136,7 @@ def grid(axes: Sequence[Axis]) -> list[Variant]:
 
 
 def sampled(axes: Sequence[Axis], quantiles: NDArray[np.float64]) -> list[Variant]:
-    """Variants of quantiles (n, axes)."""
+    """Return the variants at quantiles (n, axes)."""
     found = []
     for number, point in enumerate(quantiles):
         drawn = [axis.quantile(float(p)) for axis, p in zip(axes, point, strict=True)]
@@ -188,13 +188,13 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
 
 
 def _unit(texts: Sequence[str]) -> str:
-    """The common unit of all numbers; "" if there is none."""
+    """Return the common unit of all numbers; "" if there is none."""
     units = {number_and_unit(text)[1] for text in texts}
     return units.pop() if len(units) == 1 else ""
 
 
 def _check(scene: LoadedScene, axis: Axis) -> None:
-    """Raise SceneError for a path at which neither the first nor the last value can be read."""
+    """Check that the first and last value of an axis can be set in the scene; raises SceneError if neither can."""
     for p in (0.0, 1.0):
         source = read(scene.merged or scene.text, scene.path.name, scene.path.parent)
         for setting in axis.setting(axis.quantile(p)[0]):
@@ -208,12 +208,13 @@ def _check(scene: LoadedScene, axis: Axis) -> None:
 
 
 def _parts(text: str) -> list[str]:
-    """What commas outside of brackets separate."""
+    """Split a text at commas outside of brackets."""
     return re.split(r",(?![^\[]*\])", text)
 
 
 def _first(scene: LoadedScene, path: str) -> str:
-    """The setting that must precede one number of a place that the scene leaves at its default."""
+    """Return the setting that must precede a single number of a vector that the scene leaves at its default; else
+    ""."""
     try:
         found: Input = inputs(scene, [path])[0]
     except SceneError:
@@ -226,7 +227,7 @@ def _place(scene: LoadedScene, path: str) -> tuple[str | int, ...]:
 
 
 def _standard(one: UncertainInput, p: float) -> float:
-    """Quantile of its distribution with mean 0 and standard deviation 1."""
+    """Return the quantile of an input's distribution, scaled to mean 0 and standard deviation 1."""
     from scipy.special import ndtri
 
     return sqrt(12.0) * (p - 0.5) if one.kind == "uniform" else float(ndtri(min(max(p, 1e-12), 1.0 - 1e-12)))

@@ -1,8 +1,9 @@
-"""Workers of a dask scheduler, as an executor that no worker and no scheduler makes run code here.
+"""Workers of a dask scheduler as an executor; neither workers nor scheduler can make this process run code.
 
-Dask's client unpickles errors, warnings and, unless told otherwise, results, so whoever speaks to it could run code.
-Rows need none of that: while such an executor is in use, this process unpickles no class or function, by an audit hook
-of Python, which sees what any library unpickles.  All traffic is behind certificates, or said by name not to be.
+Dask's client unpickles errors, warnings and by default results, so anybody who can send to it could run code. Rows need
+no pickles: while such an executor is in use, this process refuses to unpickle classes and functions, by an audit hook
+of Python, which covers unpickling by any library. Traffic is protected by certificates unless the user explicitly
+allows it unprotected.
 """
 
 import logging
@@ -24,11 +25,11 @@ HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
 class Unpickled(AttributeError):
-    """Refused unpickling of code; an AttributeError, so that dask handles it like its own errors."""
+    """Refused unpickling of code; a subclass of AttributeError, so that dask handles it like its own errors."""
 
 
 class _Guard:
-    """Refuses to unpickle code while it is entered, by a permanent audit hook."""
+    """Guard that refuses to unpickle code while it is active, by a permanent audit hook."""
 
     def __init__(self) -> None:
         self.entered, self._hooked = 0, False
@@ -52,17 +53,17 @@ no_code = _Guard()
 
 
 class _Answer:
-    """A future of dask; its result is fetched once, with a timeout."""
+    """A future of dask, whose result is fetched once, with a timeout."""
 
     def __init__(self, future: Any, workers: "_Workers") -> None:
         self.cancel, self._future, self._workers = future.cancel, future, workers
 
     def done(self) -> bool:
-        """Whether the result is available, or will never be."""
+        """Return whether the result is available, or no longer expected."""
         return self._future.done() or time.monotonic() - self._workers.heard > SILENCE_s
 
     def exception(self) -> BaseException | None:
-        """The error of the call, or None."""
+        """Return the error of the call, or None."""
         if not self._future.done():
             return ProtocolError(f"no worker has answered for {SILENCE_s:g} s")
         try:
@@ -73,7 +74,7 @@ class _Answer:
         return None
 
     def result(self) -> object:
-        """The result."""
+        """Return the result."""
         return self._answer
 
 
@@ -88,9 +89,10 @@ class _Workers(Executor):
 
 @contextmanager
 def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator[Executor]:
-    """The workers of the scheduler at `tls://HOST:PORT`; `keys`: the directory of the yard's certificates.
+    """Yield an executor of the workers of the scheduler at `tls://HOST:PORT`; `keys`: directory of the yard's
+    certificates.
 
-    `insecure`: without certificates and encryption, where everybody on the network can read, and answer with any row.
+    `insecure`: without certificates and encryption, so that everybody on the network can read rows and forge them.
     """
     secret = scheduler.startswith("tls://")
     if not secret and not insecure:

@@ -1,8 +1,9 @@
-"""How far a number of a scene may go before the verdict turns red.
+"""Search for the largest or smallest value of a number before the verdict turns red.
 
-From where it is green: twice as far at each step until something is red or refused, then between the last green and the
-first red value where the use of the limit is to be 100 %, or by halves where that says nothing.  Between the two lies
-the limit; what lies beyond is looked at in a few places, for a scene that is green again there has no single limit.
+Starts at a green value and doubles the distance at each step until a value is red or refused; then searches between the
+last green and the first red value, where the utilisation is interpolated to 100 %, or by bisection if it is not known.
+The limit lies between the two; values beyond it are checked at a few places, as a scene that is green again there has
+no single limit.
 """
 
 import logging
@@ -38,10 +39,10 @@ FAR = 10.0  # times as fast, or so many scales away, where no range is given
 @dataclass(frozen=True)
 class FoundLimit:
     """Result of a search: path and unit, all values with their rows, last green and first red value, error of the
-    question ("" if none).
+    search ("" if none).
 
-    `bar`: of the use at the last green value, by tighter steps and the next finer model level, at 95 %; None where it
-    is not a use that turns the verdict red, or where there is none.
+    `bar`: error estimate of the utilisation at the last green value, by tighter steps and the next finer model level,
+    at 95 %; None if the verdict turns red by something other than a utilisation, or without a limit.
     """
 
     path: str
@@ -59,7 +60,7 @@ class FoundLimit:
 
     @property
     def half(self) -> float | None:
-        """The uncertainty of the use at the limit, converted to the number."""
+        """Uncertainty of the limit, from that of the utilisation, in the number's unit; None if unknown."""
         if self.bar is None or self.green is None or self.red is None:
             return None
         name = f"use/{self.runs[self.red]['limit']}"
@@ -68,7 +69,7 @@ class FoundLimit:
 
     @property
     def why(self) -> str:
-        """The limit that is exceeded at the first red value."""
+        """Why the first red value is red."""
         if self.red is None:
             return ""
         row = self.runs[self.red]
@@ -81,11 +82,11 @@ class FoundLimit:
 
     @property
     def used(self) -> str:
-        """The largest use at the limit, with its uncertainty."""
+        """The largest utilisation at the limit, with its uncertainty, as text."""
         return f"{self.most['use']:.1%}" + ("" if self.bar is None else f" +- {self.bar:.2%}")
 
     def shown(self, value: float | None, bar: str = "") -> str:
-        """A value in its unit; "" for None."""
+        """Return a value with its unit as text; "" for None."""
         return "" if value is None else f"{value:.5g}{bar} {self.unit}".strip()
 
     def __str__(self) -> str:
@@ -99,7 +100,7 @@ class FoundLimit:
         return f"{self.path}: green up to {self.limit}{message}; red at {self.shown(self.red)}: {self.why}"
 
     def data(self) -> dict[str, object]:
-        """Plain data; numbers in the unit."""
+        """Return the result as plain data; numbers in the unit of the search."""
         keys = ("path", "unit", "green", "red", "half", "bar", "why", "wrong")
         return {key: getattr(self, key) for key in keys} | {
             "runs": [{"value": x} | {key: row.get(key) for key in REPORTED} for x, row in sorted(self.runs.items())]
@@ -107,20 +108,20 @@ class FoundLimit:
 
 
 def reason(row: Row) -> str:
-    """Why a run is red or refused: the first sentence, without its place; its status where there is none."""
+    """Return why a run is red or refused: the first sentence, without its place; its status if there is no sentence."""
     text = str(row.get("verdict") or row["sentence"])
     first = next((line for line in text.splitlines() if line), str(row["status"]))
     return first_sentence(first.partition("; worst: ")[2] or first)
 
 
 def askable(scene: LoadedScene) -> list[str]:
-    """All inputs for `--all`: moves, usual and uncertain inputs."""
+    """Return the names of all numbers that `--all` varies: moves, usual and uncertain inputs."""
     names = [*(one.name for one in uncertain_inputs(scene)), *unstated(scene, uncertain_inputs(scene))]
     return [*motions(scene), *dict.fromkeys(x for name in names for x in _numbers(scene, name))]
 
 
 def _numbers(scene: LoadedScene, name: str) -> list[str]:
-    """The inputs of a name that have a value."""
+    """Return the inputs with this name, or with its axes x, y, z, that have a value."""
     found = []
     for each in (name, *(f"{name}.{axis}" for axis in "xyz")):
         try:
@@ -162,7 +163,8 @@ def _apart(task: Task, asked: str) -> FoundLimit:
 def limits_of(
     scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[str, Row], None] = lambda value, row: None
 ) -> FoundLimit:
-    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction; raises SceneError if it is no number."""
+    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction; raises SceneError if PATH is not a
+    number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 
@@ -202,7 +204,7 @@ def limits_of(
 
 
 def _guess(good: Row, bad: Row, low: float, high: float, near: float, turn: int) -> float:
-    """Estimate of the limit: near the linear interpolation to 100 % use; every third time the midpoint."""
+    """Estimate the limit by interpolation to 100 % utilisation, a little beyond; every third time by the midpoint."""
     name = f"use/{bad.get('limit')}"
     a, b = float(good.get(name, nan)), float(bad.get(name, nan))
     if turn % 3 == 2 or not a < 1.0 < b:
@@ -212,7 +214,8 @@ def _guess(good: Row, bad: Row, low: float, high: float, near: float, turn: int)
 
 
 def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | None:
-    """Uncertainty of the governing use: twice the change by tighter steps, plus the change by the full model level."""
+    """Return the error estimate of the governing utilisation: twice the change by tighter steps, plus the change by the
+    full model level; None if it has none."""
     name = bad.get("limit")
     if not name or not bad["use"] > 1.0 or f"use/{name}" not in good:
         return None
@@ -227,7 +230,7 @@ def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | 
 
 
 def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
-    """The axis, the start of the search and its bound, in the unit."""
+    """Return the axis, the start of the search and its bound, in the unit."""
     path, equals, values = (part.strip() for part in asked.partition("="))
     if equals:
         ends = range_of(values)

@@ -1,6 +1,7 @@
 """Speed and acceleration of all moves of a kind as one number: `hoist accel`, `trolley speed`, `turn speed`.
 
-All orders of these verbs keep their proportions: the number is that of the fastest, the others follow.
+All orders of these verbs keep their proportions: the number is that of the fastest order, the others are scaled with
+it.
 """
 
 import re
@@ -55,7 +56,8 @@ class MotionGroup:
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """Settings that scale the group so that its largest number is this value; raises SceneError for no quantity."""
+        """Return settings that scale the group so that its largest number is this value; raises SceneError if it is no
+        quantity."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:
@@ -75,7 +77,7 @@ class MotionGroup:
 
 
 def motion_of(scene: LoadedScene, name: str) -> MotionGroup | None:
-    """The moves of a name such as `hoist speed`; None if the name is unknown or nothing moves so."""
+    """Return the moves of a name such as `hoist speed`; None if the name is unknown or the scene has no such moves."""
     noun, _, word = name.strip().rpartition(" ")
     if noun not in VERBS_OF or word not in WORDS:
         return None
@@ -100,6 +102,6 @@ def motion_of(scene: LoadedScene, name: str) -> MotionGroup | None:
 
 
 def motions(scene: LoadedScene) -> list[str]:
-    """The names of all motions of a scene."""
+    """Return the names of all groups of moves in a scene."""
     nouns = [*NOUNS, "turn", "drive"]
     return [f"{noun} {what}" for noun in nouns for what in ("speed", "accel") if motion_of(scene, f"{noun} {what}")]

@@ -1,6 +1,6 @@
-"""The sheet of a study: counts, limits, response curves, histograms, indices, and how to repeat what went wrong.
+"""Page of a study: counts, limits, response curves, histograms, indices, and how to repeat failed variants.
 
-The sheet of `heavylift limits`: how far each number may go, what limits it there, and the use on the way.
+Page of `heavylift limits`: how far each number may go, what limits it, and the utilisation along the search.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ MEANT = {
 
 
 def status_line(study: Study, found: Summary) -> str:
-    """The study in one line."""
+    """Return the state of a study in one line."""
     counts = ", ".join(f"{n} {status}" for status, n in found.counts.items()) or "no run yet"
     left = f"; {found.waiting} are still to run" if found.waiting else ""
     cut = f"; {found.counts['cut']} WERE CUT and are in no number" if found.counts.get("cut") else ""
@@ -47,7 +47,7 @@ def status_line(study: Study, found: Summary) -> str:
 
 
 def study_sheet(study: Study) -> Sheet:
-    """The current sheet of a study."""
+    """Return the current page of a study."""
     found = summary(study)
     counts = ((status, MEANT[status], n) for status, n in found.counts.items())
     parts = [
@@ -101,7 +101,8 @@ def _limits(study: Study, found: Summary) -> list[Table]:
 
 
 def _responses(study: Study, found: Summary) -> list[Chart]:
-    """Each result over each axis: the variants, and the mean of those that are near, or have the same words."""
+    """Draw each result over each axis: the variants, and the mean of neighbouring variants or those with the same
+    text."""
     words = {axis.label: axis.texts for axis in study.plan.axes if axis.texts and axis.numbers is None}
     names, axes = list(found.results), list(found.inputs)[:DRAWN]
     if not names or not axes or not len(found.inputs[axes[0]]):
@@ -132,7 +133,7 @@ def _responses(study: Study, found: Summary) -> list[Chart]:
 
 
 def _means(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[float]]:
-    """Mean y by value of x, or by equal bins if there are many."""
+    """Return the mean `y` by value of `x`, or by equal bins if there are many values."""
     fine = np.isfinite(y)
     x, y = x[fine], y[fine]
     values = np.unique(x)
@@ -163,7 +164,7 @@ def _histograms(found: Summary) -> list[Chart]:
 
 
 def _around(values: np.ndarray) -> tuple[float, float] | None:
-    """Range of values; None if it is only rounding."""
+    """Return the range of values, widened if its width is only rounding; None without values."""
     if not len(values):
         return None
     least, most = float(values.min()), float(values.max())
@@ -172,7 +173,7 @@ def _around(values: np.ndarray) -> tuple[float, float] | None:
 
 
 def canvas(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> "Figure":
-    """A figure of so many axes in the style of the page."""
+    """Return a figure with rows x columns of axes in the style of the page."""
     from matplotlib.figure import Figure
 
     with styled("none"):
@@ -228,7 +229,7 @@ LEAD = (
 
 
 def limits_table(found: Sequence[FoundLimit]) -> Table:
-    """A row for each number."""
+    """Return a table with a row for each number."""
     return Table("How far each number may go", HEADS, tuple(map(_row, found)))
 
 
@@ -242,7 +243,7 @@ def _row(one: FoundLimit) -> tuple[Cell, ...]:
 
 
 def limits_sheet(scene: LoadedScene, found: Sequence[FoundLimit]) -> Sheet:
-    """Table, reasons and curves."""
+    """Return the page of limits: table, reasons and curves."""
     drawn = [one for one in found if one.red is not None and len(_points(one)[0]) > 1]
     reasons = Notes("What turns red", tuple(f"{one.path}: {one.wrong or one.why}" for one in found))
     charts = [Chart("Largest use of a load's limit on the way", _figure(drawn))] if drawn else []
@@ -272,7 +273,7 @@ def _drawn(ax: "Axes", one: FoundLimit) -> None:
 
 
 def _points(one: FoundLimit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values, uses and whether the verdict is green (n,), of the checked runs."""
+    """Return values, utilisations and whether the verdict is green, (n,) each, of the checked runs."""
     rows = [(x, row["use"], row["status"] == "done") for x, row in sorted(one.runs.items()) if "use" in row]
     x, use, green = (np.array(column) for column in zip(*rows, strict=True)) if rows else (np.zeros(0),) * 3
     return x, use, green

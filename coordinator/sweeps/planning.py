@@ -1,9 +1,9 @@
-"""The shortest timing of a lift within its limits: steps of `timing`, as far as the verdict stays green.
+"""Search for the shortest timing of a lift within its limits: steps of `timing`, as far as the verdict stays green.
 
-First along the equilibrium path, which costs little: each step by itself, as bold as the checks of the scene and the
-limits at rest allow.  Then in runs: all of them at once, and where a run turns red, what is quicker in that stage or
-before it goes half way back, until a run is green; halves of what was lost are tried again.  Nothing is taken over
-that is not quicker.
+First along the equilibrium path, which costs little: each step by itself, as far as the checks of the scene and the
+static limits allow. Then in runs: all steps at once; if a run turns red, the steps of that stage, or of the nearest one
+before it, are halved until a run is green; then half of what was lost is tried again. Only steps that save time are
+taken.
 """
 
 import logging
@@ -31,7 +31,7 @@ LEAST = 0.2  # part of a step below which it is given up in runs
 
 
 def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.info) -> FoundTiming:
-    """The shortest timing of a scene that is found within so many seconds of wall time; raises SceneError."""
+    """Find the shortest timing of a scene within `budget` [s] of wall time; raises SceneError."""
     scene = chosen(scene, say)
     search = _Search(scene, time.monotonic() + budget, say)
     try:
@@ -53,7 +53,7 @@ def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.
 
 @dataclass(frozen=True)
 class _Outlook:
-    """A variant at rest: scene, begin of its actions and end of all moves [s]; `why` it is refused."""
+    """Static check of a variant: scene, begin of its actions and end of all moves [s]; `why` it is refused."""
 
     scene: LoadedScene | None = None
     begins: tuple[float, ...] = ()
@@ -62,7 +62,7 @@ class _Outlook:
 
 
 class _Search:
-    """`parts`: how far each step is taken; `why`: what limits it."""
+    """Search for the shortest timing; `parts`: fraction by which each step is taken; `why`: what limits it."""
 
     def __init__(self, scene: LoadedScene, until: float, say: Callable[[str], None]) -> None:
         self.scene, self.until, self.say = scene, until, say
@@ -77,7 +77,7 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Take each step as far as checks and static limits allow; returns why the scene itself is refused."""
+        """Take each step as far as checks and static limits allow; returns why the scene itself is refused, or ""."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -91,7 +91,8 @@ class _Search:
         return ""
 
     def _take(self, alternatives: Sequence[Step], best: bool = False) -> None:
-        """Take the first quicker alternative, whole or in part, or the quickest; all are of one action."""
+        """Take the first of some alternative steps of an action that saves time, whole or in part; with `best` the
+        quickest."""
         others = {x: part for x, part in self.parts.items() if x not in alternatives}
         for step in alternatives:
             if self.spent:
@@ -107,7 +108,7 @@ class _Search:
                 self.why[step] = why
 
     def _taken(self, step: Step, others: Parts) -> tuple[float, _Outlook, str]:
-        """How far a step can be taken together with others, its result, and what limits it."""
+        """Return how far a step can be taken together with others, the static check of it, and what limits it."""
         found = self.outlook({**others, step: 1.0})
         if not found.why:
             return 1.0, found, step.why
@@ -122,7 +123,7 @@ class _Search:
         return low, green, why
 
     def outlook(self, parts: Mapping[Step, float]) -> _Outlook:
-        """A variant at rest."""
+        """Check a variant along its equilibrium path."""
         try:
             scene = self.variant(parts)
         except HeavyliftError as error:
@@ -135,12 +136,12 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[Step, float]) -> LoadedScene:
-        """The scene with the steps taken, at the same model level."""
+        """Return the scene with these fractions of steps, at the same model level."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
     def written(self, parts: Mapping[Step, float]) -> str:
-        """The same as text."""
+        """Return the text of the scene with these fractions of steps."""
         source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
         for step, part in parts.items():
             for path in step.paths if part else ():
@@ -159,7 +160,8 @@ class _Search:
         return found
 
     def in_runs(self, first: Played) -> tuple[LoadedScene, Played] | None:
-        """The quickest green variant, searched backwards from what is possible at rest; None if there is none."""
+        """Return the quickest green variant, searched back from the static result, with its run; None if there is
+        none."""
         lost = Parts()
         while self.parts and not self.spent:
             found = self._green(lost)
@@ -171,7 +173,8 @@ class _Search:
         return None
 
     def _green(self, lost: Parts) -> tuple[LoadedScene, Played] | None:
-        """Run the present variant; if it is not green, take steps back and return None."""
+        """Run the present variant and return it; if it is not green, reduce steps, note them in `lost`, and return
+        None."""
         try:
             scene = self.variant(self.parts)
             run = self.run(scene, f"with {len(self.parts)} steps")
@@ -199,7 +202,7 @@ class _Search:
                 self.parts[step] = part / 2.0
 
     def _regained(self, found: tuple[LoadedScene, Played], lost: Parts) -> tuple[LoadedScene, Played]:
-        """Try half of what was taken back again."""
+        """Try half of each reduction again, and return the better variant."""
         parts = dict(self.parts)
         self.parts |= {step: 0.5 * (parts.get(step, 0.0) + part) for step, part in lost.items() if step.kind != "ramp"}
         if lost and not self.spent:
@@ -211,7 +214,8 @@ class _Search:
 
 
 def _own_text(scene: LoadedScene) -> str:
-    """The text of the scene file with its settings applied; raises SceneError for a setting without a line."""
+    """Return the text of the scene file with its settings applied; raises SceneError for a setting without a line in
+    it."""
     name, text = str(scene.path), scene.text
     if "actions" not in read(text, name).data:
         raise SceneError(f"{name}: has no action list of its own; plan the scene that it extends")
@@ -229,7 +233,7 @@ def _own_text(scene: LoadedScene) -> str:
 
 
 def _changed(source: Source, data: Data, path: Path) -> Iterator[tuple[Path, str]]:
-    """Values that differ from those of a source."""
+    """Yield the paths and texts of values that differ from those of a source."""
     if isinstance(data, dict | list) and isinstance(source.at(path), type(data)):
         for key, value in data.items() if isinstance(data, dict) else enumerate(data):
             yield from _changed(source, value, (*path, key))
@@ -238,7 +242,7 @@ def _changed(source: Source, data: Data, path: Path) -> Iterator[tuple[Path, str
 
 
 def _latest(parts: Parts) -> list[Step]:
-    """Steps that may have caused an error: overlaps, or else all."""
+    """Return the steps that may have caused an error: the overlaps, or else all steps."""
     return [step for step in parts if step.kind == "overlap"] or list(parts)
 
 

@@ -1,8 +1,8 @@
-"""The folder of a study: what it is, its rows so far, recordings that are kept, the page.
+"""The folder of a study: its definition, its rows so far, kept recordings, the page.
 
-study.json       what is varied; a folder goes on with the same study only
-parts/           rows as they come, one Parquet file for each second or so; a kill takes no more with it
-rows.parquet     all rows, whenever the study stops; recordings/000012.mcap, summary.html
+study.json       definition of the study; the folder can only be continued by the same study
+parts/           rows as they come, one Parquet file for each second or so, so that a kill loses no more
+rows.parquet     all rows, written when the study stops; recordings/000012.mcap, summary.html
 """
 
 import fcntl
@@ -44,7 +44,7 @@ class StudyPlan:
     seed: int
 
     def about(self, task: Task) -> dict[str, Any]:
-        """Plain data as stored in the folder."""
+        """Return the definition as plain data, as stored in the folder."""
         identity = [asdict(task), [v.settings for v in self.variants], self.design, __version__]
         return {
             "heavylift study": 1,
@@ -112,7 +112,7 @@ class Study(AbstractContextManager["Study"]):
         return [variant for variant in self.plan.variants if variant.number not in self.rows]
 
     def append(self, rows: Sequence[Row]) -> None:
-        """Write rows; they are on the disk when this returns."""
+        """Append rows; they are on the disk when this returns."""
         if not rows:
             return
         import pyarrow
@@ -130,7 +130,7 @@ class Study(AbstractContextManager["Study"]):
             hidden.rename(part)
 
     def _whole(self, row: Row) -> Row:
-        """A worker's row completed by settings, inputs and the command that repeats it."""
+        """Return a worker's row, completed by settings, inputs and the command that repeats it."""
         variant = self.plan.variants[row["number"]]
         found = {key: value for key, value in row.items() if key != "recording"}
         found["settings"] = list(variant.settings)
@@ -159,7 +159,7 @@ class Study(AbstractContextManager["Study"]):
         self._number = 0
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """All rows as a DataFrame, indexed by variant."""
+        """Return all rows as a DataFrame, indexed by variant."""
         try:
             import pandas
         except ImportError:
@@ -191,6 +191,6 @@ def _known(file: Path) -> dict[str, Any]:
 
 
 def _even(rows: Sequence[Row]) -> list[Row]:
-    """Rows with all columns of any of them, in order of appearance."""
+    """Return rows that all have the columns of any of them, in order of appearance."""
     names = dict.fromkeys(name for row in rows for name in row)
     return [{name: row.get(name) for name in names} for row in rows]

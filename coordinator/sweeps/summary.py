@@ -1,6 +1,6 @@
-"""What the rows of a study say: how many came to what, the limits, and which input moves which result.
+"""Statistics of the rows of a study: counts by status, limits, and which input moves which result.
 
-Where a sample is taken, as quantiles, and what it says of the inputs: with SALib, from the extra `sweep`.
+Also the sampling designs, as quantiles, and the sensitivity indices from them: with SALib, from the extra `sweep`.
 
 sobol   Saltelli's extension of a Sobol sequence: base rows A and B, and A with each column of B.  Gives first and total
         indices; A and B alone are independent draws.                          Saltelli et al. (2010)
@@ -36,7 +36,7 @@ class Index:
 
 
 def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
-    """Draw at most `count` quantiles in (0, 1), (count, axes); raises SceneError if the count is too small."""
+    """Draw at most `count` points of quantiles in (0, 1), (count, axes); raises SceneError if `count` is too small."""
     if design not in DESIGNS:
         raise SceneError(f"--design '{design}': there is none; choose {' or '.join(DESIGNS)}")
     problem = _problem([str(i) for i in range(axes)])
@@ -53,7 +53,7 @@ def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
 
 
 def base_rows(design: str, count: int, axes: int) -> Floats:
-    """(count,) bool: which rows are independent draws of all inputs."""
+    """Return (count,) bool: which rows are independent draws of all inputs."""
     independent = np.ones(count, bool)
     if design == "sobol":
         block = np.arange(count) % (axes + 2)
@@ -62,7 +62,7 @@ def base_rows(design: str, count: int, axes: int) -> Floats:
 
 
 def indices(design: str, axes: Sequence[str], quantiles: Floats, result: Floats, seed: int) -> list[Index]:
-    """Indices of all axes, by decreasing total; none if a value is missing or constant."""
+    """Return the sensitivity indices of all axes, by decreasing total; none if a value is missing or all are equal."""
     if (
         len(result) < FEWEST[design]
         or not np.isfinite(result).all()
@@ -103,8 +103,8 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class Chance:
-    """A limit in a study: number of variants, mean and largest use, probability of exceeding it, and its 95 % interval
-    for independent draws."""
+    """Statistics of a limit in a study: number of checked variants, mean and maximum utilisation, number and fraction
+    beyond the limit, and the 95 % interval of this fraction for independent draws."""
 
     limit: str
     judged: int
@@ -118,8 +118,8 @@ class Chance:
 
 @dataclass(frozen=True)
 class Summary:
-    """Counts by status, unfinished variants, results (n,) by name and inputs by axis, limits with the most used first,
-    sensitivity indices by result."""
+    """Counts by status, variants still to run, unfinished variants, inputs (n,) by axis and results (n,) by name,
+    limits with the governing first, sensitivity indices by result."""
 
     counts: dict[str, int]
     waiting: int
@@ -131,7 +131,7 @@ class Summary:
 
 
 def summary(study: Study) -> Summary:
-    """Summarise all rows so far."""
+    """Summarise all rows of a study so far."""
     plan, rows = study.plan, [study.rows[n] for n in sorted(study.rows)]
     ended = [row for row in rows if row["status"] in ("done", "red")]
     inputs = {axis.label: _column(ended, INPUT + axis.label) for axis in plan.axes}
@@ -157,7 +157,8 @@ def summary(study: Study) -> Summary:
 
 
 def measured_error(study: Study) -> str:
-    """What the level of a study that asks something is wrong by, on the variants on which that was measured."""
+    """Return a sentence on the error of the study's model level, on the variants on which it was measured; "" without
+    any."""
     known = {n: float(row["error"]) for n, row in sorted(study.rows.items()) if row.get("error") is not None}
     if not known:
         return ""
@@ -173,7 +174,7 @@ def measured_error(study: Study) -> str:
 
 
 def _chance(name: str, uses: Floats) -> Chance:
-    """Clopper and Pearson's conservative interval (1934)."""
+    """Return the statistics of a limit, with the conservative interval of Clopper and Pearson (1934)."""
     from scipy.special import betaincinv
 
     uses = uses[np.isfinite(uses)]

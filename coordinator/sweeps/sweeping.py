@@ -1,8 +1,8 @@
-"""Runs the variants of a study on any executor of concurrent.futures or alike, and writes each row as it comes.
+"""Run the variants of a study on any executor of concurrent.futures or alike; each row is written as it comes.
 
-A few variants more than there are workers are with the executor, so that memory does not grow with the study.  A worker
-that dies takes its pool with it: what was with the pool is run again one by one, and the variant that ends its worker
-once more is a row "lost".  Ctrl-C leaves all rows that were done, and the same study goes on later.
+The executor gets only a few more variants than it has workers, so that memory does not grow with the study. A worker
+that dies breaks its pool: the variants in the pool are run again one by one, and a variant that kills its worker again
+becomes a row "lost". After Ctrl-C all completed rows are kept, and the same study can be continued later.
 """
 
 import time
@@ -32,7 +32,7 @@ Watch = Callable[[Study, Row | None], None]
 def planned(
     scene: LoadedScene | str | Path, vary: Sequence[str] = (), sample: int = 0, design: str = DESIGNS[0], seed: int = 1
 ) -> StudyPlan:
-    """Define a study of a scene; raises SceneError for what cannot be varied."""
+    """Define a study of a scene; raises SceneError for a path that cannot be varied."""
     scene = level_of(loaded(scene))
     sample, seed, text = whole("--sample", sample), whole("--seed", seed), texts(vary)
     if text is None:
@@ -57,13 +57,14 @@ def sweep(
     limit: float = LIMIT_s,
     watch: Watch = lambda study, row: None,
 ) -> Study:
-    """Run variants of a scene into the folder `into`, those that it has not yet; the study has them as `rows`.
+    """Run the variants of a scene that the folder `into` does not have yet; the returned study has all results as
+    `rows`.
 
-    `vary`: axes, "block.mass=200..400 t by 25 t", each value with each, or with `sample` so many draws of them and of
-    the scene's uncertain inputs.  `executor`: any; else a pool of so many processes (`workers`, default all cores).
-    `keep`: recordings of "failed" or "all" variants; without `judged` there is no verdict, and no action is tried at
-    rest, for which `run` may refuse it; `limit`: seconds of a run.
-    Raises HeavyliftError, Stopped on Ctrl-C.
+    `vary`: axes such as "block.mass=200..400 t by 25 t": all combinations of values, or with `sample` this number of
+    draws of them and of the scene's uncertain inputs. `executor`: any; default: a pool of `workers` processes (default:
+    all cores). `keep`: recordings of "failed" or "all" variants. Without `judged` there is no verdict, and actions are
+    not checked statically first, for which `run` may refuse a scene. `limit`: wall time of a run [s]. Raises
+    HeavyliftError, Stopped on Ctrl-C.
     """
     if keep not in KEEP:
         raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
@@ -86,7 +87,7 @@ def sweep(
 
 
 def verified(study: Study, count: int) -> list[tuple[int, bool]]:
-    """Repeat `count` variants in this process: number, and whether the digest is equal."""
+    """Repeat `count` variants in this process; returns the number of each, and whether its digest is equal."""
     known = [n for n in sorted(study.rows) if study.rows[n].get("digest")]
     chosen = [known[round(i * (len(known) - 1) / max(1, count - 1))] for i in range(min(count, len(known)))]
     found = []
@@ -97,7 +98,7 @@ def verified(study: Study, count: int) -> list[tuple[int, bool]]:
 
 
 def _run(study: Study, executor: Executor | None, workers: int, watch: Watch) -> None:
-    """Run all variants without a row."""
+    """Run all variants that have no row."""
     most = AHEAD * workers if workers else MOST
     waiting, suspects = deque(study.waiting), deque[Variant]()
     while waiting or suspects:
@@ -111,10 +112,8 @@ def _run(study: Study, executor: Executor | None, workers: int, watch: Watch) ->
 def _with(
     pool: Executor, study: Study, waiting: deque[Variant], suspects: deque[Variant], most: int, watch: Watch
 ) -> str:
-    """Run variants on a pool until none waits; why it is broken, "" if it is not.
-
-    `suspects` were with a pool that broke: one of them alone is with the next one.
-    """
+    """Run variants on a pool until none is left; returns why the pool is broken, or "". `suspects` were running when a
+    pool broke: each is run alone, so that the next break has a known cause."""
     running: dict[Future[bytes], Variant] = {}
     alone = False
     rows: list[Row] = []
@@ -160,7 +159,7 @@ def _with(
 
 
 def _reason(why: BaseException) -> str:
-    """Why there is no row; what a worker of dask has pickled stays unread."""
+    """Return why there is no row; pickles of a dask worker are not read."""
     if why.args and isinstance(why.args[0], bytes):
         return "its worker died, or answered with code, which is not run here"
     return f"{type(why).__name__}: {why}"

@@ -1,11 +1,12 @@
-"""What of an action list can be quicker: speeds of orders, ramps, the begin of moves while those before still go on.
+"""Possible accelerations of an action list: speeds of orders, ramps, moves that begin before the previous ones have
+ended.
 
-A step leads from what is written (0) to the boldest that can be tried (1); its texts are those of the language, at
-paths of the scene's data.  Waits stay as they are: people need them.
+A step goes from the present value (0) to the boldest that can be tried (1); its texts are those of the scene language,
+at paths of the scene's data. Waits are kept, as people need them.
 
-A scene's text with other values in it: each is replaced where it stands, all else stays as it was written.
+Also replacing values in a scene's text, which is otherwise unchanged.
 
-Two timings of a lift beside each other: how long each stage takes, and what limits it.
+Also comparing two timings of a lift: duration of each stage, and what limits it.
 """
 
 import re
@@ -36,10 +37,10 @@ BEHIND_SPEED = re.compile(r"(?=\s(?:by|to|until)\s)")
 
 @dataclass(frozen=True)
 class Step:
-    """A possible acceleration of an action (its number from 0), at paths of the scene, from `now` to `most`.
+    """A possible acceleration of an action (number from 0), at paths of the scene, from `now` to `most`.
 
-    Speeds of an action go up together, by a factor; of a ramp `words` are what is written; of an overlap the numbers
-    are seconds.  `why`: what limits `most`; "" if only a trial can tell.
+    Speeds of an action are scaled by a common factor; a ramp is written as `words`; for an overlap `now` and `most` are
+    times [s]. `why`: what limits `most`; "" if only a trial can show.
     """
 
     kind: Literal["speed", "ramp", "overlap"]
@@ -52,15 +53,15 @@ class Step:
 
     @property
     def halved(self) -> bool:
-        """Whether a part of it can be tried if all of it is refused."""
+        """Whether a fraction of the step can be tried if the whole step is refused."""
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
-        """Factor or seconds at a fraction of the step."""
+        """Return the factor, or for an overlap the time [s], at a fraction of the step."""
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:
-        """The new text at a path."""
+        """Return the new text at a path, from the text `before`, for a fraction of the step."""
         x = self.value(part)
         if self.kind == "overlap":
             return f"after {x:.1f} s"
@@ -70,7 +71,8 @@ class Step:
 
 
 def speeds(scene: LoadedScene) -> Iterator[Step]:
-    """Orders raised to the speeds of their drives, the boldest of an action first; a turn to a multiple of its rate."""
+    """Yield steps that raise the speeds of orders to those of their drives, the boldest of an action first; a turn to a
+    multiple of its rate."""
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
@@ -94,7 +96,7 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
 
 
 def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
-    """Whether hooks lift off or set down in an action, by its conditions or on the path at rest."""
+    """Return whether loads are lifted off or set down in an action, by its conditions or on the equilibrium path."""
     meets = any(
         isinstance(t, SlingsCondition | LiftedCondition | LandedCondition) for m in moves for t in terms(m.until)
     )
@@ -105,8 +107,8 @@ def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
 
 
 def ramps(scene: LoadedScene) -> Iterator[Step]:
-    """Ramps without residual swing for travel and traverse: two pulses of the crane's own acceleration, or one swing
-    period."""
+    """Yield ramps without residual swing for travel and traverse: two pulses of the crane's own acceleration, or one
+    swing period."""
     for i, action in enumerate(scene.scene.actions):
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and VERBS[o.verb].along]
@@ -119,8 +121,8 @@ def ramps(scene: LoadedScene) -> Iterator[Step]:
 
 
 def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
-    """Moves that may begin during those of the previous action and end after them, away from ground and load; `lasts`:
-    duration of each action [s]."""
+    """Yield moves that may begin during those of the previous action and end after them, away from ground and load;
+    `lasts`: duration of each action [s]."""
     listed = scene.plan.actions
     for i in range(1, min(len(listed), len(lasts))):
         before, here = listed[i - 1].orders, listed[i].orders
@@ -133,10 +135,10 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
 
 
 def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
-    """The text with new values at paths; a new key becomes the first of its mapping.
+    """Return the text with new values at paths; a new key becomes the first of its mapping.
 
-    A comment behind a value keeps its column as long as there is room.  Raises SceneError where a value cannot be
-    replaced alone: one of several lines, an alias, one that stands in another file.
+    A comment after a value keeps its column as long as there is room. Raises SceneError if a value cannot be replaced
+    alone: one of several lines, an alias, or one in another file.
     """
     source, lines = read(text, name), text.splitlines(keepends=True)
     at = {path: _mark(source, path) for path in changes}
@@ -160,7 +162,7 @@ def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
 
 
 def _mark(source: Source, path: Path) -> Mark:
-    """Place of a value, or of the key before which a new one is inserted."""
+    """Return the place of a value, or of the key before which a new one is inserted."""
     if path in source.values:
         return source.values[path]
     inside = source.at(path[:-1])
@@ -170,7 +172,7 @@ def _mark(source: Source, path: Path) -> Mark:
 
 
 def _replaced(text: str, old: str, new: str) -> str:
-    """A line with its value replaced."""
+    """Return the rest of a line with the value at its beginning replaced."""
     if not text.startswith(old):
         return text
     rest = text[len(old) :]
@@ -186,7 +188,8 @@ Parts = dict[Step, float]  # how far each step is taken, of 1
 
 @dataclass(frozen=True)
 class FoundTiming:
-    """A timing: scene before and after, runs, extent of each step and what limits it; `wrong`: why there is none."""
+    """A found timing: scene and run before and after, fraction of each step and what limits it; `wrong`: why there is
+    none."""
 
     before: LoadedScene
     run_before: Played | None
@@ -198,7 +201,7 @@ class FoundTiming:
 
     @property
     def gain(self) -> float:
-        """Time saved until the last move ends [s]."""
+        """Time saved until the end of the last move [s]."""
         if self.run_before is None or self.run_after is None:
             return 0.0
         return done(self.run_before) - done(self.run_after)
@@ -213,7 +216,7 @@ class FoundTiming:
         return [table_text(Table("Timing", HEADS, tuple(rows))), self.run_after.verdict.line]
 
     def data(self) -> dict[str, object]:
-        """Plain data in SI units."""
+        """Return the timing as plain data in SI units."""
         assert self.run_before is not None
         assert self.run_after is not None
         keys = ("stage", "before", "after", "why")
@@ -227,7 +230,7 @@ class FoundTiming:
 
     @property
     def rows(self) -> Iterator[tuple[str, float, float, str]]:
-        """Name of each stage, duration before and after [s], and what limits it."""
+        """Name of each stage, its duration before and after [s], and what limits it."""
         assert self.run_before is not None
         assert self.run_after is not None
         after = {number: lasts for number, _, lasts in _stages(self.run_after)}
@@ -237,7 +240,7 @@ class FoundTiming:
 
 
 def last_wait(actions: Sequence[Action]) -> int:
-    """The number of the first of the waits at the end."""
+    """Return the number of the first action of the waits at the end of the list."""
     n = len(actions)
     while n and all(isinstance(order, Wait) for order in actions[n - 1].orders):
         n -= 1
@@ -245,12 +248,12 @@ def last_wait(actions: Sequence[Action]) -> int:
 
 
 def _stages(run: Played) -> Iterator[tuple[int, str, float]]:
-    """Number of the action, name and duration of each stage [s]."""
+    """Yield the action number, name and duration [s] of each stage."""
     ends = [t for t, _, _ in run.conduct.stages[1:]] + [run.end_ns * 1e-9]
     for (t, number, name), end in zip(run.conduct.stages, ends, strict=True):
         yield number, name, end - t
 
 
 def done(run: Played) -> float:
-    """When the last move of a run is done [s]."""
+    """Return the time at which the last move of a run ends [s]."""
     return max((e.t for e in run.events if isinstance(e.value, Done)), default=0) * 1e-9

@@ -1,8 +1,8 @@
-"""One variant of a scene as a row of numbers: what a worker of a sweep does, wherever it is.
+"""One variant of a scene as a row of numbers: the work of a sweep's worker on any host.
 
-A worker is told everything by its arguments and answers with bytes of MessagePack, whatever happens, so it may be a
-process of a pool, a thread, or one of dask's on another host; no answer is a pickle.  The row has the digest that
-`heavylift run` has with the same settings.
+A worker gets everything by its arguments and always answers with bytes of MessagePack, so it may be a process of a
+pool, a thread, or a dask worker on another host; no answer is a pickle. The row has the digest of `heavylift run` with
+the same settings.
 """
 
 import os
@@ -61,8 +61,8 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Task:
-    """What all variants of a study share: text and name of the scene, settings, wall time limit [s], recordings to
-    keep, whether limits and clearances are checked."""
+    """The part that all variants of a study share: text and name of the scene, settings, wall time limit [s],
+    recordings to keep, whether limits and clearances are checked, quantities whose errors are measured."""
 
     text: str
     name: str
@@ -74,7 +74,7 @@ class Task:
 
     @classmethod
     def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> "Task":
-        """The task of a scene; its text includes the scenes that it extends."""
+        """Return the task of a scene; its text includes the scenes that it extends."""
         name = scene.path.name if scene.path in bundled().values() else str(scene.path)
         if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
             own = tuple(ModelLevel(scene.plan).settings) if scene.chosen else ()
@@ -83,7 +83,7 @@ class Task:
 
 
 def answered(task: Task, variant: Variant) -> bytes:
-    """Answer of a worker: the row of the variant, or the error."""
+    """Run a variant and return the worker's answer: its row, or a row with the error, encoded."""
     try:
         row = played(task, variant)
     except Exception as error:
@@ -92,7 +92,7 @@ def answered(task: Task, variant: Variant) -> bytes:
 
 
 def received(answer: object, variant: Variant) -> Row:
-    """The row in a worker's answer; raises ProtocolError if it is not of this variant."""
+    """Decode the row in a worker's answer; raises ProtocolError if it is not one of this variant."""
     if not isinstance(answer, bytes) or len(answer) > MOST_BYTES:
         raise ProtocolError("its worker did not answer with the bytes of a row")
     try:
@@ -111,20 +111,20 @@ def received(answer: object, variant: Variant) -> Row:
 
 
 def _fits(name: str, x: object) -> bool:
-    """Whether a column has a valid value."""
+    """Return whether a column has a valid value."""
     if name in TEXTS:
         return isinstance(x, str) and len(x) <= MOST_TEXT
     return len(name) <= MOST_TEXT and (x is None or isinstance(x, float) or (isinstance(x, int) and abs(x) < 1 << 63))
 
 
 def first_sentence(text: str) -> str:
-    """The first sentence of an error, without its place and repetitions."""
+    """Return the first sentence of an error, without its place and repetitions."""
     first = text.splitlines()[0]
     return re.sub(r"^(.*?error: )?(actions\[[^:]*: )?", "", first).partition("; likewise")[0]
 
 
 def played(task: Task, variant: Variant) -> Row:
-    """The row of a variant: status, sentence, numbers, worker; `recording` holds bytes to keep."""
+    """Run a variant and return its row: status, sentence, numbers, worker; `recording` holds bytes to keep."""
     began, cpu = time.perf_counter(), time.thread_time()
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
     scene, settings = None, (*task.settings, *variant.settings)
@@ -153,7 +153,7 @@ def played(task: Task, variant: Variant) -> Row:
 
 
 def _numbers(run: Played, judged: bool) -> Row:
-    """All numbers of a completed run in SI units, by column name."""
+    """Return all numbers of a completed run in SI units, by column name."""
     row: Row = {"digest": run.digest, "simulated [s]": run.end_ns / 1e9, "unfinished": run.unfinished}
     row |= {f"peak/{rope} [N]": peak.tension for rope, peak in run.peaks.items()}
     row |= {f"peak time/{rope} [s]": peak.time for rope, peak in run.peaks.items()}
@@ -176,12 +176,12 @@ def _numbers(run: Played, judged: bool) -> Row:
 
 
 def governing_uses(uses: Sequence[Use]) -> dict[str, Use]:
-    """The worst of each limit that is checked, by its name."""
+    """Return the maximum utilisation of each checked limit, by the limit's name."""
     return {f"{x.limit.subject} {x.limit.quantity}": x for x in uses if x.use is not None}
 
 
 def _off_lead(run: Played) -> float:
-    """The largest angle between a hook rope and the vertical [deg]; NaN without such ropes."""
+    """Return the largest angle between a hook rope and the vertical [deg]; NaN without such ropes."""
     signals = signals_of_run(run.plan, run.t, {}, run.past().part(0, len(run.t)).poses, ())
     hooks = (hook for machine in run.plan.machines for hook in machine.hooks)
     leads = (evaluated(run.plan, ScalarSignal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
@@ -190,7 +190,7 @@ def _off_lead(run: Played) -> float:
 
 
 def _recorded(scene: LoadedScene) -> bytes:
-    """The recording of the variant; empty if it cannot be recorded."""
+    """Run the variant again and return its recording; empty if it cannot be recorded."""
     from heavylift.coordinator.run.scene import run
 
     with tempfile.TemporaryDirectory(prefix="heavylift-") as folder:

@@ -1,7 +1,7 @@
-"""Where the wall time of a recorded run went: who worked, who waited for whom, and what lookahead could change.
+"""Wall time of a recorded run: which node worked, which waited for which, and what lookahead could change.
 
-communication  what processes would cost a scene, measured
-timeline    from the protocol messages of a recording; who was held back by whom, in chains
+communication  measured cost of distributing a scene to processes
+timeline    working and waiting times from the recorded protocol messages; chains of waiting nodes
 text        tables for people, the same as plain data, and as Chrome trace-event JSON for a viewer
 """
 

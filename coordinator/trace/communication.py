@@ -1,14 +1,14 @@
-"""What processes would cost a scene: forces held between two solvers, and its nodes in processes of their own.
+"""Cost of distributing a scene: forces held between two solvers, and its nodes in processes of their own.
 
-Held: two bodies on one elastic rope, each integrated by a kernel of its own; every h seconds they tell each other
-where they are, and the rope's force of that instant is held until the next.  Each solver is exact, yet the pair gains
-energy: x'' = -w^2 x(nh) held over h has |lambda|^2 = 1 + (w h)^2 / 2, a damping ratio of -w h / 4 to first order.
-That is why bodies tied together by taut ropes are given to one kernel.
+Held: two bodies on one elastic rope, each integrated by a kernel of its own; every h seconds they exchange positions,
+and the rope's force at that instant is held until the next exchange. Each solver is exact, yet the pair gains energy:
+x'' = -w^2 x(nh) held over h has |lambda|^2 = 1 + (w h)^2 / 2, a damping ratio of -w h / 4 to first order. That is why
+bodies connected by taut ropes are computed by one kernel.
 
 Distributed: the same scene in one process, in two and with a process per node, as `heavylift run` runs it: all with the
-same digest.  Beside it what may be given up for speed: samples, and, where the scene has models of its own, that they
-answer at once (their delay is the lookahead of their ports).  Wall time is that between the start and the last answer,
-with the recording; processor time is that of all processes.
+same digest. Also with reductions for speed: fewer samples, and, if the scene has models of its own, delayed answers of
+them (the delay is the lookahead of their ports). Wall time is that between the start and the last answer, with the
+recording; processor time is that of all processes.
 """
 
 import tempfile
@@ -41,7 +41,7 @@ LATER_ns = 100_000_000  # that models of a user may answer late
 
 
 def hanging(scene: LoadedScene) -> "list[CoupledPair]":
-    """Pairs of bodies above and below each hook rope; raises SceneError if there is none to couple across."""
+    """Return pairs of bodies above and below each hook rope; raises SceneError if there is none to couple across."""
     plan, found = scene.plan, list[CoupledPair]()
     for machine in plan.machines:
         bodies, ropes = {b.name: b.mass for b in machine.system.bodies}, {r.name: r for r in machine.system.all_ropes}
@@ -60,7 +60,7 @@ def hanging(scene: LoadedScene) -> "list[CoupledPair]":
 
 
 def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadder:
-    """The measured scene with the cost of distribution."""
+    """Return the measured ladder with the cost of distribution added."""
     scene = chosen(scene)
     rows = distributed(scene)
     forces = [held(pair, h, rows[0].simulated_s) for pair in hanging(scene) for h in EXCHANGES]
@@ -68,7 +68,7 @@ def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadde
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
-    """Run a scene in this process and in several, with full and with reduced output; the last with a process per
+    """Run a scene in this process and in several, with full and with reduced output, the last one with a process per
     node."""
     plan, nodes = scene.plan, node_names(scene.plan)
     apart = Placement.apart(nodes)
@@ -90,7 +90,7 @@ def distributed(scene: LoadedScene) -> list[Distributed]:
 
 @dataclass(frozen=True)
 class CoupledPair:
-    """Two bodies [kg] on a rope [N/m]."""
+    """Two bodies (masses [kg]) connected by a rope (stiffness [N/m])."""
 
     name: str
     upper: float
@@ -99,12 +99,12 @@ class CoupledPair:
 
     @property
     def omega(self) -> float:
-        """Frequency of their relative motion [rad/s]."""
+        """Angular frequency of their relative motion [rad/s]."""
         return sqrt(self.stiffness * (1.0 / self.upper + 1.0 / self.lower))
 
 
 def held(pair: CoupledPair, h: float, lasts: float) -> Held:
-    """Measure a pair with forces held over h [s]; `lasts`: duration of the scene's run [s]."""
+    """Measure a pair with forces held over `h` [s]; `lasts`: duration of the scene's run [s]."""
     omega = pair.omega
     first, second = (
         _alone("upper", pair.upper, STRETCH * _part(pair)),
@@ -133,12 +133,12 @@ def held(pair: CoupledPair, h: float, lasts: float) -> Held:
 
 
 def _part(pair: CoupledPair) -> float:
-    """Share of the upper body in a stretch about the centre of mass."""
+    """Return the share of the upper body in an elongation about the common centre of mass."""
     return pair.lower / (pair.upper + pair.lower)
 
 
 def _alone(name: str, mass: float, x: float) -> Simulation:
-    """A solver of one body on a rail, under a force given from outside."""
+    """Return a solver of one body on a rail, under an external force."""
     pull = Load("pull", Point(name), force=(1.0, 0.0, 0.0), signal=InputSignal(0.0, driven=True))
     rail = Joint("rail", "prismatic", "world", name, axis=(1.0, 0.0, 0.0), q0=(x,))
     solver = Simulation(System((Body(name, mass),), (rail,), forces=(pull,), gravity=0.0))
@@ -161,6 +161,6 @@ def _run(scene: LoadedScene, output: Path, where: str, buys: str, at: Placement 
 
 
 def _processors() -> float:
-    """Processor time of this process and of those that have ended [s]."""
+    """Return the processor time of this process and of its ended children [s]."""
     spent = [getrusage(who) for who in (RUSAGE_SELF, RUSAGE_CHILDREN)]
     return sum(x.ru_utime + x.ru_stime for x in spent)

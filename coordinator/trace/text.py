@@ -1,11 +1,11 @@
-"""The trace of a run for people and, with the same numbers, as plain data.
+"""The trace of a run as text for people and, with the same numbers, as plain data.
 
-The trace of a run as Chrome trace-event JSON, which Perfetto (ui.perfetto.dev) and other viewers read.
+Also as Chrome trace-event JSON, which Perfetto (ui.perfetto.dev) and other viewers read.
 
 One track per node, grouped by process: slices `granted` and `held by X`; one track of the coordinator: from a DONE to
-the last GRANT that followed it.  Arrows lead from there to what was granted and back from its end; counters show how
-many nodes are granted and the simulation time reached.  Rules: "Trace Event Format" (Chromium), times in microseconds;
-arrows begin and end inside slices, the events stand in the order of time.
+the last GRANT that followed it. Arrows lead from there to the granted nodes and back from the end of a grant; counters
+show the number of granted nodes and the simulation time reached. Format: "Trace Event Format" (Chromium), times in
+microseconds; arrows begin and end inside slices, events are in the order of time.
 """
 
 from bisect import bisect_right
@@ -20,7 +20,7 @@ SHOWN = 8  # chains in the text
 
 
 def data(timeline: Timeline) -> dict[str, Any]:
-    """Seconds, counts and bytes of each node; chains of waiting; declared and observed lookaheads."""
+    """Return times [s], counts and bytes of each node; chains of waiting; declared and observed lookaheads."""
     wall = timeline.wall
     return {
         "wall_s": wall * 1e-9,
@@ -54,7 +54,7 @@ def _node(lane: Lane, wall: int) -> dict[str, Any]:
 
 
 def text(timeline: Timeline) -> str:
-    """Tables: nodes, the longest chains of waiting, ports with their lookahead."""
+    """Return tables: nodes, the longest chains of waiting, ports with their lookahead."""
     found = data(timeline)
     wall = found["wall_s"] or 1.0
     counts = ("grants", "inputs", "outputs")
@@ -104,7 +104,7 @@ Entry = dict[str, Any]
 
 
 def trace_events(timeline: Timeline) -> Entry:
-    """The whole trace as plain data."""
+    """Return the whole trace as trace events, as plain data."""
     processes = {name: i + 2 for i, name in enumerate(dict.fromkeys(x.process for x in timeline.lanes.values()))}
     found: list[Entry] = [_name("process_name", 1, 0, COORDINATOR), _name("thread_name", 1, 1, "decides and records")]
     found += [_name("process_name", pid, 0, name) for name, pid in processes.items()]
@@ -124,7 +124,7 @@ def trace_events(timeline: Timeline) -> Entry:
 
 
 def _decisions(timeline: Timeline) -> list[tuple[int, int]]:
-    """Intervals from each DONE to the last GRANT before the next DONE."""
+    """Return the intervals from each DONE to the last GRANT before the next DONE [ns]."""
     grants = [grant for lane in timeline.lanes.values() for grant in lane.grants]
     begins = sorted(grant.begin for grant in grants)
     dones = [0, *sorted(grant.end for grant in grants)]

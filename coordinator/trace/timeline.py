@@ -1,10 +1,10 @@
-"""The wall clock of a run, read from the protocol messages of its recording; all times in ns since the first GRANT.
+"""Working and waiting times of a run, read from the recorded protocol messages; all times in ns since the first GRANT.
 
-A node is *granted* from its GRANT to its DONE (its own work, and both messages' way); *held* while it has something to
-do and another node's next event keeps it from doing it; else *idle*.  `held` of a GRANT lists who began to hold the
-node back after how many DONEs of all nodes, so that nothing is timed while the run is decided.
+A node is *granted* from its GRANT to its DONE (its own work, and the transport of both messages); *held* while it has
+pending work but another node's next event blocks it; else *idle*. `held` of a GRANT lists which node began to block it
+after how many DONEs of all nodes, so that no clock is read when a run decides.
 
-Chains of waiting: a node is held by one that is held by a third, down to the one that all of them wait for.
+Chains of waiting: a node is blocked by one that is blocked by a third, down to the one that all of them wait for.
 """
 
 from bisect import bisect_left
@@ -26,7 +26,7 @@ COORDINATOR = "coordinator"  # the end of a chain in which no node is granted
 
 
 class GrantSpan(NamedTuple):
-    """From GRANT to DONE: inputs, outputs or offers, simulation time [ns]."""
+    """Span from GRANT to DONE [ns], with its number of inputs and outputs, and the simulation time [ns]."""
 
     begin: int
     end: int
@@ -75,7 +75,8 @@ class _Message(msgspec.Struct):
 
 
 class Timeline:
-    """Activity of each node of a recorded run over wall time; raises RecordingError if it was not recorded."""
+    """Activity of each node of a recorded run over wall time; raises RecordingError if the recording has no protocol
+    messages."""
 
     def __init__(self, path: str | Path) -> None:
         recording = Recording(path)
@@ -101,12 +102,12 @@ class Timeline:
 
     @property
     def wall(self) -> int:
-        """From the first GRANT to the last DONE [ns]."""
+        """Wall time from the first GRANT to the last DONE [ns]."""
         return max((grant.end for lane in self.lanes.values() for grant in lane.grants), default=0)
 
     @property
     def alone(self) -> int:
-        """Time without any granted node: the coordinator decided or recorded [ns]."""
+        """Wall time without any granted node, in which the coordinator decided or recorded [ns]."""
         free, reached = 0, 0
         for grant in sorted(grant for lane in self.lanes.values() for grant in lane.grants):
             free += max(0, grant.begin - reached)
@@ -136,13 +137,13 @@ class Timeline:
                 lane.busy_s = summary.busy_s
 
     def holder(self, node: str, at: int) -> str | None:
-        """The node that blocks this node at a time; None if none does."""
+        """Return the node that blocks this node at a time [ns]; None if none does."""
         held = self.lanes[node].held
         n = bisect_left(held, at, key=lambda span: span.end)
         return held[n].by if n < len(held) and held[n].begin <= at else None
 
     def granted(self, node: str, at: int) -> bool:
-        """Whether a node has a GRANT at this time."""
+        """Return whether a node has a GRANT at this time [ns]."""
         grants = self.lanes[node].grants
         n = bisect_left(grants, at, key=lambda span: span.end)
         return n < len(grants) and grants[n].begin <= at
@@ -155,17 +156,15 @@ def _messages(recording: Recording) -> Iterator[_Message]:
 
 
 class Chain(NamedTuple):
-    """A chain of waiting nodes, the last of which worked, and its total time [ns]."""
+    """A chain of waiting nodes, the last of which all others wait for, and its total time [ns]."""
 
     nodes: tuple[str, ...]
     ns: int
 
 
 def chains(timeline: Timeline) -> list[Chain]:
-    """All chains of the run, longest first; a node's waiting counts in the chain that it heads.
-
-    A chain ends at a node that is granted, or with the coordinator, which has the DONE that everybody waits for.
-    """
+    """Return all chains of the run, longest first; a node's waiting time counts in the chain that it heads. A chain
+    ends at a node that is granted, or with the coordinator, which has received the DONE that all wait for."""
     total: Counter[tuple[str, ...]] = Counter()
     cuts = sorted({cut for lane in timeline.lanes.values() for span in lane.grants for cut in span[:2]})
     for node, lane in timeline.lanes.items():

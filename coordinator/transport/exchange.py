@@ -1,9 +1,9 @@
-"""What the hubs of processes and of one process share: messages out and in, samples in, events for observers.
+"""Common part of the hubs for nodes in other processes and in this one: messages, samples, events for observers.
 
-One publisher and two readers per node, so that all that a node says is checked: complete, in order, of this run and of
-the present incarnation.  What an earlier incarnation still says is dropped, anything else raises a ProtocolError.
+One publisher and two readers per node check that all its messages are complete, in order, of this run and of the
+present incarnation. Messages of an earlier incarnation are dropped, anything else wrong raises a ProtocolError.
 
-The coordinator's end of a run whose nodes live in its own process; see `hub` for the contract.
+Also the coordinator's end of a run whose nodes live in its own process; see `hub` for the contract.
 """
 
 from collections import deque
@@ -22,7 +22,7 @@ from .session import local_session, new_run_id
 
 
 class Exchange:
-    """The coordinator's end of a session."""
+    """The coordinator's end of a session, common to both kinds of hubs."""
 
     def __init__(self, session: zenoh.Session, run: str, placement: Placement) -> None:
         block = zenoh.CongestionControl.BLOCK
@@ -53,15 +53,15 @@ class Exchange:
         self._publishers[node].put(self._writers[node].frame(payload))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Request a checkpoint from a node; it is received like any other message."""
+        """Request a checkpoint from a node; it arrives like any other message."""
         Exchange.send(self, node, request)
 
     def _arrived(self, sample: zenoh.Sample) -> None:
-        """A batch has arrived; called by a thread of the bus or of the sender."""
+        """Queue a batch of samples; called by a thread of the bus or of the sender."""
         self._batches.append(sample)
 
     def samples(self) -> list[tuple[str, bytes]]:
-        """All (node, batch) received since the last call, in order per node."""
+        """Return all (node, batch) received since the last call, in order per node."""
         if not self._batches:
             return []
         come = (self._batches.popleft() for _ in range(len(self._batches)))
@@ -71,15 +71,15 @@ class Exchange:
     def publish_event(
         self, path: str, port: str, payload: bytes, type: str = "", t_ns: int = 0, k: int = 0, index: int = 0
     ) -> None:
-        """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
+        """Publish a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
         self._shown_at("event", path, port).put(payload, f"application/msgpack;{type}", t_ns, k, index)
 
     def heard_data(self, topic: str) -> bool:
-        """Whether observers subscribe to data of a recording."""
+        """Return whether observers subscribe to this topic of sample data."""
         return self._shown_at("sample", topic).heard
 
     def publish_data(self, topic: str, payload: bytes, schema: str = "", t_ns: int = 0) -> None:
-        """Show data of a recording to observers (key sample/<topic>); a slow one misses some."""
+        """Publish data of a topic to observers (key sample/<topic>); a slow one misses some."""
         self._shown_at("sample", topic).put(payload, f"application/protobuf;{schema}", t_ns)
 
     def _shown_at(self, *chunks: str) -> "_Shown":
@@ -90,7 +90,7 @@ class Exchange:
     def _open(
         self, at: str, sample: zenoh.Sample, readers: Mapping[str, tuple[str, FrameReader]]
     ) -> tuple[str, bytes] | None:
-        """Node and payload of a message on the key `at`; None for a message of an earlier incarnation."""
+        """Return node and payload of a message on the key `at`; None for a message of an earlier incarnation."""
         if at not in readers:
             raise ProtocolError(
                 f"run {self.run}: a message arrived on {at}, but this run has no such node "
@@ -127,10 +127,10 @@ class Exchange:
 
 
 class _Shown:
-    """Publisher of one observer key; skips keys without subscribers, as publishing costs as much as all else of an
-    event.
+    """Publisher of one key for observers; sends nothing without subscribers, as publishing costs as much as the rest of
+    an event.
 
-    Its encoding names the schema behind a semicolon, and a JSON object is attached: {"t_ns", "k", "index", "s"}.
+    Its encoding names the schema after a semicolon, and a JSON object is attached: {"t_ns", "k", "index", "s"}.
     """
 
     def __init__(self, session: zenoh.Session, at: str) -> None:
@@ -154,8 +154,8 @@ class _Shown:
 class LocalHub(Exchange):
     """Connects the coordinator with nodes in this process: one thread, one session, no network end point.
 
-    Each message is put through Zenoh and enqueued by a synchronous callback; `receive` is the one loop that
-    hands the queued messages to the nodes' handlers, in the order in which they were sent, until one speaks.
+    Each message is sent through Zenoh and queued by a synchronous callback; `receive` passes the queued messages to the
+    nodes' handlers, in the order in which they were sent, until a node answers.
     """
 
     def __init__(self, models: Iterable[str]) -> None:
@@ -169,18 +169,19 @@ class LocalHub(Exchange):
         """Called when a node has sampled, in the middle of its work."""
 
     def link(self, node: str) -> LocalLink:
-        """The node's end; made on the first call."""
+        """Return the node's end of the connection, created on the first call."""
         if node not in self._links:
             self._links[node] = LocalLink(self._session, self.run, node, self._ready, lambda: self.sampled())
         return self._links[node]
 
     def send(self, node: str, payload: bytes) -> None:
-        """Send a protocol message to a node, which has it when this returns."""
+        """Send a protocol message to a node; it is in the node's queue when this returns."""
         with whole():
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """The next (node, message); runs nodes until there is one; None if none can come in time."""
+        """Return the next (node, message), after running nodes until one answers; None if no answer can come in
+        time."""
         while not self._inbox:
             if self._ready:
                 self._links[self._ready.popleft()].dispatch()

@@ -66,7 +66,7 @@ class Writer:
         self._next = 0
 
     def frame(self, payload: bytes) -> bytes:
-        """The next message: header and payload in one piece."""
+        """Return the next message: header and payload in one piece."""
         head = self._next.to_bytes(8, "little") + self._identity
         self._next += 1
         return crc32(payload, crc32(head)).to_bytes(4, "little") + head + payload
@@ -81,7 +81,7 @@ class FrameReader:
         self._next = 0
 
     def open(self, data: bytes) -> bytes:
-        """The payload of the next message."""
+        """Return the payload of the next message."""
         head = self._next.to_bytes(8, "little") + self._identity
         payload = data[4 + len(head) :]
         if not data.startswith(head, 4) or crc32(payload, crc32(head)) != int.from_bytes(data[:4], "little"):
@@ -90,7 +90,7 @@ class FrameReader:
         return payload
 
     def outdated(self, data: bytes) -> bool:
-        """Whether a refused message is an undamaged one of an earlier incarnation."""
+        """Return whether a refused message is an undamaged one of an earlier incarnation."""
         at, end = _START.size + len(MAGIC) + 1, _START.size + len(self._identity)  # of the epoch; of the identity
         if len(data) < end or crc32(data[4:]) != int.from_bytes(data[:4], "little"):
             return False
@@ -98,7 +98,7 @@ class FrameReader:
         return same == self._identity and data[at] < self.epoch
 
     def _refusal(self, data: bytes) -> ProtocolError:
-        """The error for a frame that is not the next one of its node, topic, epoch and run."""
+        """Return the error for a frame that is not the next one of its node, topic, epoch and run."""
         where = f"node {self.node}, message {self._next} on '{self.topic.name.lower()}'"
         magic = data[_START.size : _START.size + 4]
         if magic.startswith(b"HLF") and magic != MAGIC:
@@ -145,12 +145,12 @@ RESERVED = ("coordinator", "event", "sample", "control", OBSERVER, OPERATOR, AFA
 
 
 def key(run: str, *chunks: str) -> str:
-    """The key of a topic of a run: `key(run, "in", "yard-a", "west")`."""
+    """Return the key of a topic of a run: `key(run, "in", "yard-a", "west")`."""
     return "/".join(("heavylift", run, *chunks))
 
 
 def check_names(names: Iterable[str], kind: str) -> tuple[str, ...]:
-    """Check names of nodes or processes: valid in a key and distinct."""
+    """Check that names of nodes or processes are valid in a key and distinct, and return them; raises ProtocolError."""
     checked = tuple(names)
     for name in checked:
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in RESERVED:
@@ -168,10 +168,8 @@ SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (10
 
 
 class RunDirectory:
-    """A directory of mode 0700 for one run: socket, guests' passwords, output of nodes.
-
-    It is locked while its coordinator lives; what a killed one could not remove goes when the next run begins.
-    """
+    """A directory of mode 0700 for one run: socket, passwords, output of nodes. It is locked while its coordinator
+    lives; the directory of a killed run is removed when the next run begins."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -181,7 +179,7 @@ class RunDirectory:
 
     @classmethod
     def chosen(cls) -> Self:
-        """A new unique path; `make` creates the directory."""
+        """Choose a new unique path; `make` creates the directory."""
         for place in places():
             path = Path(place) / f"{PREFIX}{secrets.token_hex(4)}"
             if len(os.fsencode(path / "hub.sock")) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):
@@ -192,7 +190,7 @@ class RunDirectory:
         )
 
     def make(self) -> Self:
-        """Make the directory."""
+        """Create and lock the directory."""
         _sweep(self.path.parent)
         try:
             made = self.path.with_name(f".{self.path.name}")  # nobody sweeps it before it is locked
@@ -214,7 +212,7 @@ class RunDirectory:
         return path
 
     def log(self, node: str) -> Path:
-        """Path of the file for a node's standard output and error."""
+        """Return the path of the file for a node's standard output and error."""
         return self.path / f"{node}.log"
 
     def remove(self) -> None:
@@ -231,7 +229,7 @@ def _remove(path: Path, maker: int) -> None:
 
 
 def _sweep(place: Path) -> None:
-    """Remove directories of killed runs of this user."""
+    """Remove directories of this user's killed runs."""
     for left in place.glob(f"{PREFIX}{'[0-9a-f]' * 8}"):
         try:
             lock = os.open(left, os.O_RDONLY | os.O_NOFOLLOW | os.O_DIRECTORY | os.O_CLOEXEC)
@@ -247,5 +245,5 @@ def _sweep(place: Path) -> None:
 
 
 def places() -> list[str]:
-    """Folders for run directories, preferred one first."""
+    """Return the folders for run directories, preferred one first."""
     return list(dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", "/tmp"), "/tmp")))

@@ -1,10 +1,10 @@
-"""The coordinator's end of a run with nodes in processes of their own; `exchange` has that for nodes in this one.
+"""The coordinator's end of a run whose nodes are in other processes; for nodes in this process see `exchange`.
 
-Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a
-ProtocolError. `samples` holds all batches that a node sent before the message that `receive` has given last.
-A process that is lost before `dismiss` makes `receive` raise, after all that it had said before its end; a hub
-that knows better replaces it (failover.py). What an earlier incarnation of a process still says is dropped.
-A watching thread wakes `receive` with a message to ourselves (liveness.py).
+Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a ProtocolError.
+`samples` returns all batches that a node sent before the message that `receive` has returned last. If a process is lost
+before `dismiss`, `receive` raises, after all messages that it had sent; a subclass replaces it instead (failover.py).
+Messages of an earlier incarnation of a process are dropped. A monitoring thread wakes `receive` with a message to the
+hub itself (liveness.py).
 """
 
 import time
@@ -34,7 +34,8 @@ LEAVE_s = 2.0  # in which processes that somebody else has started leave a run t
 
 
 class RemoteGate(Protocol):
-    """Lets processes of other hosts join; `hosts`: remote process -> the host from which it has joined."""
+    """Interface that lets processes of other hosts join; `hosts`: remote process -> the host from which it has
+    joined."""
 
     hosts: dict[str, str]
 
@@ -42,7 +43,7 @@ class RemoteGate(Protocol):
 
 
 class RemoteAddress(ListenAddress, Protocol):
-    """The door of a run for processes of other hosts, with whoever asks there who they are."""
+    """Interface of a listener for processes of other hosts, with the gate that decides which may join."""
 
     @property
     def seen_from_afar(self) -> str: ...
@@ -58,7 +59,7 @@ class Hub(Exchange):
         listener: RemoteAddress | None = None,
         directory: RunDirectory | None = None,
     ) -> None:
-        """`nodes`: names, one process each, or a placement; `directory`: that of the run."""
+        """`nodes`: names, one process each, or a placement; `directory`: the private directory of the run."""
         placement = nodes if isinstance(nodes, Placement) else Placement.apart(check_names(nodes, "node"))
         check_names(placement.models, "node")
         processes = check_names(placement.processes, "process")
@@ -89,7 +90,7 @@ class Hub(Exchange):
         self._liveness.start()
 
     def _arrived(self, sample: zenoh.Sample) -> None:
-        """Queue a batch; senders wait while many are queued, to bound memory."""
+        """Queue a batch of samples; senders wait while many are queued, to bound memory."""
         super()._arrived(sample)
         if self.eager:
             self._liveness.hurry()
@@ -98,35 +99,36 @@ class Hub(Exchange):
             time.sleep(0.001)
 
     def ticket(self, process: str) -> Ticket:
-        """What this process needs to join."""
+        """Return the ticket by which a process joins."""
         nodes, epoch = self.placement.hosted[process], self.epoch(process)
         return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Admit processes of other hosts to a run of the scene with this fingerprint; `say` reports how, and which
-        joined."""
+        """Admit processes of other hosts to a run of the scene with this fingerprint; `say` reports how to start them,
+        and which have joined."""
         if self._listener is not None:
             self._gate = self._listener.gate(self, self._session, scene, say)
             for process in sorted(self.placement.remote):
                 say(f"waiting for process {process}; {self.invitation(process)}")
 
     def invitation(self, process: str) -> str:
-        """The ticket for a process of another host."""
+        """Return the sentence by which a user starts a process on another host."""
         assert self._listener is not None, "there is no other way for a remote process"
         at = f"--connect {self._listener.seen_from_afar} --certificates DIRECTORY --run {self.run}"
         return f"on its host type: heavylift node {process} {at}"
 
     def present(self, process: str) -> bool:
-        """Whether a process is connected."""
+        """Return whether a process is connected."""
         return any(matched(self._publishers[node]) for node in self.placement.hosted[process])
 
     def send(self, node: str, payload: bytes) -> None:
-        """Send a protocol message to a node; the first one waits until the node listens, unless it is lost by then."""
+        """Send a protocol message to a node; the first one waits until the node listens, unless its process is lost
+        meanwhile."""
         if node in self._met or self._meet(node):
             super().send(node, payload)
 
     def _meet(self, node: str) -> bool:
-        """Whether a process is connected, after waiting: its token comes after its subscriber; False if it is lost."""
+        """Wait until a process is connected (its token arrives after its subscription); returns False if it is lost."""
         process = self.placement.process_of[node]
         patience = REMOTE_s if process in self.placement.remote else JOIN_s
         deadline = time.monotonic() + patience
@@ -142,7 +144,7 @@ class Hub(Exchange):
         return True
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
+        """Return the next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
         self._liveness.deadline = deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             sample = self._inbox.try_recv()
@@ -158,11 +160,11 @@ class Hub(Exchange):
                 return got
 
     def epoch(self, process: str) -> int:
-        """The present incarnation of a process."""
+        """Return the number of the present incarnation of a process."""
         return self._liveness.epochs[process]
 
     def joined(self, process: str) -> bool:
-        """Whether the present incarnation of a process has joined."""
+        """Return whether the present incarnation of a process has joined."""
         return process in self._liveness.joined
 
     def renew(self, process: str) -> None:
@@ -181,13 +183,13 @@ class Hub(Exchange):
             )
 
     def ask(self, process: str) -> bytes | None:
-        """Ask whether a process is alive; None without an answer."""
+        """Query whether a process is alive; returns its encoded answer, None without one."""
         at = key(self.run, "ask", process, str(self.epoch(process)))
         replies = self._session.get(at, FifoChannel(4), timeout=ANSWER_s)
         return next((reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None), None)
 
     def _hear(self) -> None:
-        """Take note of processes that have joined or are lost."""
+        """Handle reports of processes that have joined or are lost."""
         news = self._liveness.news
         if self._liveness.failure is not None:
             raise self._liveness.failure
@@ -203,24 +205,24 @@ class Hub(Exchange):
                 self.on_join(process)
 
     def on_join(self, process: str) -> None:
-        """Called when a process has joined."""
+        """Hook for subclasses: a process has joined."""
 
     def on_loss(self, process: str, how: str) -> None:
-        """A process is lost; raises ProtocolError if the run cannot continue."""
+        """Handle the loss of a process; raises ProtocolError, as the run cannot continue here."""
         raise self.gone(process, how)
 
     def gone(self, process: str, how: str) -> ProtocolError:
-        """The sentence about a lost process."""
+        """Return the error for a lost process."""
         return ProtocolError(f"{self.loss(process, 'gone')}: {how}; start the run again")
 
     def loss(self, process: str, what: str) -> str:
-        """Beginning of a sentence: the nodes that were lost or replaced, and when."""
+        """Return the beginning of a sentence: the nodes that were lost or replaced, and when."""
         host = self._gate.hosts.get(process, "") if self._gate else ""
         at = self.when()
         return f"{self.placement.described(process, host)} {what}{' at ' + at if at else ''}"
 
     def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
-        """Hand the queries on a topic of the run to `answer`, which a thread of the bus calls."""
+        """Answer the queries on a topic of the run by `answer`, which a thread of the bus calls."""
 
         def heard(query: zenoh.Query) -> None:
             self._served = True
@@ -230,11 +232,12 @@ class Hub(Exchange):
         self._queryable = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """`deaths` reports ended processes; called by the watching thread."""
+        """Monitor the run's processes by `deaths`, which returns how each ended one has ended; the monitoring thread
+        calls it."""
         self._liveness.supervise(deaths)
 
     def notice(self) -> None:
-        """Make the watching thread check at once."""
+        """Make the monitoring thread check at once."""
         self._liveness.notice()
 
     def excuse(self, process: str) -> None:
@@ -267,7 +270,7 @@ class Hub(Exchange):
         self.directory.remove()
 
     def _drain(self) -> None:
-        """Receive and drop remaining messages: a full inbox would block the session and its end."""
+        """Receive and discard remaining messages, as a full inbox would block the end of the session."""
         with suppress(zenoh.ZError):  # the session has ended
             while True:
                 self._inbox.recv()

@@ -1,8 +1,8 @@
 """The nodes' end of a run: `NodeLink` in a process of their own, `LocalLink` in the coordinator's process.
 
-Contract of both: `send` never loses a message and `receive` gives the coordinator's messages in their order,
-each checked (frame.py). What was sent by `sample` before a `send` is at the coordinator when that `send` has
-arrived: both travel in one session, at one priority, in one order. A `NodeLink` serves all nodes of its process.
+Contract of both: `send` never loses a message, and `receive` returns the coordinator's messages in order, each checked
+(frame.py). When a message of `send` arrives at the coordinator, all batches sent before by `sample` have arrived: both
+travel in one session, at one priority, in one order. A `NodeLink` serves all nodes of its process.
 """
 
 import time
@@ -27,13 +27,13 @@ LOCAL = "local"  # in place of a process's name: the coordinator's own
 
 
 def matched(publisher: zenoh.Publisher) -> bool:
-    """Whether a subscriber is connected."""
+    """Return whether a subscriber is connected."""
     status: Any = publisher.matching_status  # declared as bool in zenoh's type hints
     return bool(status.matching)
 
 
 class _Sender:
-    """The two topics that a node writes to."""
+    """The two topics on which a node sends: messages and samples."""
 
     def __init__(self, session: zenoh.Session, run: str, process: str, node: str, epoch: int) -> None:
         block = zenoh.CongestionControl.BLOCK
@@ -62,7 +62,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
     """A process's connection to its coordinator; joins the run with all nodes of the ticket."""
 
     def __init__(self, ticket: Ticket, session: zenoh.Session | None = None) -> None:
-        """`session`: the one that brought the ticket; without it, connect as the ticket states."""
+        """`session`: the session that brought the ticket; without it, connect as the ticket states."""
         self.run, self.process = ticket.run, ticket.process
         self.nodes = ticket.nodes
         """Node -> its models."""
@@ -117,10 +117,8 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         return sender.node, sender.open(sample.payload.to_bytes())
 
     def close(self) -> None:
-        """Leave the run after all messages have arrived; closing earlier would lose them.
-
-        The coordinator's session answers a query in the order of arrival, so its answer tells.
-        """
+        """Leave the run after all messages have arrived, as closing earlier would lose them. The coordinator's session
+        handles queries in the order of arrival, so its answer shows that everything has arrived."""
         if not self._session.is_closed():
             block = zenoh.CongestionControl.BLOCK
             at = key(self.run, "leave", self.process)
@@ -134,7 +132,8 @@ class NodeLink(AbstractContextManager["NodeLink"]):
 class LocalLink(_Sender):
     """A node's connection to a LocalHub over the same session; `serve` passes its messages to a function.
 
-    What is put is received in the middle of the put, by callbacks in which foreign code loses what a signal raises.
+    Messages are received by callbacks during the sender's put; exceptions of signals would be lost in this foreign
+    code, so signals are deferred.
     """
 
     def __init__(
@@ -152,7 +151,7 @@ class LocalLink(_Sender):
             super().send(payload)
 
     def sample(self, payload: bytes) -> None:
-        """Send a batch of samples to the coordinator, which takes it at once, in the middle of the work."""
+        """Send a batch of samples to the coordinator, which handles it at once, within the node's step."""
         with whole():
             super().sample(payload)
         self._sampled()
@@ -162,18 +161,18 @@ class LocalLink(_Sender):
         self._ready.append(self.node)
 
     def serve(self, handler: Callable[[bytes], None]) -> None:
-        """Let the hub's `receive` call `handler` with each message; its exceptions propagate to the caller."""
+        """Set the handler that the hub's `receive` calls with each message; its exceptions propagate to the caller."""
         self._handler = handler
 
     def dispatch(self) -> bool:
-        """Pass one pending message to the handler; False if there is none."""
+        """Pass one pending message to the handler; returns False if there is none."""
         if self._handler is None or not self._pending:
             return False
         self._handler(self.receive())
         return True
 
     def receive(self) -> bytes:
-        """The coordinator's next message."""
+        """Return the coordinator's next message; raises ProtocolError if there is none."""
         if not self._pending:
             raise ProtocolError(
                 f"node {self.node} waits for a message that nobody in this process has sent, send it before receiving"

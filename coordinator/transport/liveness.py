@@ -1,9 +1,9 @@
-"""The watching thread of a hub: which processes have joined, which are lost, and when a deadline has passed.
+"""The monitoring thread of a hub: which processes have joined, which are lost, and when a deadline has passed.
 
-Zenoh's `recv` has no timeout, so this thread wakes it (20 looks a second: timeouts are rounded up to the next 0.05 s).
-What it finds it leaves as news for the thread that receives.  A process is lost when the system says that it has ended,
-or when its connection has ended and no reason comes within GRACE_s; before that all that it had said is here.
-Each incarnation of a process has its own liveliness token, alive/<process>/<epoch>: those of older ones say nothing.
+Zenoh's `recv` has no timeout, so this thread wakes it (20 checks a second: timeouts are rounded up to the next 0.05 s).
+Its findings are queued as news for the receiving thread. A process is lost when the system reports its end, or when its
+connection has ended and no reason is reported within GRACE_s; all its messages have arrived by then. Each incarnation
+of a process has its own liveness token, alive/<process>/<epoch>; tokens of older ones are ignored.
 """
 
 import queue
@@ -23,7 +23,7 @@ GRACE_s = 0.3  # how long a lost connection waits for the reason of its process'
 
 
 class News(NamedTuple):
-    """An incarnation of a process has joined (`lost` is None), or how it was lost."""
+    """Report that an incarnation of a process has joined (`lost` is None), or how it was lost."""
 
     process: str
     epoch: int
@@ -31,7 +31,8 @@ class News(NamedTuple):
 
 
 class LivenessMonitor:
-    """`wake` interrupts the receiving thread; `connected` tells whether a process still listens."""
+    """Monitor of the processes of a run; `wake` interrupts the receiving thread; `connected` returns whether a process
+    is still connected."""
 
     def __init__(self, processes: Iterable[str], wake: Callable[[], None], connected: Callable[[str], bool]) -> None:
         self.epochs = dict.fromkeys(processes, FIRST_EPOCH)
@@ -57,13 +58,13 @@ class LivenessMonitor:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop watching."""
+        """Stop monitoring."""
         self._closed.set()
         self.notice()
         self._thread.join(timeout=1.0)
 
     def token(self, sample: zenoh.Sample) -> None:
-        """A liveness token has appeared or gone; called by Zenoh."""
+        """Handle a liveness token that has appeared or gone; called by Zenoh."""
         process, epoch = str(sample.key_expr).split("/")[-2:]
         present = self.epochs.get(process)
         if present is None or epoch != str(present):
@@ -76,7 +77,7 @@ class LivenessMonitor:
             self.notice()
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """`deaths` reports ended processes."""
+        """Set `deaths`, which returns how each ended process has ended."""
         self._deaths = deaths
 
     def notice(self) -> None:
@@ -84,7 +85,7 @@ class LivenessMonitor:
         self._bell.put(None)
 
     def hurry(self) -> None:
-        """Wake the receiving thread now, if it may be woken."""
+        """Wake the receiving thread now, if it waits with a deadline."""
         if self.deadline is not None:
             self.deadline = time.monotonic()
             self.notice()
@@ -94,11 +95,11 @@ class LivenessMonitor:
         self._excused.update(processes)
 
     def lost(self, process: str) -> bool:
-        """Whether the present incarnation of a process is lost or may have left."""
+        """Return whether the present incarnation of a process is lost or may have left."""
         return process in self._excused or (process, self.epochs[process]) in self._reported
 
     def renew(self, process: str) -> None:
-        """The next incarnation of a process becomes the present one."""
+        """Make the next incarnation of a process the present one."""
         if self.epochs[process] == LAST_EPOCH:
             raise ProtocolError(
                 f"process {process} was replaced {LAST_EPOCH} times, the machine is not fit for this run"

@@ -1,14 +1,14 @@
-"""Which process hosts which models: one process per model, unless the scene or the command line says otherwise.
+"""Placement of models in processes: one process per model, unless the scene or the command line says otherwise.
 
-A placement is a function of the scene and the command line alone, and it changes no byte of a run's digest. Models
-that share a process are one node of the protocol there, called like the first of them; the kernel is always its own.
+A placement depends on the scene and the command line alone, and does not change the digest of a run. Models that share
+a process are one node of the protocol, named after the first of them; the kernel is always a node of its own.
 
     placement:                       a scene's key: process -> its nodes; all others get a process of their own
       yard-a: [west, block]
-    --place "west,block=yard-a"      the same on the command line, laid over the scene's
-    --remote yard-a                  somebody starts this process on another host
-    --external yard-a                somebody starts a program of another kind in its place
-    --processes 4                    models in their order over four processes; the kernel has one to itself
+    --place "west,block=yard-a"      the same on the command line, overrides the scene
+    --remote yard-a                  this process is started on another host by a user
+    --external yard-a                an external program, started by a user, takes its place
+    --processes 4                    models in their order over four processes; the kernel has one of its own
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,7 +23,7 @@ MANY = 128  # processes; of more, `check` suggests fewer
 
 @dataclass(frozen=True)
 class Placement:
-    """Process -> the models that it runs, in the order of starting."""
+    """Assignment of models to processes: process -> its models, in the order of starting."""
 
     processes: Mapping[str, tuple[str, ...]]
     remote: frozenset[str] = frozenset()
@@ -33,7 +33,7 @@ class Placement:
 
     @classmethod
     def apart(cls, models: Iterable[str]) -> "Placement":
-        """A process for each model, of the same name."""
+        """Return a placement with a process for each model, of the same name."""
         return cls({model: (model,) for model in models})
 
     @classmethod
@@ -50,7 +50,7 @@ class Placement:
 
     @classmethod
     def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> "Placement":
-        """`hosts`: model -> process; other models have a process of their own name."""
+        """Return a placement by `hosts`: model -> process; other models have a process of their own name."""
         found: dict[str, tuple[str, ...]] = {}
         for model in models:
             process = hosts.get(model, model)
@@ -64,14 +64,14 @@ class Placement:
 
     @property
     def crowd(self) -> str:
-        """What `check` suggests for very many processes; "" for fewer."""
+        """Suggestion of `check` for a scene with very many processes; "" for fewer."""
         if (count := len(self.processes)) <= MANY:
             return ""
         return f"a run starts {count} processes: `--processes auto` takes as many as pay, `--processes 4` four"
 
     @property
     def awaited(self) -> frozenset[str]:
-        """Processes that are not started by the coordinator."""
+        """Processes that the coordinator does not start."""
         return self.remote | self.external
 
     @cached_property
@@ -90,7 +90,8 @@ class Placement:
         return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
     def described(self, process: str, host: str = "") -> str:
-        """Subject of a sentence about all nodes of a process: "node west is", or "nodes a, b (process yard) are"."""
+        """Return the subject of a sentence about all nodes of a process: "node west is", or "nodes a, b (process yard)
+        are"."""
         nodes, at = self.processes[process], f" on host {host}" if host else ""
         if nodes == (process,):
             return f"node {process}{at} is"
@@ -99,7 +100,7 @@ class Placement:
 
 
 def nodes_of(models: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """The nodes that models of one process are."""
+    """Return the nodes formed by the models of one process, each with its models."""
     together = tuple(model for model in models if model != KERNEL)
     found = {together[0]: together} if together else {}
     return {**found, KERNEL: (KERNEL,)} if KERNEL in models else found
@@ -113,10 +114,10 @@ def place(
     remote: Iterable[str] = (),
     external: Iterable[str] = (),
 ) -> Placement:
-    """The placement of a run: a number of processes, or the scene's placement overridden by `--place`.
+    """Return the placement of a run: a number of processes, or the scene's placement overridden by `--place`.
 
-    `remote`: processes, or nodes that are alone in theirs, that somebody starts on another host; `external`: those in
-    whose place somebody starts a program of another kind.
+    `remote`: processes, or nodes that are alone in theirs, that users start on another host; `external`: processes
+    whose place external programs take, started by users.
     """
     placement = Placement(_place(nodes, scene, given, count).processes, frozenset(remote), frozenset(external))
     for option, processes in (("--remote", placement.remote), ("--external", placement.external)):

@@ -1,15 +1,14 @@
 """The Zenoh sessions of a run.
 
-The coordinator's session is the hub: it listens on one unix socket in a directory that only the user may
-enter (mode 0700) and on nothing else; no scouting, no gossip, no admin space. Every process is a client of that
-socket with its own password, and the hub's access control lets it write only to its own keys. `BLOCK`
-publishers never drop; `wait_before_close` and the lease are long, because Zenoh's defaults lose messages
-silently when a reader is slow.
+The coordinator's session is the hub: it listens on one unix socket in a directory that only the user may enter (mode
+0700) and on nothing else; no scouting, no gossip, no admin space. Every process is a client of that socket with its own
+password, and the hub's access control lets it write only to its own keys. `BLOCK` publishers never drop;
+`wait_before_close` and the lease are long, because Zenoh's defaults lose messages silently when a reader is slow.
 
-Who may do what on a run's bus: the access control of the coordinator's session.
+Also the access control of the coordinator's session.
 
-What is not allowed here is denied, in silence on the side of the one who tried.  Passwords and certificates tell who
-somebody is; the messages are those of Zenoh, the flows are seen from the coordinator.
+Everything that is not explicitly allowed is denied, without notice to the sender. Clients are identified by passwords
+and certificates; message types are those of Zenoh, directions (ingress, egress) are seen from the coordinator.
 """
 
 import json
@@ -29,11 +28,11 @@ from .frame import AFAR, HUB, JOIN, OBSERVER, OPERATOR, WIRE, RunDirectory, key
 
 
 def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:
-    """Access rules: each process writes and receives the keys of its nodes; observers receive events; all else is
-    denied.
+    """Return the access rules: each process writes and receives the keys of its nodes; observers receive events;
+    everything else is denied.
 
-    A process of this host is known by its password, one of another host by the name in its certificate; whoever
-    has a certificate of the yard may ask whether it may join, and join under the name in it.
+    A process on this host is identified by its password, one on another host by the name in its certificate; any holder
+    of a certificate of the yard may ask whether it may join, and join under the name in it.
     """
 
     def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
@@ -86,7 +85,8 @@ RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover
 
 
 class ListenAddress(Protocol):
-    """Listener address for other hosts (`hosts.door.Door`): an address, and Zenoh's settings of both sides."""
+    """Interface of the listener for other hosts (`hosts.listener`): its address, and Zenoh's settings for both
+    sides."""
 
     @property
     def endpoint(self) -> str: ...
@@ -106,12 +106,13 @@ class Ticket(msgspec.Struct, frozen=True):
     wire: int = WIRE
 
     def to_text(self) -> str:
-        """What `take` reads."""
+        """Return the ticket as text, which `take` reads."""
         return msgspec.json.encode(self).decode()
 
     @classmethod
     def take(cls) -> "Ticket":
-        """Read the ticket of this process, once, and empty standard input."""
+        """Read the ticket of this process from standard input and replace that by /dev/null; raises ProtocolError
+        without one."""
         try:
             with open(0, "rb", closefd=False) as given:
                 ticket = msgspec.json.decode(b"" if given.isatty() else given.read(), type=cls)
@@ -124,12 +125,12 @@ class Ticket(msgspec.Struct, frozen=True):
 
 
 def new_run_id() -> str:
-    """A unique name of a run."""
+    """Return a unique name for a run."""
     return secrets.token_hex(8)
 
 
 def new_password() -> str:
-    """A password for one user of one run."""
+    """Return a password for one user of one run."""
     return secrets.token_urlsafe(24)
 
 
@@ -140,10 +141,8 @@ def hub_session(
     listener: ListenAddress | None = None,
     remote: Iterable[str] = (),
 ) -> zenoh.Session:
-    """The coordinator's session: listens on the run's socket for the users of `passwords` only.
-
-    At the `door`, if there is one, it lets in the `remote` processes, told by the names in their certificates.
-    """
+    """Open the coordinator's session: it listens on the run's socket for the users of `passwords` only. A `listener`
+    also admits the `remote` processes, identified by the names in their certificates."""
     known = {**passwords, AFAR: AFAR} if listener else passwords
     users = directory.write("users", "".join(f"{user}:{password}\n" for user, password in known.items()))
     for guest in passwords.keys() & {OBSERVER, OPERATOR}:
@@ -169,14 +168,14 @@ def hub_session(
 
 
 def node_session(ticket: Ticket) -> zenoh.Session:
-    """The session of a process of nodes: a client of the run's socket."""
+    """Open the session of a process with nodes, as a client of the run's socket."""
     config = _config("client", connect=[f"unixsock-stream/{ticket.socket}"])
     config["transport"]["auth"] = {"usrpwd": {"user": ticket.process, "password": ticket.password}}
     return _open(config, f"process {ticket.process} cannot join run {ticket.run} at {ticket.socket}")
 
 
 def remote_session(listener: ListenAddress) -> zenoh.Session:
-    """The session of a remote process, identified by its certificate."""
+    """Open the session of a remote process, identified by its certificate."""
     config = _config("client", connect=[listener.endpoint])
     config["transport"]["link"] |= {"protocols": ["tls"], "tls": listener.connecting()}
     config["transport"]["auth"] = {"usrpwd": {"user": AFAR, "password": AFAR}}
@@ -184,7 +183,7 @@ def remote_session(listener: ListenAddress) -> zenoh.Session:
 
 
 def observer_config(directory: Path, run: str) -> dict[str, object]:
-    """Zenoh settings for observers of the run in this directory, with the readable keys."""
+    """Return Zenoh settings for observers of the run in this directory, with the readable keys."""
     keys = [key(run, topic, "**") for topic in ("event", "sample")]
     return {
         "metadata": {"heavylift": {"run": run, "wire": WIRE, "keys": keys}},
@@ -198,15 +197,15 @@ def observer_config(directory: Path, run: str) -> dict[str, object]:
 
 
 def guest_session(directory: Path, user: str) -> zenoh.Session:
-    """A session of an observer (`OBSERVER`: committed events) or operator (`OPERATOR`: queries) of the run in this
-    directory."""
+    """Open the session of an observer (`OBSERVER`: committed events) or operator (`OPERATOR`: queries) of the run in
+    this directory."""
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
     config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text(encoding="utf-8")}}
     return _open(config, f"an {user} cannot join the run in {directory}")
 
 
 def local_session() -> zenoh.Session:
-    """A session without any end point: all nodes of a run live in this process."""
+    """Open a session without any end point, for a run with all nodes in this process."""
     config = _config("peer")
     config["transport"]["link"]["protocols"] = []
     return _open(config, "the run in this process cannot start")

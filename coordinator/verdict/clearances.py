@@ -1,8 +1,8 @@
-"""How near the parts of a lift came to one another: the smallest clearances with time and place, and what is too near.
+"""Smallest clearances between the parts of a lift, with time and place, and those below their limit.
 
-Things are what a planner names: the block, a beam, a portal, a rope.  Two of them are kept apart by the scene's limit
-or must only not go through each other (`nodes.plan.shapes`), as must what the scene orders to touch, while it does; at
-other times that must only not touch.
+Things are what a planner names: the block, a beam, a portal, a rope. A pair of things has the scene's clearance limit,
+or must only not penetrate (`nodes.plan.shapes`); a contact that the scene orders is allowed while the order lasts, and
+at other times must only not be touched.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """All clearances below their limit and, if they are fewer, the smallest ones; smallest first.
+    """Return all clearances below their limit and, if these are few, the smallest ones; smallest first.
 
-    `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known;
-    `meant`: what may touch when.
+    `landing`: intervals [s] of orders to land; `mechanics`: those of the plan, if they are known; `meant`: allowed
+    contacts with their times.
     """
     known, nearest = NearestSoFar(smallest, limit), dict[int, Clearance]()
     known_shapes = Shapes(plan)
@@ -83,7 +83,7 @@ def clearances(
 
 
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Check]:
-    """Clearances below their limit as findings, with the remedy for intended contact."""
+    """Return clearances below their limit as findings, with the remedy for intended contact."""
     shapes = Shapes(plan) if plan is not None else None
     missed = [shapes is not None and c.distance < -TOUCH and shapes.by_corners(c.a, c.b) for c in found]
     return [_finding(c, MISSED if m else "") for c, m in zip(found, missed, strict=True) if _red(c)]
@@ -94,7 +94,7 @@ def _red(c: Clearance) -> bool:
 
 
 def _the(thing: str) -> str:
-    """A thing with its article, unless it has a name."""
+    """Return a thing with its article, unless it has a name."""
     common = thing in ("block", GROUND, "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
     return f"the {thing}" if common else thing
 
@@ -112,8 +112,8 @@ def _finding(c: Clearance, more: str) -> Check:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Parts of a run without samples at the same instant, each with the range of samples to search; two more at either
-    end give accelerations."""
+    """Yield parts of a run without samples at the same instant, each with the range of samples to search; two more
+    samples at either end are for accelerations."""
     kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
     n = len(kept)
     for first in range(0, max(min(n, 1), n - 1), BLOCK):
@@ -124,7 +124,7 @@ def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
 
 
 def _split(t: Floats, between: tuple[int, int], meant: Meant) -> Iterator[tuple[tuple[int, int], frozenset[int]]]:
-    """Ranges of samples with a constant set of allowed contacts, one sample longer at both ends."""
+    """Yield ranges of samples with a constant set of allowed contacts, one sample longer at both ends."""
     first, last = between
     spans = [
         (int(np.searchsorted(t, a, "right")) - 1, int(np.searchsorted(t, b, "left")) if b < np.inf else last)
@@ -136,14 +136,14 @@ def _split(t: Floats, between: tuple[int, int], meant: Meant) -> Iterator[tuple[
 
 
 def _common(shapes: Shapes, history: History) -> Floats:
-    """(n, 2) the motion that most shapes share: that of the cranes along their rails."""
+    """Return the horizontal motion (n, 2) that most shapes share: that of the cranes along their rails."""
     mains = [history.poses[body][:, :2] for body in shapes.roots if body in history.poses]
     return np.mean(mains, axis=0) if mains else np.zeros((len(history.t), 2))
 
 
 class _Things:
-    """Two things by number with their limit [m]; `fastened`: a sling and its attachment, which deviate together between
-    samples; `rigid`: kept apart by a contact."""
+    """Numbered pairs of things, with the clearance limit [m] of each; `fastened`: a sling and its attachment, which
+    deviate together between samples; `rigid`: kept apart by a contact."""
 
     def __init__(self, shapes: Shapes, limit: float, meant: Meant) -> None:
         self._shapes, self._limit, self._meant = shapes, limit, meant
@@ -156,7 +156,8 @@ class _Things:
         self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Pairs of shapes that can meet, and the number of their things; `now`: allowed contacts."""
+        """Return the pairs of shapes that can meet, and the number of the pair of things of each; `now`: allowed
+        contacts."""
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
         alike = [self._kinds.setdefault(_alike(s), len(self._kinds)) for s in shapes]
@@ -175,7 +176,7 @@ class _Things:
         return pairs, groups
 
     def _number(self, a: Moving, b: Moving, now: frozenset[int]) -> int | None:
-        """Number of a pair of things; None for shapes that are not checked against each other."""
+        """Return the number of a pair of things; None for shapes that are not checked against each other."""
         if a.shape.thing == b.shape.thing or not (_moves(a) or _moves(b)):
             return None
         means = self._shapes.relation(a.shape, b.shape)
@@ -196,7 +197,7 @@ class _Things:
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
-        """Both things, the more mobile one first."""
+        """Return the names of both things, the more mobile one first."""
         one, two = sorted((a, b), key=self._order)
         return one.shape.thing, two.shape.thing
 
@@ -207,7 +208,7 @@ class _Things:
 
 
 def _alike(s: Moving) -> object:
-    """What equivalent shapes share: all of a strand, of a solid all but size and place."""
+    """Return a key that is equal for equivalent shapes: a strand itself; of a solid its thing, kind and body."""
     return s.shape if isinstance(s.shape, Strand) else (s.shape.thing, s.shape.kind, s.shape.body)
 
 
@@ -247,7 +248,7 @@ def _clearance(
 
 
 def _part(s: Moving, p: Floats, t: float) -> str:
-    """The nearest point of a shape in words."""
+    """Describe the point `p` of a shape at time `t` [s] in words."""
     if isinstance(s.shape, Solid) and s.shape.kind == "block":
         k = int(np.argmin(np.abs(s.t - t)))
         turn = s.turn[min(k, len(s.turn) - 1)]

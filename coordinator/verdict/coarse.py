@@ -1,8 +1,8 @@
-"""Where shapes are in long stretches of samples: boxes along the world's axes, and how far they go beyond them.
+"""Bounds of shapes over long intervals of samples: boxes along the world's axes, and how far the shapes leave them.
 
-All that takes a look at each sample is done once for a body: how far its origin and its turn leave their places at the
-middle of a stretch, and what both may stray between samples.  A point of the body goes no farther than the origin, and
-for each metre that it is away from it as much as a point at 1 m; a point of a rope no farther than the ends of that.
+All work per sample is done once for a body: the deviation of its origin and its rotation from the pose at the middle of
+an interval, and of both between samples. A point of the body moves no farther than the origin, plus per metre of its
+distance as much as a point at 1 m; a point of a rope no farther than the rope's ends.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ LONGEST = 64  # samples in a stretch
 
 
 class Coarse:
-    """Shapes over intervals from `starts` to `ends` (inclusive): at the middle `centre` and half edges `reach` of the
-    box (shapes, m, 3), motion of points against the common horizontal motion `moved` (shapes, m), and whether it is
-    `there`."""
+    """Bounds of shapes over intervals from `starts` to `ends` (inclusive): `centre` and half edges `reach` of the box
+    at the middle (shapes, m, 3), largest motion of points relative to the common horizontal motion `moved` (shapes, m),
+    and whether the shape is `there`."""
 
     def __init__(self, shapes: Sequence[Moving], common: Floats, between: tuple[int, int]) -> None:
-        """`common` (n, 2) [m]; `between`: the first and the last sample."""
+        """`common`: common horizontal motion (n, 2) [m]; `between`: the first and the last sample."""
         first, last = between
         self.starts: Indices = np.arange(first, max(first + 1, last), LONGEST)
         self.ends = np.minimum(self.starts + LONGEST, last)
@@ -58,8 +58,9 @@ class Coarse:
         return found
 
     def _ways(self, frame: BodyTrack, common: Floats) -> Floats:
-        """Bounds (7, m) in each interval [m]: motion of the origin and per metre from it, the same by accelerations, of
-        the quaternion, and by speeds."""
+        """Return bounds (7, m) in each interval [m]: motion of the origin, and per metre from it; deviation between
+        samples by accelerations, per metre from the origin, and of the quaternion; by speeds, and per metre from the
+        origin."""
         inside = slice(self.starts[0], self.ends[-1] + 1)
         counts = np.diff(self.starts, append=self.ends[-1] + 1)
         path = frame.p.copy(order="K")
@@ -76,7 +77,7 @@ class Coarse:
         return np.array([distance, spun, *(self._most(np.append(x, 0.0)[inside]) for x in strays)])
 
     def _most(self, x: Floats) -> Floats:
-        """Maximum (m,) in each interval without its last sample."""
+        """Return the maximum (m,) in each interval without its last sample."""
         found: Floats = np.maximum.reduceat(x, self.starts - self.starts[0])
         return found
 
@@ -88,6 +89,6 @@ class Coarse:
 
 
 def _repeated(x: Floats, counts: Indices) -> Floats:
-    """Rows of x (m, k) repeated `counts` times, column-contiguous."""
+    """Return rows of x (m, k) repeated `counts` times, column-contiguous."""
     found: Floats = np.repeat(np.ascontiguousarray(x.T), counts, axis=1).T
     return found

@@ -1,6 +1,5 @@
-"""What went otherwise than the action list means it: hooks run into their limit switches, orders that moved nothing,
-an end that cuts the lift, an operator who stops it, and what the kernel has to say of its numbers.
-"""
+"""Findings about the course of a run compared with its action list: hooks at their limit switches, orders that moved
+nothing, an end that cuts the lift, an operator's stop, and the kernel's notes on its accuracy."""
 
 from __future__ import annotations
 
@@ -27,8 +26,8 @@ FINISHED = "finished"
 
 @dataclass
 class Conduct:
-    """Record of a run: stages (time [s], action, name), orders not begun, end positions, overloads, operator's words,
-    end."""
+    """Record of a run's course: stages (time [s], action, name), orders not begun, end positions, overloads,
+    interlocks, an operator's commands, end."""
 
     stages: list[tuple[float, int, str]] = field(default_factory=list)
     skipped: list[tuple[float, int, str]] = field(default_factory=list)
@@ -64,7 +63,7 @@ class Conduct:
                 self.words.append((t, str(value["text"]), not value["action"]))
 
     def event(self, e: Event) -> None:
-        """An event during the run."""
+        """Add an event during the run."""
         if e.type in RECORDED:
             value = e.value
             self.hear(e.t, e.type, {name: getattr(value, name) for name in RECORDED[e.type]})
@@ -75,7 +74,7 @@ RECORDED = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
 
 
 def conduct_of(rec: Recording) -> Conduct:
-    """The same from a recording."""
+    """Read the record of a run's course from its recording."""
     found = Conduct(notes=rec.notes(), status=rec.result.get("status", "cut off"), reason=rec.result.get("reason", ""))
     for e in rec.events():
         if e.type in RECORDED and isinstance(e.value, dict):
@@ -88,7 +87,7 @@ def conduct_of(rec: Recording) -> Conduct:
 
 
 def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Check]:
-    """All findings about the conduct of a run, unordered."""
+    """Yield all findings about the course of a run, unordered."""
     lift = any(machine.cargo for machine in plan.machines)
     yield from _stops(plan, text)
     yield from _interlocks(plan, text)
@@ -109,7 +108,7 @@ def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Check]:
 
 
 def touching(plan: Plan, text: Conduct) -> list[tuple[frozenset[str], float, float]]:
-    """Contacts that a scene orders or allows, with their times."""
+    """Return the contacts that a scene orders or allows: names, begin and end [s]."""
     found = [(frozenset(x.names), -inf, inf) for x in plan.may_touch]
     for begin, end, actions in _stages(plan, text):
         touches = (touch for action in actions for touch in action.may_touch)
@@ -118,7 +117,7 @@ def touching(plan: Plan, text: Conduct) -> list[tuple[frozenset[str], float, flo
 
 
 def landing(plan: Plan, text: Conduct) -> list[tuple[float, float]]:
-    """Intervals [s] of orders to land."""
+    """Return the intervals [s] of orders to land."""
     return [
         (begin, end)
         for begin, end, actions in _stages(plan, text)
@@ -127,7 +126,7 @@ def landing(plan: Plan, text: Conduct) -> list[tuple[float, float]]:
 
 
 def _stages(plan: Plan, text: Conduct) -> Iterator[tuple[float, float, Sequence[Action]]]:
-    """Interval [s] of each stage with its actions, including unnamed ones that follow."""
+    """Yield the interval [s] of each stage with its actions, including the unnamed ones that follow."""
     firsts = [own.first for own in plan.lists] or [0]
     for first, after in (x for x in pairwise([*firsts, len(plan.actions)]) if x[0] < x[1]):
         begun = [(0.0, first), *((t, number) for t, number, _ in text.stages if first <= number < after)]
@@ -142,7 +141,7 @@ def _lands(until: Condition | None) -> bool:
 
 
 def _stops(plan: Plan, text: Conduct) -> Iterator[Check]:
-    """Two-blocked hooks and drives at their end stops; each once."""
+    """Yield findings for two-blocked hooks and drives at their end stops; each once."""
     hooks = [(machine.name, hook.rope) for machine in plan.machines for hook in machine.hooks]
     names = {rope: f"the hook {rope.removeprefix(f'{name}.')} of {name}" for name, rope in hooks}
     seen = set()
@@ -159,7 +158,7 @@ def _stops(plan: Plan, text: Conduct) -> Iterator[Check]:
 
 
 def _interlocks(plan: Plan, text: Conduct) -> Iterator[Check]:
-    """Interlocks that tripped or were bypassed; each once."""
+    """Yield findings for interlocks that tripped or were bypassed; each once."""
     known, seen = {x.name: x for x in plan.interlocks}, set()
     for t, name in text.bypassed:
         if name in known:
@@ -173,7 +172,7 @@ def _interlocks(plan: Plan, text: Conduct) -> Iterator[Check]:
 
 
 def _at_once(plan: Plan, text: Conduct) -> Iterator[Check]:
-    """Stages that ended as they began although they had moves."""
+    """Yield findings for stages that ended as soon as they began although they had moves."""
     found: dict[int, tuple[float, str]] = {}
     for t, number, _ in text.skipped:
         if number < len(plan.actions):
@@ -193,12 +192,12 @@ def _at_once(plan: Plan, text: Conduct) -> Iterator[Check]:
 
 
 def _moves(action: Action) -> bool:
-    """Whether the action has moves."""
+    """Return whether the action has moves."""
     return any(isinstance(order, Turn) or (isinstance(order, Move) and not order.trims) for order in action.orders)
 
 
 def _until(order: object) -> str:
-    """The condition in an order's `until`."""
+    """Return the text of the condition in an order's `until`; "" without one."""
     if not isinstance(order, Move) or order.until is None:
         return ""
     return order.until.text or type(order.until).__name__.lower()

@@ -1,10 +1,10 @@
-"""The distance of two shapes: bounds for many poses at once along a few directions, and the distance itself.
+"""Distance of two shapes: lower bounds for many poses at once along a few directions, and the exact distance.
 
-Shapes are rounded boxes, so along a unit vector n they are apart by |n d| - sum h_i |n a_i| - r of both (Gottschalk et
-al. 1996, OBBTree); the largest over any directions bounds the distance, penetrations too, which are negative.  Where
-boxes are apart, a pair of their nearest points has one on an edge, and the square of an edge's distance from a box is
-convex along it, with a slope that is piecewise linear.  Where they overlap, one of the normals of faces and across
-pairs of edges is the direction of the shortest way out.  All sums run in a stated order, so no bit depends on a
+Shapes are rounded boxes; their gap along a unit vector n is |n d| - sum h_i |n a_i| - r of both (Gottschalk et al.
+1996, OBBTree). The largest gap over any directions is a lower bound of the distance, also of penetrations, which are
+negative. If boxes are apart, a pair of their nearest points has one on an edge, and the square of an edge's distance
+from a box is convex along it, with a slope that is piecewise linear. If they overlap, the direction of the shortest
+separation is a normal of a face or across a pair of edges. All sums run in a stated order, so no bit depends on a
 processor.
 """
 
@@ -46,16 +46,17 @@ class Near(NamedTuple):
 
 
 def bounds(a: Placed, b: Placed) -> Floats:
-    """Lower bounds (m,) of the distances."""
+    """Return lower bounds (m,) of the distances."""
     found: Floats = _gaps(_directions(a, b), a, b).max(axis=0)
     return found
 
 
 def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
-    """Lower bounds (m,) of the gaps at the first and at the second poses, along directions that turn with the shapes.
+    """Return lower bounds (m,) of the gaps at the first and at the second poses, along directions that turn with the
+    shapes.
 
-    Seen from a shape that does not turn the gap along a fixed direction is concave in time while the other goes
-    straight, so it is least at an end; what turning adds is the caller's.
+    Seen from a shape that does not turn, the gap along a fixed direction is concave in time while the other shape moves
+    straight, so it is least at an end; the caller adds the effect of turning.
     """
     first = _directions(a[0], b[0])
     faces = [np.concatenate([_columns(x.R), _columns(y.R)], axis=1) for x, y in zip(a, b, strict=True)]
@@ -65,7 +66,8 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
-    """Lower bounds (m,) along one direction from a to b, fixed in the world, in the first or in the second shape."""
+    """Return lower bounds (m,) along one direction from a to b, fixed in the world, in the first or in the second
+    shape."""
     first, second = (
         np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
@@ -80,12 +82,12 @@ def _at_both(first: Floats, second: Floats, a: tuple[Placed, Placed], b: tuple[P
 
 
 def _columns(R: Floats) -> Floats:
-    """Rotation components (3, 3, m) in contiguous memory."""
+    """Return rotation components (3, 3, m) in contiguous memory."""
     return R.transpose(1, 2, 0)
 
 
 def _along(a: Floats, b: Floats) -> Floats:
-    """Products of vectors (3, ..., m)."""
+    """Return the scalar products of vectors (3, ..., m)."""
     found: Floats = a[0] * b[0]
     found += a[1] * b[1]
     found += a[2] * b[2]
@@ -93,12 +95,13 @@ def _along(a: Floats, b: Floats) -> Floats:
 
 
 def _middles(a: Placed, b: Placed) -> Floats:
-    """(3, m) from the middles of a to those of b."""
+    """Return the vectors (3, m) from the centres of a to those of b."""
     return np.subtract(b.centre.T, a.centre.T, order="C")
 
 
 def _directions(a: Placed, b: Placed) -> Floats:
-    """Candidate unit vectors (3, directions, m): face normals, centre line, and cross products; 0 if degenerate."""
+    """Return candidate unit vectors (3, directions, m): face normals, centre line, and cross products; 0 if
+    degenerate."""
     A, B, d = _columns(a.R), _columns(b.R), _middles(a, b)
     u, v = A[:, 2], B[:, 2]
     rows = [d, d - _along(d, u) * u, d - _along(d, v) * v, cross(u.T, v.T).T]
@@ -117,7 +120,7 @@ def _towards(d: Floats, n: Floats) -> Floats:
 
 
 def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
-    """Gaps (directions, m) along unit vectors n (3, directions, m); along 0 none."""
+    """Return the gaps (directions, m) along unit vectors n (3, directions, m); none along a vector 0."""
     edges = np.concatenate([_columns(x.R) * x.half.T for x in (a, b)], axis=1)
     reach = _along(n[:, :, None], edges[:, None])
     np.abs(reach, out=reach)
@@ -127,8 +130,8 @@ def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
 
 
 def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
-    """(m,) largest gaps along the normals of all faces and across all pairs of edges, and (m, 3) their directions: the
-    distances themselves where boxes overlap."""
+    """Return (m,) the largest gaps along the normals of all faces and across all pairs of edges, and (m, 3) their
+    directions: the distances themselves where boxes overlap."""
     A, B = _columns(a.R), _columns(b.R)
     crosses = np.stack([cross(A[:, i].T, B[:, j].T).T for i in range(3) for j in range(3)], axis=1)
     n = _towards(_middles(a, b), np.concatenate([A, B, _units(crosses, PARALLEL)], axis=1))
@@ -138,7 +141,8 @@ def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """Distances of shapes at m poses; the deepest points are those that touch last when the shapes separate."""
+    """Return the exact distances of shapes at m poses; the deepest points are those that touch last when the shapes
+    separate."""
     p, q = _nearest(a, b)
     gap = lengths(q - p)
     n = (q - p) / np.maximum(gap, TINY)[:, None]
@@ -154,8 +158,8 @@ def exactly(a: Placed, b: Placed) -> Near:
 
 
 def _nearest(a: Placed, b: Placed) -> tuple[Floats, Floats]:
-    """Nearest points (m, 3) of a and b without radii, relative to the centre of a, over edges of both; the mean of
-    equally near ones."""
+    """Return the nearest points (m, 3) of a and b without radii, relative to the centre of a, over edges of both; the
+    mean of equally near ones."""
     m, d = len(a.centre), b.centre - a.centre
     R, S = np.concatenate([a.R, b.R]), np.concatenate([b.R, a.R])  # of boxes, and of those whose edges are tried
     h, k = np.concatenate([a.half, b.half])[:, None], np.concatenate([b.half, a.half])
@@ -177,8 +181,10 @@ def _nearest(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def _nearest_along(p: Floats, c: Floats, k: Floats, h: Floats) -> Floats:
-    """(m, n, 3) points nearest to a box of half edges h (m, 1, 3) on lines p + t c (m, n, 3) with |t| <= k (m, n, 1):
-    where the slope of the squared distance, linear between the planes of the faces, is zero."""
+    """Return the points (m, n, 3) nearest to a box of half edges h (m, 1, 3) on lines p + t c (m, n, 3) with
+    |t| <= k (m, n, 1): where the slope of the squared distance, linear between the planes of the faces,
+    is zero.
+    """
     steep = np.where(np.abs(c) > PARALLEL, c, np.inf)
     t = np.clip(np.concatenate([(-h - p) / steep, (h - p) / steep, -k, k], axis=2), -k, k)
     x, sides = p[:, :, None] + t[..., None] * c[:, :, None], h[:, None]

@@ -1,8 +1,8 @@
-"""How near things come to the ground, which is the plane z = 0: their lowest points, with a bound between samples.
+"""Clearances from the ground, the plane z = 0: lowest points of things, with a bound between samples.
 
 A block that stands, is lifted off or is set down comes near the ground on purpose: until it is carried aside of where
-it stands, and while it is ordered to land, it must only not go into the ground.  A hook that carries nothing may come
-as low as it likes above it.
+it stands, and while it is ordered to land, it must only not penetrate the ground. An unloaded hook has no clearance
+limit, either.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it i
 
 @dataclass(frozen=True)
 class GroundClearance:
-    """The lowest point of a thing: distance from the ground [m], time [s], place (3,); limit [m], 0 if only penetration
-    counts."""
+    """The ground clearance of a thing: distance of its lowest point from the ground [m], time [s], position (3,); limit
+    [m], 0 if only penetration counts."""
 
     shape: Moving
     distance: float
@@ -46,7 +46,7 @@ class GroundClearance:
 
 
 class GroundSurvey:
-    """Ground clearances of a run: first all parts are surveyed, then each is evaluated."""
+    """Ground clearances of a run: call `survey` for all parts, `settle`, then `look` for each part."""
 
     def __init__(self, shapes: Shapes, limit: float) -> None:
         self._shapes, self._limit = shapes, limit
@@ -75,7 +75,8 @@ class GroundSurvey:
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
-        """All parts are surveyed; `landing`: intervals [s] of orders to land; `meant`: allowed contacts."""
+        """Compute, after all parts are surveyed, when blocks may be near the ground; `landing`: intervals [s] of orders
+        to land; `meant`: allowed contacts."""
         for name, columns in self._columns.items():
             t, *others = (np.concatenate(x) for x in zip(*columns, strict=True))
             self._meant[name] = _meant(landing, t, *others)
@@ -86,7 +87,8 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Clearances smaller than before and than a bound [m]; and whether the ground was penetrated."""
+        """Yield clearances smaller than before and than the bound `bar` [m], each with whether it is checked for
+        penetration only."""
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
             return
@@ -116,15 +118,15 @@ class GroundSurvey:
                     yield x, through
 
     def _begins_high(self, s: Moving) -> bool:
-        """Whether a part of a machine begins above the ground."""
+        """Return whether a part of a machine begins above the ground."""
         if s.shape not in self._high:
             self._high[s.shape] = bool(_gaps(s, np.arange(1))[0][0] >= self._limit)
         return self._high[s.shape]
 
 
 def _gaps(s: Moving, k: Indices) -> tuple[Floats, Floats]:
-    """Gap of a shape at samples (m,), and lower bound to the next sample (m - 1,), including deviation from the chord
-    and w^2 r / 8 for rotation."""
+    """Return the gap of a shape at samples (m,), and its lower bound to the next sample (m - 1,), including deviation
+    from the chord and w^2 r / 8 for rotation."""
     centre, turn = posed(s, k)
     at = centre[:, 2] - s.radius
     if isinstance(s.shape, Strand):
@@ -143,7 +145,7 @@ def _gaps(s: Moving, k: Indices) -> tuple[Floats, Floats]:
 
 
 def _up(turn: Floats) -> tuple[Floats, Floats, Floats]:
-    """The third row of the rotations of quaternions (n, 4)."""
+    """Return the third row of the rotations of quaternions (n, 4)."""
     x, y, z, w = turn.T
     return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
 
@@ -156,8 +158,8 @@ def _least(
     known: float,
     sinks: Floats | None = None,
 ) -> GroundClearance | None:
-    """The least clearance of a thing at and between free samples, None if not below the known one; `sinks` (n,): yield
-    of its pads."""
+    """Return the least clearance of a thing at and between the samples `free`, None if it is not below `known` [m];
+    `sinks` (n,): yield of its pads [m]."""
     best: GroundClearance | None = None
     for s, gaps in some:
         bar = known if best is None else best.distance
@@ -179,7 +181,7 @@ def _least(
 
 
 def _samples(coarse: Coarse, stretches: Flags) -> Indices:
-    """All samples of some intervals."""
+    """Return all samples of some intervals."""
     inside = np.zeros(coarse.ends[-1] + 1, bool)
     for first, last in zip(coarse.starts[stretches].tolist(), coarse.ends[stretches].tolist(), strict=True):
         inside[first : last + 1] = True
@@ -187,7 +189,7 @@ def _samples(coarse: Coarse, stretches: Flags) -> Indices:
 
 
 def _lowest(s: Moving, k: int) -> Floats:
-    """Centre (3,) of the lowest part of a shape at a sample."""
+    """Return the centre (3,) of the lowest part of a shape at a sample."""
     _, R, half = s.at(k, 0.0)
     down = np.where(np.abs(R[2]) > 1e-6, -np.sign(R[2]), 0.0)
     point: Floats = s.centre[k] + turned(R, down * half)
@@ -196,7 +198,7 @@ def _lowest(s: Moving, k: int) -> Floats:
 
 
 def _stands(shapes: Shapes, block: str, history: History) -> tuple[Flags, Floats]:
-    """When a block is on a support (n,), and the largest yield of its supports [m]."""
+    """Return whether a block is on a support (n,), and the largest yield of its supports [m]."""
     pose = history.poses[block]
     row = _up(pose[:, 3:])
     deepest = np.full(len(pose), -np.inf)
@@ -207,7 +209,7 @@ def _stands(shapes: Shapes, block: str, history: History) -> tuple[Flags, Floats
 
 
 def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats, trolleys: Floats) -> Flags:
-    """When ground contact is intended (n,): on supports, or near the ground around a landing."""
+    """Return when ground contact is intended (n,): on supports, or near the ground around a landing."""
     anchors = stands.copy()
     for first, last in landing:
         anchors |= near & (t >= first) & (t <= last)
@@ -226,7 +228,7 @@ def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats,
 
 
 def _trolleys(shapes: Shapes, history: History) -> Floats:
-    """Centre (n, 2) of the suspension points of hooks, which do not swing."""
+    """Return the centre (n, 2) of the suspension points of hooks, which do not swing."""
     names = sorted({hook.on for hook in shapes.hooks.values()} & set(history.poses))
     found = np.zeros((len(history.t), 2))
     for name in names:
@@ -235,13 +237,13 @@ def _trolleys(shapes: Shapes, history: History) -> Floats:
 
 
 def _runs(flags: Flags) -> Iterator[tuple[int, int]]:
-    """Intervals (begin, end exclusive) of consecutive flags."""
+    """Yield the intervals (begin, end exclusive) of consecutive flags."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def _loaded(shapes: Shapes, history: History, body: str) -> Flags:
-    """(n,) when a sling from a hanging body is taut."""
+    """Return (n,) whether a sling from a hanging body is taut."""
     found = np.zeros(len(history.t), bool)
     for tie in (tie for machine in shapes.machines for tie in machine.ties):
         if tie.rope in history.tensions and shapes.root(tie.upper.body) == shapes.root(body):

@@ -1,7 +1,7 @@
-"""What a run has shown, as columns: times, poses, tensions, and which rope lines hung from when on.
+"""History of a run as columns: times, poses, tensions, and rope lines with their times.
 
-Taken from the samples while they are recorded (`Collector`), or from a recording (`history_of`).  A run may be long:
-who judges it looks at one part after the other, and a collector keeps its rows in a temporary file.
+Taken from the samples while they are recorded (`Collector`), or from a recording (`history_of`). A run may be long:
+checks read it part by part, and a collector keeps its rows in a temporary file.
 """
 
 from __future__ import annotations
@@ -32,21 +32,23 @@ KEPT = 3  # blocks of them: an hour and a half of usual samples
 
 
 class RunHistory(Protocol):
-    """The history of a run, whole or part by part."""
+    """Interface of the history of a run, whole or in parts."""
 
     @property
     def t(self) -> Floats:
-        """(n,) [s], in order."""
+        """Sample times (n,) [s], in order."""
 
     def part(self, first: int, end: int) -> History:
-        """The samples from `first` to before `end`."""
+        """Return the samples from `first` to before `end`."""
 
 
 @dataclass(frozen=True)
 class History:
-    """t (n,) [s]; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part) or support -> (n,)
-    [N]; unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s,
-    rad/s]; bent: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m]."""
+    """Columns of a run: t (n,) [s]; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part) or
+    support -> (n,) [N]; unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds:
+    joint.component -> (n,) [m/s, rad/s]; deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places:
+    rope.edge -> (n,) [N], [m].
+    """
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -60,11 +62,11 @@ class History:
     straight: bool = field(default=False, kw_only=True)  # between the samples, which are as near as that asks for
 
     def part(self, first: int, end: int) -> History:
-        """The samples from `first` to before `end`."""
+        """Return the samples from `first` to before `end`."""
         return self.of(np.arange(first, min(end, len(self.t))))
 
     def of(self, kept: NDArray[np.intp]) -> History:
-        """Some of the samples."""
+        """Return the history at some of the samples."""
         if len(kept) == len(self.t):
             return self
         columns = self.poses, self.tensions, self.lengths, self.speeds, self.bent, self.borne, self.places
@@ -75,7 +77,7 @@ class History:
 
 
 def blocks(past: RunHistory) -> Iterator[History]:
-    """Consecutive parts that overlap by one sample; at least one."""
+    """Yield consecutive parts that overlap by one sample; at least one."""
     for first in range(0, max(1, len(past.t)), BLOCK):
         yield past.part(max(0, first - 1), first + BLOCK)
 
@@ -98,7 +100,7 @@ class Collector:
         self.rigs: list[Rig] = []
 
     def samples(self, first: int, times: Sequence[int], rows: Floats) -> None:
-        """Rows (m, width) at these times [ns], numbered from `first`; known ones are skipped."""
+        """Add rows (m, width) at these times [ns], numbered from `first`; those already added are skipped."""
         skip = len(self._times) - first
         if skip < len(times):
             self._parts.clear()
@@ -106,16 +108,16 @@ class Collector:
             self._rows.write(rows[skip:, self._columns].tobytes())
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """These rope lines hang from now on."""
+        """Set the rope lines from this time on [ns]."""
         self.rigs.append(Rig(t_ns, list(lines)))
 
     @property
     def t(self) -> Floats:
-        """(n,) [s]."""
+        """Sample times (n,) [s]."""
         return np.array(self._times, np.float64) * 1e-9
 
     def part(self, first: int, end: int) -> History:
-        """The samples from `first` to before `end`."""
+        """Return the samples from `first` to before `end`."""
         if (first, end) not in self._parts:
             while len(self._parts) >= KEPT:
                 del self._parts[next(iter(self._parts))]
@@ -134,7 +136,7 @@ class Collector:
 
 
 def history_of(rec: Recording) -> Collector:
-    """The history in a recording."""
+    """Read the history of a run from its recording."""
     names = [name for name in rec.signals() if name.startswith(POSE) or name in NUMBERS]
     ends = np.cumsum([0, *(len(rec.columns(name)) for name in names)]).tolist()
     columns = [(name, rec.columns(name), rec.unit(name)) for name in names]
@@ -148,7 +150,8 @@ def history_of(rec: Recording) -> Collector:
 
 
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
-    """The history of the path at rest, for several lists one after the other; ropes end at their hooked lugs."""
+    """Yield the history of the equilibrium path with its states, one per action list; ropes end at their hooked
+    lugs."""
     known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):
@@ -165,7 +168,7 @@ def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, 
 
 
 def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Tension of the most loaded part of ropes over sheaves."""
+    """Return the tension of the most loaded part of each rope over sheaves."""
     found: dict[str, Floats] = {}
     for part, tension in parts.items():
         rope = reeved(part)
@@ -174,7 +177,7 @@ def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
 
 
 def _whole(lengths: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Total length of ropes with mass, which consist of pieces `rope~1`, ..., `rope`."""
+    """Return the total length of ropes with mass, which consist of pieces `rope~1`, ..., `rope`."""
     found: dict[str, Floats] = {}
     for piece, length in lengths.items():
         rope = piece.partition("~")[0]

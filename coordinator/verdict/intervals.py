@@ -1,5 +1,5 @@
-"""Stretches of samples of two shapes with bounds of what they are apart in them; and the steps between samples: what
-the two are apart at least in each, and exactly where that is in doubt."""
+"""Intervals of samples for pairs of shapes, with lower bounds of their distance; and steps between two samples, with
+lower bounds, and the exact distance where it is needed."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ FINEST = 2.0**-20  # part of the time between two samples that is not cut any mo
 
 @dataclass(frozen=True)
 class Stretches:
-    """Pairs of shapes (indices) from sample `first` to `last` (inclusive): bound of their relative motion about the
-    middle sample, lower bound of their distance [m], number of their things."""
+    """Intervals of pairs of shapes (indices) from sample `first` to `last` (inclusive): bound of their relative motion
+    about the middle sample, lower bound of their distance [m], number of their pair of things."""
 
     a: Indices
     b: Indices
@@ -41,18 +41,18 @@ class Stretches:
 
     @property
     def middle(self) -> Indices:
-        """The samples in the middle."""
+        """Middle sample of each interval."""
         found: Indices = (self.first + self.last) // 2
         return found
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> Stretches:
-        """A selection of them."""
+        """Return a selection of the intervals."""
         a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept], self.group[kept])
 
 
 def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int] | None = None) -> Stretches:
-    """All pairs in the longest intervals, bounded by their boxes."""
+    """Return all pairs in the longest intervals, bounded by their boxes."""
     centre, reach, moved = coarse.centre.transpose(2, 0, 1), coarse.reach.transpose(2, 0, 1), coarse.moved
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
     group = np.zeros(len(a), np.intp) if groups is None else np.array(groups, np.intp)
@@ -90,7 +90,7 @@ def joined(parts: Sequence[Some]) -> Some:
 
 
 def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
-    """Stretches with the bound of the gap at their middles."""
+    """Return the intervals with bounds from the gaps at their middle samples."""
     if not len(now.a):
         return now
     gap = bounds(all_.placed(now.a, now.middle), all_.placed(now.b, now.middle))
@@ -98,7 +98,7 @@ def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
 
 
 def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
-    """The stretches in pieces of so many samples, each bounded by itself."""
+    """Cut the intervals into pieces of `size` samples, each with a motion bound of its own."""
     pieces = np.maximum(-(-(now.last - now.first) // size), 1)
     of = np.repeat(np.arange(len(pieces)), pieces)
     number = np.arange(len(of)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
@@ -143,25 +143,25 @@ class Steps:
     group: Indices
 
     def sharpen(self, found: Minimum | None) -> None:
-        """Raise bounds by the direction in which things were nearest."""
+        """Raise the distance bounds along the directions of the minimum found."""
         if found is not None and len(self.least):
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> Steps:
-        """A selection of them."""
+        """Return a selection of the steps."""
         ends_a, ends_b = ((_some(x, kept), _some(y, kept)) for x, y in (self.ends_a, self.ends_b))
         a, b, k, group = self.a[kept], self.b[kept], self.k[kept], self.group[kept]
         return Steps(a, b, k, ends_a, ends_b, self.turning[kept], self.stray[kept], self.least[kept], group)
 
 
 def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
-    """Some of the poses; a component stays in one piece of memory."""
+    """Return some of the poses; each component stays contiguous in memory."""
     return Placed(*(np.asarray(y).T[..., kept].T for y in x))
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Intervals of one step; for shapes that appear or vanish those at whose begin they exist."""
+    """Return the intervals as single steps; a shape that appears or vanishes must exist at the begin of its step."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
@@ -171,7 +171,7 @@ def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
 
 
 def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
-    """The minimum between samples k and k + 1 as far as it is below a bound [m], by bisection in time with a lower
+    """Return the minimum between samples k and k + 1, exact if it is below `bar` [m], by bisection in time with a lower
     bound along the direction of the nearest points."""
     if k + 1 >= len(a.t):
         return seen([(a, b, k)])[0]
@@ -190,7 +190,8 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
 
 
 def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
-    """What is seen of pairs of shapes at the part s from a sample of each to the next."""
+    """Return the distances of pairs of shapes, each at the fraction `s` from its sample to the next, lowered by `stray`
+    [m]."""
     x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
     n = near.normal
@@ -204,6 +205,6 @@ def _time(t: Floats, k: int, s: float) -> float:
 
 
 def _posed(shapes: Sequence[tuple[Moving, int]], s: float) -> Placed:
-    """Each shape interpolated at fraction s of its step."""
+    """Return each shape interpolated at fraction `s` of its step."""
     p, R, half = (np.array(column) for column in zip(*(x.at(k, s) for x, k in shapes), strict=True))
     return Placed(p, R, half, np.array([x.radius for x, _ in shapes]))

@@ -1,4 +1,4 @@
-"""All judges of a run in one table, and the line that comes of what they find."""
+"""All checks of a run in one table, and the line of the verdict."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ RESOLVED = "resolved.json"  # the plan in a recording
 
 @dataclass
 class CheckContext:
-    """Results and gaps of all checks so far."""
+    """Plan and results of a run for its checks, and what the checks have found so far, including what they could not
+    check."""
 
     plan: Plan
     history: RunHistory
@@ -61,7 +62,7 @@ def _geometry(context: CheckContext) -> None:
 
 
 def _limits(context: CheckContext) -> None:
-    """The table of limits, on tensions, poses and lengths."""
+    """Check the table of limits, on tensions, poses and lengths."""
     plan, shown, text = context.plan, context.history, context.conduct
     if not len(shown.t):
         return
@@ -100,7 +101,7 @@ def _clearances(context: CheckContext) -> None:
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check, ...]:
-    """Clearances below their limits on the path at rest."""
+    """Return clearances below their limits on the equilibrium path, as findings."""
     return findings(_placed(x, each.conduct) for each in at_rest(plan, statics) for x in each.findings)
 
 
@@ -115,7 +116,7 @@ def at_rest(plan: Plan, statics: Followed, smallest: int = SMALLEST) -> Iterator
 
 
 def _bending(context: CheckContext) -> None:
-    """Check deflections of flexible blocks where they are sampled."""
+    """Check deflections of flexible blocks at their sampled places."""
     most: dict[str, tuple[float, str, float]] = {}
     for part in blocks(context.history):
         for along in (name for name in part.bent if name.endswith(".x") and len(part.t)):
@@ -129,14 +130,14 @@ def _bending(context: CheckContext) -> None:
 
 
 def _conduct(context: CheckContext) -> None:
-    """Check the conduct of the run against the action list."""
+    """Check the course of the run against the action list."""
     tripped = {name for _, name, _ in context.conduct.tripped}
     context.uses = [x for x in context.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
     context.findings += conduct_findings(context.plan, context.conduct)
 
 
 def _edges(context: CheckContext) -> None:
-    """Largest edge force of each rope, and where."""
+    """Find the largest edge force of each rope, and where it occurs."""
     most: dict[str, tuple[float, float, float]] = {}
     for part in blocks(context.history):
         for name, force in part.borne.items():
@@ -154,7 +155,7 @@ JUDGES: tuple[CheckFunction, ...] = (_geometry, _limits, _clearances, _bending, 
 
 
 def verdict_of_run(plan: Plan, history: RunHistory, conduct: Conduct, errors: Errors = NO_ERRORS) -> RecordedVerdict:
-    """The verdict of a run; `errors` of its figures, as far as they are known."""
+    """Return the verdict of a run; `errors`: relative errors of its figures, as far as known."""
     return verdict_with_uses(plan, history, conduct, errors, whole=True)[0]
 
 
@@ -208,7 +209,7 @@ def _smallest(context: CheckContext) -> list[Use]:
 
 
 def verdict_of(rec: Recording) -> RecordedVerdict | None:
-    """The recorded verdict, or one computed from the recording; None if it is of another version."""
+    """Return the recorded verdict, or one computed from the recording; None if the plan is of another version."""
     found = recorded_verdict(rec)
     if found is not None or RESOLVED not in rec.attachments:
         return found
@@ -222,7 +223,7 @@ def verdict_of(rec: Recording) -> RecordedVerdict | None:
 
 
 def _placed(f: Check, conduct: Conduct) -> Check:
-    """The finding with its stage."""
+    """Return the finding with its stage."""
     if f.stage or f.t is None:
         return f
     stage = next((name for t, _, name in reversed(conduct.stages) if name and t <= f.t), "")

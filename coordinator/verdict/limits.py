@@ -1,4 +1,4 @@
-"""The columns of a run that limits are read from."""
+"""The columns of a run from which limits are checked."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ def signals_of_run(
     crossings: Mapping[str, tuple[float, float]] | None = None,
     lengths: Mapping[str, Floats] | None = None,
 ) -> SignalColumns:
-    """The columns of a run.
+    """Return the columns of a run.
 
-    t (n,) [s], tensions (n,) [N], poses (n, 7) [m, quaternion x y z w], the rope lines that hang from when on (`Rig`),
-    exact peaks [N] and when [s], overloads that load cells told [N] and when [s], unstretched lengths (n,) [m].
+    t (n,) [s], tensions (n,) [N], poses (n, 7) [m, quaternion x y z w], rope lines with the time from which they hang
+    (`Rig`), exact peaks [N] and their times [s], overloads reported by load cells [N] and their times [s], unstretched
+    lengths (n,) [m].
     """
     return SignalColumns(
         t=t,
@@ -48,10 +49,10 @@ def signals_of_run(
 
 
 def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Largest landing force [N] of a block on all and on one of its supports, with time [s], by name.
+    """Return the largest landing force [N] of a block on all and on one of its supports, with time [s], by name.
 
-    A pad yields as a spring with a damper, by whose force in the instant of the touch the speed is known; all of the
-    mass comes down on the pads that touch then, but for what ropes and other supports hold.
+    A pad yields as a spring with a damper, whose force at the instant of contact gives the speed; the whole mass lands
+    on the pads that touch then, less what ropes and other supports carry.
     """
     found: dict[str, tuple[float, float]] = {}
     strands, pads = Shapes(plan).strands.values(), {s.name: s for m in plan.machines for s in m.system.supports}
@@ -77,8 +78,8 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def landing_force(mass: float, free: float, k: float, d: float, speed: float) -> float:
-    """Largest force [N] of a spring k [N/m] with damper d [N s/m] on which a mass [kg] with uncarried weight `free` [N]
-    lands at `speed` [m/s]: F = free - m a, m a'' + d a' + k a = 0."""
+    """Return the largest force [N] of a spring k [N/m] with damper d [N s/m] on which a mass [kg] with uncarried weight
+    `free` [N] lands at `speed` [m/s]: F = free - m a, m a'' + d a' + k a = 0."""
     a = free / mass - d * speed / mass
     slope = -(k * speed + d * a) / mass
     decay, square = d / (2.0 * mass), k / mass - (d / (2.0 * mass)) ** 2

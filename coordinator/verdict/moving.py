@@ -1,9 +1,9 @@
-"""Shapes in motion: where each shape of a scene is at every sample, and how far it may stray from that in between.
+"""Shapes in motion: the pose of each shape of a scene at every sample, and bounds of its deviation in between.
 
 A shape is a rounded box: half edges `half` along the columns of R, and a radius around it; ropes are capsules whose
-axis is the third column, balls have no edges.  Between two samples its middle and its ends go straight, and stray from
-that by at most h^2 / 8 times their acceleration, which is taken as twice the largest that second differences show at
-both samples.  What shakes faster than the samples shows in the speeds of its joints, which raise the bound.
+axis is the third column, balls have no edges. Between two samples its centre and ends are interpolated linearly; they
+deviate from this by at most h^2 / 8 times their acceleration, which is taken as twice the largest second difference at
+both samples. Vibration faster than the samples shows in the speeds of joints, which raise the bound.
 """
 
 from __future__ import annotations
@@ -44,37 +44,37 @@ class BodyTrack:
 
     @cached_property
     def R(self) -> Floats:
-        """(n, 3, 3), or (1, 3, 3)."""
+        """Rotations (n, 3, 3), or (1, 3, 3) without rotation."""
         return matrices(self.turn)
 
     @cached_property
     def strays(self) -> Floats:
-        """Bound (n - 1,) of the deviation of its origin from the chords [m]."""
+        """Bound (n - 1,) of the deviation of the origin from its chords [m], by accelerations."""
         return _bend(self.t, self.p)
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Bound (n - 1,) for its quaternion, and per metre from the origin."""
+        """Bounds (n - 1,) of the deviation from chords: of the quaternion, and per metre from the origin."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Bounds (n - 1,) from speeds: deviation of the origin from its chords [m], and per metre from it."""
+        """Bounds (n - 1,) of the deviation from chords by joint speeds: of the origin [m], and per metre from it."""
         if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
         return strays(self.t, self._pose, self.twist)
 
     def place(self, x: Vector) -> Floats:
-        """World positions (n, 3) of one of its points [m]."""
+        """Return the world positions (n, 3) of a point of the body [m]."""
         if x not in self._places:
             self._places[x] = _place(self.p, self.R, x)
         return self._places[x]
 
     def place_at(self, x: Vector, k: Indices) -> Floats:
-        """(m, 3) the same at some samples."""
+        """Return the world positions (m, 3) of a point of the body at some samples [m]."""
         return _place(self.p[k], self.R if len(self.R) == 1 else self.R[k], x)
 
 
@@ -97,12 +97,12 @@ class Moving:
 
     @property
     def t(self) -> Floats:
-        """(n,) [s]."""
+        """Sample times (n,) [s]."""
         return self.on[0][0].t
 
     @cached_property
     def centre(self) -> Floats:
-        """Centre (n, 3) [m]."""
+        """Centre of the shape (n, 3) [m]."""
         places = [frame.place(p) for frame, p in self.on]
         return places[0] if len(places) == 1 else (places[0] + places[1]) / 2
 
@@ -116,25 +116,25 @@ class Moving:
 
     @cached_property
     def half(self) -> Floats:
-        """(3,) half edges, of a strand the longest ones [m]."""
+        """Half edges (3,) [m]; for a strand the longest of the run."""
         if isinstance(self.shape, Strand):
             return np.array([0.0, 0.0, float(lengths(self.turn).max()) / 2])
         return np.zeros(3) if self.shape.form == "ball" else np.array(self.shape.size) / 2
 
     @cached_property
     def radius(self) -> float:
-        """Around the edges [m]."""
+        """Radius around the edges [m]."""
         if isinstance(self.shape, Strand):
             return self.shape.radius
         return self.shape.size[0] / 2 if self.shape.form == "ball" else 0.0
 
     @cached_property
     def reach(self) -> float:
-        """Distance of its farthest point from the centre, without the radius [m]."""
+        """Distance of the farthest point from the centre, without the radius [m]."""
         return float(lengths(self.half))
 
     def axes_of(self, turn: Floats) -> tuple[Floats, Floats]:
-        """R (m, 3, 3) and half edges (m, 3) of turns (m, 3 or 4)."""
+        """Return R (m, 3, 3) and half edges (m, 3) for orientations `turn` (m, 4 or 3)."""
         if isinstance(self.shape, Strand):
             length = lengths(turn)
             half = np.zeros((len(turn), 3))
@@ -146,7 +146,7 @@ class Moving:
         return R, np.broadcast_to(self.half, (len(turn), 3))
 
     def at(self, k: int, s: float) -> tuple[Floats, Floats, Floats]:
-        """Middle (3,), R (3, 3) and half edges (3,) at the part s from sample k to the next."""
+        """Return centre (3,), R (3, 3) and half edges (3,) at the fraction `s` from sample k to the next."""
         p, turn = self._between(k, s)
         if isinstance(self.shape, Strand):
             x, y, z = turn.tolist()
@@ -188,7 +188,7 @@ class Moving:
 
     @property
     def _bent(self) -> Floats:
-        """The same from accelerations of the sampled poses."""
+        """Bound (n - 1,) of the deviation from interpolated positions by accelerations of the sampled poses [m]."""
         frame, p = self.on[0]
         if isinstance(self.shape, Strand):
             return _bend(self.t, self.centre) + _bend(self.t, self.turn) / 2
@@ -198,12 +198,12 @@ class Moving:
 
 
 def size(p: Vector) -> float:
-    """Distance of a point from the origin [m]."""
+    """Return the distance of a point from the origin [m]."""
     return hypot(*p)
 
 
 def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:
-    """Centre (m, 3) and orientation (m or 1, 3 or 4) of a shape at some samples."""
+    """Return centre (m, 3) and orientation (m or 1, 3 or 4) of a shape at some samples."""
     places = [frame.place_at(p, k) for frame, p in s.on]
     if len(places) == 2:
         return (places[0] + places[1]) / 2, places[1] - places[0]
@@ -212,7 +212,7 @@ def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:
 
 
 def box(s: Moving, turn: Floats) -> Floats:
-    """(m, 3) half edges of the box along the world's axes around a shape."""
+    """Return half edges (m, 3) of the box along the world's axes around a shape [m]."""
     if isinstance(s.shape, Strand):
         return np.abs(turn) / 2 + s.radius
     R, half = s.axes_of(turn)
@@ -221,10 +221,8 @@ def box(s: Moving, turn: Floats) -> Floats:
 
 
 def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
-    """All shapes with their motions; those without recorded pose are omitted.
-
-    `joints`: those whose speeds tell how bodies shake.
-    """
+    """Return all shapes with their motions; those without recorded pose are omitted. `joints`: joints whose speeds show
+    vibration of bodies between samples."""
     n = len(history.t)
     if not n:
         return []
@@ -238,7 +236,7 @@ def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> li
 
 
 def _ropes(shapes: Shapes, history: History, frames: dict[str, BodyTrack]) -> list[Moving]:
-    """Straight rope lines while they hang and carry, without those along their own crane."""
+    """Return straight rope lines while they hang and are taut, without those along their own crane."""
     known = shapes.strands
     found: dict[tuple[str, str, Vector, str, Vector], NDArray[np.bool_]] = {}
     taut = {name: tension > 0.0 for name, tension in history.tensions.items()}
@@ -261,8 +259,8 @@ def _ropes(shapes: Shapes, history: History, frames: dict[str, BodyTrack]) -> li
 
 
 def _turn_bend(t: Floats, turn: Floats) -> tuple[Floats, Floats]:
-    """Bounds (n - 1,) for rotations q (n, 4): of the quaternion, and of points 1 m from the axis, where R'' is at most
-    2 |q''| + 2 |q'|^2."""
+    """Return bounds (n - 1,) for rotations q (n, 4): of the quaternion, and of points 1 m from the axis, where R'' is
+    at most 2 |q''| + 2 |q'|^2."""
     q = turn.copy(order="K")
     q[1:] *= np.cumprod(np.where(dots(q[1:], q[:-1]) < 0.0, -1.0, 1.0))[:, None]
     h, found = np.diff(t), _bend(t, q)
@@ -276,7 +274,7 @@ def _turn_bend(t: Floats, turn: Floats) -> tuple[Floats, Floats]:
 
 
 def _bend(t: Floats, x: Floats) -> Floats:
-    """Bound (n - 1,) of the deviation of x (n, d) from its chord: h^2 / 8 times its acceleration."""
+    """Return the bound (n - 1,) of the deviation of x (n, d) from its chord: h^2 / 8 times its acceleration."""
     n = len(t)
     if n < 3:
         return np.zeros(max(0, n - 1))
@@ -289,7 +287,7 @@ def _bend(t: Floats, x: Floats) -> Floats:
 
 
 def _between(h: Floats, accel: Floats) -> Floats:
-    """(n - 1,) how far accelerations at the samples but for the first and the last lead away from a chord."""
+    """Return the deviation from a chord (n - 1,) by accelerations at the samples, those at both ends extrapolated."""
     accel[0], accel[-1] = accel[1], accel[-2]
     found: Floats = DOUBT * h * h / 8.0 * np.maximum(accel[:-1], accel[1:])
     return found

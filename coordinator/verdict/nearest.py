@@ -1,11 +1,11 @@
-"""When things come nearest: branch and bound over time, so that nothing is missed between samples.
+"""Smallest distances over time: branch and bound, so that no minimum between samples is missed.
 
-A stretch of samples is bounded by the gap at one of them less how far the two shapes move against each other within it;
-stretches that cannot hold anything nearer than what is known are dropped, the others cut, down to steps from a sample
-to the next.  In a step shapes go straight, so the gap along a direction is least at an end of it; how far they may
-stray from that (see `moving`) lowers the bound.  The minimum that is found is at most `SHARP` above the true one.
+An interval of samples is bounded by the gap at one of them less the relative motion of the two shapes within it;
+intervals that cannot hold a smaller distance than the known one are dropped, the others cut, down to steps from a
+sample to the next. In a step shapes move straight, so the gap along a direction is least at an end of it; their
+possible deviation (see `moving`) lowers the bound. The minimum that is found is at most `SHARP` above the true one.
 
-All things are searched at once, level by level: what is known of some is a bar to the others, too.
+All pairs of things are searched together, level by level: known distances of some also bound the search for others.
 """
 
 from __future__ import annotations
@@ -22,11 +22,8 @@ PROMISING = 3  # stretches of two things that are looked at exactly on each leve
 
 
 class NearestSoFar:
-    """The nearest known distance of each group, and the bound below which an interval is still examined.
-
-    Of groups without a bar of their own (`most` infinite) all below `limit` and the `smallest` ones are looked for;
-    what is not below `told` [m] is none of them.
-    """
+    """The smallest known distance of each group, and the bound below which an interval is still examined. For groups
+    without a bound of their own (`most` infinite), all distances below `limit` and the `smallest` ones are searched."""
 
     def __init__(self, smallest: int, limit: float) -> None:
         self.found: list[Minimum | None] = []
@@ -46,7 +43,7 @@ class NearestSoFar:
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Results since the last call, with their shapes; known distances stay."""
+        """Return the results since the last call; known distances stay."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 
@@ -57,7 +54,7 @@ class NearestSoFar:
             self.message = self._tell()
 
     def bars(self) -> Floats:
-        """Bounds (groups,) that an interval must fall below [m]."""
+        """Return the bounds (groups,) below which an interval is still examined [m]."""
         found: Floats = np.minimum(np.minimum(self._most, self.message), self._least - SHARP)
         return found
 
@@ -68,16 +65,16 @@ class NearestSoFar:
         return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
-        """Intervals that may contain a smaller distance."""
+        """Return the intervals that may contain a smaller distance."""
         return now.of(now.least < self.bars()[now.group])
 
     def bar(self, group: int) -> float:
-        """The bar of one group [m]."""
+        """Return the bound of one group [m]."""
         return min(float(self._most[group]), self.message, float(self._least[group]) - SHARP)
 
 
 def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Search for smaller distances."""
+    """Search for smaller distances in the intervals `start`, and add them to `known`."""
     if known.smallest and len(start.a):
         _begin(shapes, start, known)
     now = known.open(start)
@@ -93,7 +90,7 @@ def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
 
 
 def _begin(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Evaluate promising samples of the nearest groups until enough are known."""
+    """Evaluate promising samples of the nearest groups until enough distances are known."""
     least = np.full(len(known.found), np.inf)
     np.minimum.at(least, start.group, start.least)
     order = known.free[np.argsort(least[known.free], kind="stable")]
@@ -107,7 +104,7 @@ def _begin(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
 
 
 def _look(shapes: list[Moving], now: Stretches, known: NearestSoFar, each: int = PROMISING) -> None:
-    """Look exactly at the samples in the middle of the most promising stretches of each group."""
+    """Evaluate the middle samples of the most promising intervals of each group exactly."""
     gap, middle = now.least + now.moved, now.middle
     order = np.lexsort((gap, now.group))
     group = now.group[order]
@@ -123,7 +120,7 @@ def _look(shapes: list[Moving], now: Stretches, known: NearestSoFar, each: int =
 
 
 def _step(all_: ShapeBatch, now: Stretches, known: NearestSoFar) -> None:
-    """Look into steps from a sample to the next, those that seem nearest first."""
+    """Search steps from a sample to the next, those with the smallest bounds first."""
     n, bars = len(all_.shapes[0].t), known.bars()
 
     def near(some: Stretches) -> Steps:

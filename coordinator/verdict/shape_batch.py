@@ -1,5 +1,5 @@
-"""Many moving shapes end to end in a few arrays, so that one look takes any number of them at any samples; a component
-of all of them lies in one piece of memory."""
+"""Many moving shapes concatenated in a few arrays, so that any number of them can be evaluated at any samples in one
+call; each component is contiguous in memory."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Indices = NDArray[np.intp]
 
 
 def _rows(columns: Floats, i: Indices) -> Floats:
-    """(..., d) some of the columns of (d, n)."""
+    """Return columns `i` of an array (d, n) as rows (..., d)."""
     found: Floats = columns.take(i, axis=1).transpose(*range(1, i.ndim + 1), 0)
     return found
 
 
 class ShapeBatch:
-    """Shapes with n samples each; `which`: indices of shapes, `k`: samples, broadcast."""
+    """Shapes with n samples each, concatenated; in its methods `which`: indices of shapes, `k`: samples, broadcast."""
 
     def __init__(self, shapes: list[Moving], used: Indices) -> None:
         """`used`: indices of the shapes in use."""
@@ -55,17 +55,17 @@ class ShapeBatch:
         self._row = np.where(comes, np.cumsum(comes), 0)
 
     def there(self, which: Indices, first: Indices, last: Indices) -> NDArray[np.bool_]:
-        """Whether shapes exist at any sample from first to last."""
+        """Return whether shapes exist at any sample from `first` to `last`."""
         i = self._row[self._of[which]]
         found: NDArray[np.bool_] = self._count[i, last + 1] > self._count[i, first]
         return found
 
     def centre(self, which: Indices, k: Indices) -> Floats:
-        """(..., 3) their middles [m]."""
+        """Return centres (..., 3) [m]."""
         return _rows(self._centre, self._of[which] * self._n + k)
 
     def placed(self, which: Indices, k: Indices) -> Placed:
-        """Each shape (m,) at its sample."""
+        """Return the poses of shapes (m,), each at its own sample."""
         i = self._of[which]
         turn = self._turns(i, k)
         R, half = np.empty((3, 3, len(i))).transpose(2, 0, 1), _rows(self._half, i)
@@ -83,7 +83,8 @@ class ShapeBatch:
         return Placed(self.centre(which, k), R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Upper bound of the motion of points of shapes a relative to shapes b from samples r to k [m]."""
+        """Return an upper bound of the motion of points of shapes `a` relative to shapes `b` from samples r to k
+        [m]."""
         apart = self.centre(a, k) - self.centre(b, k) - (self.centre(a, r) - self.centre(b, r))
         distance = lengths(apart)
         for which in (a, b):
@@ -91,14 +92,14 @@ class ShapeBatch:
         return distance
 
     def stray(self, a: Indices, b: Indices, k: Indices) -> Floats:
-        """Upper bound of the interpolation error of both between samples [m]."""
+        """Return an upper bound of the interpolation error of both shapes between samples [m]."""
         j = np.minimum(k, self._steps - 1)
         found: Floats = self._stray[self._of[a] * self._steps + j] + self._stray[self._of[b] * self._steps + j]
         return found
 
     def turning(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Upper bound (m,) of the deviation of points of one shape, relative to the other, from straight motion between
-        samples k and r [m]: h^2 / 8 times the accelerations w^2 y and 2 w v."""
+        """Return an upper bound (m,) of the deviation of points of one shape, relative to the other, from straight
+        motion between samples k and r [m]: h^2 / 8 times the accelerations w^2 y and 2 w v."""
         y = lengths(self.centre(b, k) - self.centre(a, k)) + self._reach[self._of[a]] + self._reach[self._of[b]]
         v, w = self.moved(a, b, k, r), self._angles(a, k, r) + self._angles(b, k, r)
         found: Floats = w * w * y / 8.0 + w * v / 4.0
@@ -108,7 +109,8 @@ class ShapeBatch:
         return _rows(self._turn, self._begin[i] + np.minimum(k, self._last[i]))
 
     def _spin(self, which: Indices, k: Indices, r: Indices, way: Floats) -> None:
-        """Add what shapes turn and stretch about their middles; `which` (m,) or (m, 1), k and r alike or wider."""
+        """Add the motion by rotation and stretch of shapes about their centres to `way`; `which` (m,) or (m, 1), k and
+        r of the same or a wider shape."""
         i = self._of[which]
         flat = i.reshape(-1)
         for some, strand in ((self._strand, True), (~self._strand, False)):
@@ -119,7 +121,7 @@ class ShapeBatch:
             way[here] += lengths((one - two)[..., :3]) / 2 if strand else chords(one, two) * self._reach[i[here]]
 
     def _angles(self, which: Indices, k: Indices, r: Indices) -> Floats:
-        """Upper bound (m,) of rotations of solids [rad]; strands count as 0."""
+        """Return an upper bound (m,) of the rotations of solids [rad]; strands count as 0."""
         i = self._of[which]
         w = np.minimum(1.0, np.abs(dots(self._turns(i, k), self._turns(i, r))))
         found: Floats = np.where(self._strand[i] | (self._last[i] == 0), 0.0, 2.0 * np.arccos(w))

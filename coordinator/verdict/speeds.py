@@ -1,8 +1,8 @@
-"""How fast bodies go at samples, from the speeds of their joints, and how far that lets them leave straight ways.
+"""Speeds of bodies at samples, from the speeds of their joints, and the possible deviation from straight motion.
 
-A point that has the velocities v0 and v1 at two samples and the mean velocity s between them strays by about h / 4
-(|v0 - s| + |v1 - s|): of a constant acceleration that is twice h^2 / 8 times it, and of what shakes faster than the
-samples it is more than that moves, unless it happens to turn back at both.
+A point with velocities v0 and v1 at two samples and mean velocity s between them deviates by about h / 4 (|v0 - s| +
+|v1 - s|): for a constant acceleration this is twice h^2 / 8 times it; for vibration faster than the samples it exceeds
+the amplitude, unless the vibration happens to reverse at both samples.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FREE = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
 class BodyPoses(Protocol):
-    """Poses of a body."""
+    """Interface of the poses of a body: positions `p` and rotations `R`."""
 
     p: Floats  # (n, 3) its origin [m]
 
@@ -33,8 +33,8 @@ class BodyPoses(Protocol):
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Velocities of all bodies whose joints up to the world are free, sliding, hinged or fixed; locked joints are at
-    rest."""
+    """Return velocities of all bodies whose joints up to the world are free, sliding, hinged or fixed; locked joints
+    are at rest."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)
@@ -64,7 +64,7 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Bounds (n - 1,) of the deviation of a body's origin from its chords [m], and per metre from it."""
+    """Return bounds (n - 1,) of the deviation of a body's origin from its chords [m], and per metre from it."""
     v, w = twist
     h = np.maximum(np.diff(t), 1e-9)[:, None]
     return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)
@@ -76,7 +76,7 @@ def _strays(h: Floats, v: Floats, mean: Floats) -> Floats:
 
 
 def _turns(q: Floats) -> Floats:
-    """(n - 1, 3) rotation vectors from each quaternion (x y z w) to the next [rad]."""
+    """Return rotation vectors (n - 1, 3) from each quaternion (x y z w) to the next [rad]."""
     a, b = q[:-1], q[1:]
     sine = a[:, 3:] * b[:, :3] - b[:, 3:] * a[:, :3] - cross(b[:, :3], a[:, :3])
     sine *= np.where(dots(a, b) < 0.0, -1.0, 1.0)[:, None]
@@ -86,5 +86,5 @@ def _turns(q: Floats) -> Floats:
 
 
 def _turned(R: Floats, x: Sequence[float]) -> Floats:
-    """(n, 3) a vector of a body in the world."""
+    """Return a vector of a body in world axes (n, 3)."""
     return sum((R[:, :, i] * xi for i, xi in enumerate(x) if xi), np.zeros((1, 3)))

@@ -1,9 +1,9 @@
 """Linear algebra on arrays by operations on elements alone: the same bits on every processor, without BLAS or LAPACK.
 
 Sums, products, quotients and roots of elements are rounded correctly everywhere; what differs between libraries is the
-order of sums and which factors are fused.  Here every order is written out, and the vectors of NumPy run across it.
-Sources: elimination by outer products (Golub, Van Loan 2013, section 3.2), cyclic Jacobi rotations in the order of a
-tournament, half of the rows at a time (section 8.5.5).
+order of sums and which factors are fused. Here every order is written out, and NumPy vectorises across it. Sources:
+elimination by outer products (Golub, Van Loan 2013, section 3.2), cyclic Jacobi rotations in the order of a tournament,
+half of the rows at a time (section 8.5.5).
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ def times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def _filled(A: np.ndarray) -> list[tuple[int, int]]:
-    """Rows with nonzero entries, by column."""
+    """Return, for each column, the range of rows (first, end) that spans its nonzero entries."""
     if not A.size:
         return []
     there = A != 0.0
@@ -52,10 +52,8 @@ def sizes(x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LuFactors:
-    """L U factors of a matrix in one array, L with unit diagonal.
-
-    `filled`: by column, the rows of it that hold more than zeros.
-    """
+    """L U factors of a matrix in one array; L has a unit diagonal. `filled`: by column, the rows of it that hold more
+    than zeros."""
 
     LU: np.ndarray  # (n, n)
     filled: list[tuple[int, int]]

@@ -1,4 +1,4 @@
-"""Rotations as quaternions, for what is shown and recorded of a run; nothing in a run follows from them."""
+"""Rotations as unit quaternions for display and recordings; no simulation result depends on them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,9 +7,10 @@ SKEW, ROUNDED = 1e-12, 1e-5  # by which rows of a rotation that was rounded may 
 
 
 def quaternions(R: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 4) unit quaternions x y z w, w >= 0, of (n, 3, 3) rotations of floats, or of the rotations next to them.
+    """Return unit quaternions (n, 4), x y z w with w >= 0, of matrices (n, 3, 3); a matrix that is not orthogonal
+    within tolerance is first replaced by the nearest rotation.
 
-    Shepperd (1978): of four equal quaternions the one without cancellation.  Sums have one order, as the bits must.
+    Shepperd (1978): of four equal quaternions the one without cancellation. Sums have a fixed order, for the same bits.
     """
     a, b, c, d, e, f, g, h, i = columns = np.array(R.reshape(-1, 9).T, order="C")
     squares = ((a, b, c), (d, e, f), (g, h, i))

@@ -1,10 +1,9 @@
 """Small dense linear algebra on Python floats: the same bits on every processor, without NumPy, BLAS or LAPACK.
 
-For what decides something or is put into a message, where a few milliseconds do not matter: ranks, null spaces,
-least-norm solutions.  Matrices are lists of rows; products are summed exactly and rounded once (`fsum`), so that no
-order of summation counts.  Sources: Householder QR with column pivoting (Golub, Van Loan 2013, section 5.4.2),
-one-sided Jacobi rotations (section 8.6.3) on its triangle (Drmac, Veselic 2008), cyclic Jacobi for symmetric
-matrices (section 8.5.3).
+Used for decisions and messages, where a few milliseconds do not matter: ranks, null spaces, least-norm solutions.
+Matrices are lists of rows; products are summed exactly and rounded once (`fsum`), so that no order of summation counts.
+Sources: Householder QR with column pivoting (Golub, Van Loan 2013, section 5.4.2), one-sided Jacobi rotations (section
+8.6.3) on its triangle (Drmac, Veselic 2008), cyclic Jacobi for symmetric matrices (section 8.5.3).
 """
 
 from collections.abc import Sequence
@@ -107,10 +106,10 @@ def singular_values(A: Matrix) -> list[float]:
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
-    """A basis of the left null space of A: factors by row number.
+    """Return a basis of the left null space of A: one coefficient per row number for each basis vector.
 
-    By elimination with complete pivoting that keeps zeros, so that what hangs together locally stays local; what is
-    left below `least` of the largest element counts as zero.
+    Elimination with complete pivoting keeps zeros, so that locally coupled rows give local combinations; remainders up
+    to `least` times the largest element count as zero.
     """
     rows = [{j: x for j, x in enumerate(row) if x} for row in A]
     made: list[dict[int, float]] = [{i: 1.0} for i in range(len(rows))]

@@ -1,15 +1,16 @@
 """The largest eigenvalues of B x = mu A x with their vectors: modes (A stiffness, B mass) and buckling modes alike.
 
-What does not hang together is solved apart, so that bending in one plane, bending in the other, stretching and torsion
-of a straight beam stay what they are even where their frequencies agree.  A few vectors are found by subspace iteration
-(Bathe 2014, section 11.6) on A^-1 B, whose products with A are known without multiplying by A; many, by reduction to a
-symmetric matrix.  Rigid motions are moved out of the way first (Hotelling's deflation).
+Uncoupled sets of degrees of freedom are solved separately, so that bending in either plane, stretching and torsion of a
+straight beam do not mix even where their frequencies agree. A few vectors are found by subspace iteration (Bathe 2014,
+section 11.6) on A^-1 B, whose products with A are known without multiplying by A; many, by reduction to a symmetric
+matrix. Rigid motions are moved out of the way first (Hotelling's deflation).
 
-Splines through values at places, and Chebyshev series that follow them: for what slides along a beam.
+The module also has interpolating splines and Chebyshev series that approximate them, for bodies that slide along a
+beam.
 
-By operations on elements alone, as in `arrays`.  Sources: B-splines by the recurrence of Cox and de Boor (de Boor
-1978, chapter X) with as many knots as values (not-a-knot ends); series by discrete orthogonality at the roots of a
-Chebyshev polynomial (Mason, Handscomb 2003, section 4.6), derivatives and integrals of series (section 2.4).
+By operations on elements alone, as in `arrays`. Sources: B-splines by the recurrence of Cox and de Boor (de Boor 1978,
+chapter X) with as many knots as values (not-a-knot ends); series by discrete orthogonality at the roots of a Chebyshev
+polynomial (Mason, Handscomb 2003, section 4.6), derivatives and integrals of series (section 2.4).
 """
 
 import numpy as np
@@ -60,7 +61,7 @@ def largest(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarra
 
 
 def _connected(A: np.ndarray, B: np.ndarray) -> list[list[int]]:
-    """Connected sets of degrees of freedom."""
+    """Return the sets of degrees of freedom that A or B couples."""
     touches = (A != 0.0) | (B != 0.0)
     left, parts = np.ones(len(A), bool), list[list[int]]()
     for first in range(len(A)):
@@ -87,7 +88,7 @@ def _largest_of_one(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, n
 
 
 def _iterated(B: np.ndarray, factors: LuFactors, n: int, p: int) -> tuple[np.ndarray, np.ndarray]:
-    """Subspace iteration with p vectors, started without symmetry."""
+    """Return the n largest eigenvalues and their vectors by subspace iteration with p unsymmetric start vectors."""
     k = np.arange(len(B) * p, dtype=float) + 1.0
     phase = k * k * GOLDEN
     X = (phase - np.floor(phase) - 0.5).reshape(-1, p)
@@ -107,7 +108,8 @@ def _iterated(B: np.ndarray, factors: LuFactors, n: int, p: int) -> tuple[np.nda
 
 
 def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[np.ndarray, np.ndarray]:
-    """A-orthonormal columns of X, in order, without those whose new part is below `least`; and A times them.
+    """Return the A-orthonormal columns of X in order, and A times them; a column whose part orthogonal to the earlier
+    ones is below `least` of its length is dropped.
 
     By modified Gram-Schmidt, twice ("twice is enough", Kahan, Parlett).
     """
@@ -132,7 +134,7 @@ def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[
 
 
 def spline(x: np.ndarray, values: np.ndarray, degree: int, at: np.ndarray) -> np.ndarray:
-    """(k, m) at the places `at` (k,), of the spline of an odd degree through values (n, m) at ascending x (n,)."""
+    """Evaluate at `at` (k,) the spline of an odd degree through values (n, m) at ascending x (n,); returns (k, m)."""
     ends = (degree + 1) // 2
     knots = np.concatenate([x[:1].repeat(degree + 1), x[ends:-ends], x[-1:].repeat(degree + 1)])
     weights = factored(_splines(knots, degree, x)).solve(values)
@@ -154,7 +156,7 @@ def _splines(knots: np.ndarray, degree: int, x: np.ndarray) -> np.ndarray:
 
 
 def roots(n: int) -> np.ndarray:
-    """(n,) of the Chebyshev polynomial T_n, descending."""
+    """Return the roots (n,) of the Chebyshev polynomial T_n in descending order."""
     return np.array([cos(np.pi * (k + 0.5) / n) for k in range(n)])
 
 

@@ -1,12 +1,12 @@
-"""sin, cos, atan2 and powers from additions, multiplications and divisions alone: no libm decides a bit.
+"""sin, cos, atan2 and powers from additions, multiplications and divisions alone: independent of libm.
 
-The text runs on floats and on symbols like everything else, so machine code, float oracle and commands agree to the
-last bit, on every processor and at every optimisation level.  On floats it needs no NumPy: what plans, chooses or
-tells computes with these functions, too.  At most 1 ulp of error (the tests compare with 40
-digits): sin and cos up to |x| = 1.6e6 rad (2.6e5 turns), beyond that 1 ulp of the argument is lost; atan2 for
-coordinates between 2^-300 and 2^300; power(x, p) for x > 0, |p| <= 1, and for as large p as |p log x| <= 64.
-Sources: argument reduction after Cody and Waite in the form of fdlibm's `e_rem_pio2.c`, kernels `k_sin.c`, `k_cos.c`,
-`s_atan.c`, `e_exp.c` (Sun Microsystems 1993); error-free sums and products: Dekker 1971, Knuth 4.2.2.
+The functions run on floats and on symbols, so machine code, its reference on floats and commands agree to the last bit,
+on every processor and at every optimisation level. On floats they need no NumPy, so planning, level selection and
+messages use them, too. At most 1 ulp of error (the tests compare with 40 digits): sin and cos up to |x| = 1.6e6 rad
+(2.6e5 turns), beyond that 1 ulp of the argument is lost; atan2 for coordinates between 2^-300 and 2^300; power(x, p)
+for x > 0, |p| <= 1, and for as large p as |p log x| <= 64. Sources: argument reduction after Cody and Waite in the form
+of fdlibm's `e_rem_pio2.c`, kernels `k_sin.c`, `k_cos.c`, `s_atan.c`, `e_exp.c` (Sun Microsystems 1993); error-free sums
+and products: Dekker 1971, Knuth 4.2.2.
 """
 
 from functools import cache

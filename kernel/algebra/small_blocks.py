@@ -1,12 +1,11 @@
-"""Arithmetic of small dense blocks, stored row by row: one function per size, whose rows are vectors.
+"""Arithmetic of small dense blocks, stored row by row: one traced function per size, on floats and symbols.
 
-Factors of a symmetric block M = L D L^T: C holds L below the diagonal and 1/D on it.  Blocks right of the diagonal are
-enough; in traced text a row of one is a vector symbol, so that the processor works on whole rows.
+A = L D L^T of symmetric matrices without pivoting, and an orthonormal frame of given columns. Factors C of a symmetric
+block hold L below the diagonal and 1/D on it. Only blocks right of the diagonal are stored; in traced functions a row
+of a block is a vector symbol, so that the processor works on whole rows.
 
-A = L D L^T of symmetric matrices without pivoting, and an orthonormal frame of given columns; floats and symbols.
-
-Zeros that are known when the text is traced stay zeros, so a good order of the rows is all that sparsity needs
-(Golub, Van Loan, Matrix Computations, 4.1 and 5.1).
+Zeros known at tracing stay zeros, so a good order of the rows gives sparsity (Golub, Van Loan, Matrix Computations, 4.1
+and 5.1).
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ def _rows(name: str, A: Array, n: int) -> list[Sym | Array]:
 
 
 class Blocks:
-    """The functions by name and size, made when first asked for."""
+    """Traced functions for small dense blocks, one per operation and block size, created on first use."""
 
     def __init__(self) -> None:
         self._made: dict[str, Function] = {}
@@ -40,7 +39,7 @@ class Blocks:
         return self._made[name]
 
     def factor(self, n: int) -> Function:
-        """M (n, n), upper half used -> C (n, n), pivot (n,) = D."""
+        """Factorise M (n, n), of which the upper half is used -> factors C (n, n), pivot (n,) = D."""
 
         def body(M: Array) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
@@ -60,7 +59,7 @@ class Blocks:
         return self._get(f"block_factor{n}", body, {"M": n * n})
 
     def _solved(self, n: int, C: Array, b: list[Any]) -> list[Any]:
-        """Solutions for rows b of the matrix factorised in C."""
+        """Solve M x = b with the factors C (n, n) of M; the elements of b are scalars or rows."""
         x = list(b)
         for s in range(n):
             for r in range(s + 1, n):
@@ -76,7 +75,7 @@ class Blocks:
         return self._get(f"block_solve{n}", lambda C, b: {"x": self._solved(n, C, list(b))}, {"C": n * n, "b": n})
 
     def under(self, n: int, m: int) -> Function:
-        """C (n, n), U (n, m) -> W (n, m): the inverse of the matrix factorised in C, times U."""
+        """Solve for several columns: C (n, n), U (n, m) -> W (n, m), the inverse of the factorised matrix times U."""
         return self._get(
             f"block_under{n}_{m}", lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))}, {"C": n * n, "U": n * m}
         )

@@ -1,4 +1,4 @@
-"""Predictor and corrector of the equilibrium path: the rest near a pose, with the discrete states as they are.
+"""Predictor and corrector of the equilibrium path: find the equilibrium near a pose with frozen discrete states.
 
 The predictor is the tangent, the first step of Newton's method with the stiffness of the last point, and its change
 since the one before; the corrector goes on with that stiffness, then with one of its own (Allgower, Georg, 2003,
@@ -24,7 +24,7 @@ LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 
 
 class Corrector:
-    """Finds equilibria of a simulation near given poses; `poses` evaluates it."""
+    """Finds equilibria of a simulation near given poses; `poses` evaluates the simulation."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -33,7 +33,7 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Begin anew at a pose, after commands and switches."""
+        """Restart prediction and stiffness at a pose, after commands or switched laws."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)
@@ -50,7 +50,7 @@ class Corrector:
         return self.poses.unit(q)
 
     def guards(self, q: np.ndarray) -> np.ndarray:
-        """Guards of all laws at a pose."""
+        """Return the guards (event functions) of all laws at a pose."""
         self.poses.accelerations(q)
         return self.poses.guards()
 
@@ -62,8 +62,11 @@ class Corrector:
         self.poses.factorise(K, LONG, self.poses.basis(q))
 
     def predicted(self, q0: np.ndarray, P0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
-        """Equilibrium predicted by tangent and curvature over a step [ns] from q0, None if there is none nearby, and
-        its distance from the prediction. P0: parameters at q0; the simulation has those at the end."""
+        """Predict the equilibrium a step of `dt` [ns] after q0 by tangent and curvature, and correct it.
+
+        Returns it, None if there is none nearby, and its distance from the prediction. P0: parameters at q0; the
+        simulation has those at the end of the step.
+        """
         poses, P = self.poses, self._simulation.P
         q, P1 = self.place(q0), P.copy()
         P[:] = P0 + PART * (P1 - P0)
@@ -90,7 +93,7 @@ class Corrector:
         return found, bend
 
     def corrected(self, q: np.ndarray) -> np.ndarray | None:
-        """The equilibrium near a pose for the present discrete states; None if there is none."""
+        """Return the equilibrium near a pose with the present discrete states; None if there is none."""
         poses, last, fresh, stalled = self.poses, inf, 0, 0
         before = inf
         for _ in range(NEWTON):

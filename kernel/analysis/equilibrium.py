@@ -1,14 +1,15 @@
-"""Static equilibrium with one-sided laws: where nothing accelerates, and which ropes and pads then carry.
+"""Static equilibrium with one-sided laws: a pose without accelerations, and which ropes and pads carry in it.
 
-Pseudo-transient continuation (Kelley, Keyes 1998): steps (1/h^2 - da/dq)^-1 a in the metric of the inertia; small h
-falls with gravity and friction, large h is Newton's method.  Between steps the laws whose guards have fallen switch,
-as at events, until the active set stays.  Neutral directions, such as the travel of a crane, stay where they are.
+Pseudo-transient continuation (Kelley, Keyes 1998): steps (1/h^2 - da/dq)^-1 a in the metric of the inertia; with small
+h the scene falls with gravity and friction, large h is Newton's method. Between steps, laws whose guards are negative
+switch as at events, until the active set stays the same. Neutral directions, such as the travel of a crane, keep their
+position.
 
-Discrete states at rest: which one-sided laws act, and how far dry friction has given way.
+Discrete states at rest: which one-sided laws act, and how far dry friction has slid.
 
-Ropes, pads and stops switch as at events.  Friction that is pulled beyond its limit slides and draws the anchor of its
-spring after it, until the spring relaxes; then it holds from where it is (return mapping of perfect plasticity; Simo,
-Hughes, Computational Inelasticity, 1998, 1.4).
+Ropes, pads and stops switch as at events. Friction loaded beyond its limit slides and draws the anchor of its spring
+along until the spring relaxes; then it holds at its new place (return mapping of perfect plasticity; Simo, Hughes,
+Computational Inelasticity, 1998, 1.4).
 """
 
 from __future__ import annotations
@@ -36,10 +37,8 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch laws with fallen guards at pose q (nq,) until the active set is consistent; returns the changes.
-
-    `thresholds`: those that were armed, too.
-    """
+    """Switch laws with negative guards at pose q (nq,) until the active set is consistent; return the changes.
+    `thresholds`: also switch armed thresholds of signals."""
     simulation = poses.simulation
     guards = simulation.program.guards
     happened: list[StateChange] = []
@@ -56,7 +55,7 @@ def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateC
 
 
 def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
-    """Friction that held slips in the direction of its force; friction that slipped holds."""
+    """Toggle a friction law: from holding to slipping in the direction of its force, or back to holding."""
     program, row = simulation.program, simulation.row()
     law = program.of_guard[kind, name]
     shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, name]]
@@ -72,10 +71,8 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
 
 
 def release(simulation: Simulation) -> float:
-    """Draw the anchors of what slides after it, so that their springs hold what they can (radial return).
-
-    Returns how far a pad has slid at most [m], whose direction is that of the end all the way.
-    """
+    """Move the anchors of sliding friction springs until the springs carry what friction can hold (radial return).
+    Returns the longest slide of a pad [m]; the direction at the end is used for the whole slide."""
     slid = 0.0
     program, row = simulation.program, simulation.row()
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
@@ -93,7 +90,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Net events: the last state of each law, if it has changed."""
+    """Return the net events: the last state of each law, if the law has changed."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
@@ -138,15 +135,13 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
 
 
 def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilibrium:
-    """Tensions, forces and energies of a simulation at rest at q (nq,)."""
+    """Return the equilibrium of a simulation at rest at q (nq,), with rope tensions and support forces."""
     return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """The rest pose (nq,) reached from q, the number of steps, and the laws that have switched.
-
-    Raises KernelError, naming the body that finds no rest.
-    """
+    """Return the rest pose (nq,) reached from q, the number of steps, and the changes of laws. Raises KernelError,
+    naming the body that finds no rest."""
     h, before, last, stalled = SHORT, np.inf, np.inf, 0
     events: list[StateChange] = []
     for steps in range(MOST + MORE):
@@ -171,7 +166,7 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateCha
 
 
 def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
-    """What samples show under topics of this ending, by name."""
+    """Return the sampled values of all channels whose topic ends with `topic`, by name."""
     method = simulation.method
     values = published(method, np.array(method.row_layout.pack(simulation.row()))[None])[0]
     shown = [c for c in channels(method) if c.topic.endswith(topic)]
@@ -179,7 +174,7 @@ def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
 
 
 def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, h: float) -> tuple[np.ndarray, float]:
-    """A step along the acceleration; h [s] shrinks where the pose is unstable."""
+    """Return a step along the acceleration `a`, and its h [s], reduced where the pose is unstable."""
     while True:
         poses.factorise(K, h, basis)
         step = poses.solve(a)

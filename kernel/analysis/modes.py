@@ -93,7 +93,7 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
 
 
 def _damping(poses: Poses, q: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """(n, n) da/dv [1/s] of the motions `basis` at pose q, at rest, to fourth order."""
+    """Return da/dv (n, n) [1/s] of the motions `basis` at pose q with zero speeds, by fourth-order differences."""
     h = SPEED_STEP
 
     def along(e: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ CARRIED = 1e-6  # part of the largest force that counts as none
 
 
 def modes_text(found: Modes) -> str:
-    """A table of oscillations, followed by other motions."""
+    """Return a table of oscillations, followed by the motions that do not oscillate."""
     rows = [("", "frequency", "period", "damping", "moves most (share of kinetic energy)")]
     for n, m in enumerate(found.oscillations, 1):
         damping = 0.0 if abs(m.damping) < 1e-7 else m.damping
@@ -136,7 +136,8 @@ def _movers(mode: NaturalMode) -> str:
 
 
 def modes_data(found: Modes) -> dict[str, object]:
-    """Frequencies [Hz], pulsations [rad/s], damping ratios, shares and shapes (amplitude and phase [rad])."""
+    """Return frequencies [Hz], angular frequencies (`pulsation`) [rad/s], damping ratios, shares and shapes (amplitude
+    and phase [rad]) as data."""
     return {
         "modes": [
             {
@@ -156,10 +157,8 @@ def modes_data(found: Modes) -> dict[str, object]:
 
 
 def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str:
-    """Tensions, pad forces and joint reactions; `growth` of a perturbation [1/s].
-
-    "~" stands before what rigid bodies do not determine.
-    """
+    """Return tensions, pad forces and joint reactions as text; `growth`: growth rate of a perturbation [1/s]. "~" marks
+    forces that are statically indeterminate for rigid bodies."""
     lines = [f"at rest after {found.steps} step{'s' * (found.steps != 1)}"]
     if growth:
         lines.append(f"unstable: a small push grows e-fold in {1.0 / growth:.3g} s")
@@ -183,7 +182,7 @@ def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str
 
 
 def _choice(reactions: Reactions) -> str:
-    """Undetermined forces, and the solution shown instead."""
+    """Describe the statically indeterminate forces and the solution shown for them."""
     contacts = f"; nor do they determine the forces of the contacts {', '.join(reactions.contacts)}"
     shown = (
         "shown is the share with the smallest sum of squared forces and of squared moments over "

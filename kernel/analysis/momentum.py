@@ -1,4 +1,4 @@
-"""Mass, centre, linear and angular momentum of a scene: what free flight keeps and only outer forces change.
+"""Mass, centre, linear and angular momentum of a scene; only external forces change them.
 
 Sums of I V over the bodies of each tree (Featherstone 2008, section 2.9), moved from the tree's point to the world's
 origin.

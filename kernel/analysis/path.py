@@ -1,13 +1,14 @@
-"""The equilibrium path: where a scene rests while its drives, winches and masters move as they are commanded.
+"""The equilibrium path: the rest poses of a scene while its drives, winches and masters move as commanded.
 
 Continuation in the time of the commands, without inertia and without rates (see `corrector`); steps follow the
-curvature, which the corrector measures.  Events (guards that fall) are located on the path and switch the laws there.
-Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is reported.
+curvature, which the corrector measures. Events (guards that become negative) are located on the path and switch the
+laws there. Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is
+reported.
 
-    start()           the first rest; what has changed on the way there
-    run(until_ns)     along the path, until something has happened that somebody hears; returns it, [] at `until_ns`
-    command.set_...   commands at `epoch`, those of a `Simulation`
-    settle()          the rest after commands
+    start()           find the first equilibrium; returns the events on the way to it
+    run(until_ns)     follow the path to the first subscribed event; returns the events, [] at `until_ns`
+    command.set_...   give commands at `epoch`, as to a `Simulation`
+    settle()          find the equilibrium after commands
 """
 
 from dataclasses import dataclass
@@ -54,10 +55,8 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Follows the equilibrium of a simulation, which it owns; `heard`: laws whose events stop `run`.
-
-    `points` are all rests so far, `notes` what a user must know of them.
-    """
+    """Follows the equilibrium of a simulation, which it owns; events of the laws `heard` stop `run`. `points`: all
+    equilibria so far; `notes`: messages for the user."""
 
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
         self.command, self.heard = simulation, heard
@@ -74,7 +73,8 @@ class EquilibriumPath:
     # ---- life ---------------------------------------------------------------------------------------------
 
     def start(self) -> list[StateChange]:
-        """Start the simulation and find its first rest.  Raises KernelError if there is none."""
+        """Start the simulation and find its first equilibrium; return the events. Raises KernelError if there is
+        none."""
         self.command.start()
         self._commanded()
         self._q = self.command.state[: self.command.program.nq].copy()
@@ -82,7 +82,7 @@ class EquilibriumPath:
         return self._fall("")
 
     def settle(self) -> list[StateChange]:
-        """Equilibrium after commands. Raises KernelError if there is none."""
+        """Find the equilibrium after commands; return the events. Raises KernelError if there is none."""
         self._commanded()
         self._near.renew(self._q)
         q = self._near.corrected(self._near.place(self._q))
@@ -112,7 +112,7 @@ class EquilibriumPath:
         return []
 
     def rest(self) -> Equilibrium:
-        """The present equilibrium; the simulation is left in it."""
+        """Return the present equilibrium and leave the simulation at its pose."""
         self._near.poses.accelerations(self._q)
         return equilibrium_at(self.command, self._q, self._steps)
 
@@ -124,7 +124,7 @@ class EquilibriumPath:
         return self.epoch + round(min(following) * 1e9) if following else FOREVER_NS
 
     def _step(self, end_ns: int) -> list[StateChange]:
-        """A step of the path up to `end_ns`; returns the events at its end."""
+        """Follow the path for one step, at most to `end_ns`; return the events at its end."""
         t0, q0 = self.epoch, self._q
         G0, P0 = self._near.guards(q0), self.command.P.copy()
         while True:
@@ -154,8 +154,8 @@ class EquilibriumPath:
         return []
 
     def _beyond(self, end_ns: int) -> list[StateChange]:
-        """The equilibrium to which the scene falls at the end of the path; a fold is left slowly, so commands may
-        continue."""
+        """Find the equilibrium to which the scene falls where the path ends; return the events. Commanded motions
+        continue meanwhile, since they may lead to the next equilibrium: time advances until one is found."""
         t0, later = self.epoch, SHORTEST_NS
         if t0 < self._fallen + SOON * self._later:  # falls in a row, as of stick and slip
             later = min(LONGEST_FALL_NS, SOON * self._later)
@@ -170,7 +170,7 @@ class EquilibriumPath:
                 later *= 10
 
     def _settled(self, happened: list[StateChange]) -> list[StateChange]:
-        """The rest after laws have switched."""
+        """Find the equilibrium after laws have switched; return the net events."""
         for _ in range(CHATTER if self._instant < CHATTER else 0):
             self._near.renew(self._q)
             q = self._near.corrected(self._q)
@@ -189,7 +189,7 @@ class EquilibriumPath:
     def _fall(
         self, why: str, before: list[StateChange] | None = None, since_ns: int | None = None
     ) -> list[StateChange]:
-        """Fall to the equilibrium that the scene settles into; noted if it is far."""
+        """Fall to the equilibrium that the scene settles into; add a note if it is far away; return the events."""
         poses, start = self._near.poses, self._q
         try:
             q, self._steps, events = relaxed(poses, poses.moved(start, np.zeros(len(poses.free))))
@@ -209,11 +209,11 @@ class EquilibriumPath:
         return net(events)
 
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
-        """The first time in a step at which a guard has fallen, and the equilibrium there.
+        """Return the first time in a step at which a guard is negative, and the equilibrium there.
 
-        Guesses are where the chord of the bracket ends, or the line through the last two rests before the event, of a
-        guard that has a kink there; a little before the end, which such a line has brought near; the middle.  Each is
-        taken a bit to the far side, so that the bracket closes from both.
+        A guess is the end of the chord across the bracket; the end of the line through the last two equilibria before
+        the event, for a guard with a kink there; a point just before the end, if such a line came close to it; or the
+        middle. Each is shifted slightly to the far side, so that the bracket closes from both ends.
         """
         G1, kind, failed = self._near.guards(q1), CHORD, set[int]()
         earlier = t0, q0, G0
@@ -257,7 +257,7 @@ class EquilibriumPath:
             s.P[self._clock] = t_ns * 1e-9
 
     def _commanded(self) -> None:
-        """Adopt the commands at the epoch: moves are led from here on."""
+        """Take over the commands at the epoch: from now on `_lead` evaluates the commanded motions."""
         s, at = self.command, self.command.program.parameters.at
         s.native.set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
@@ -282,15 +282,16 @@ class EquilibriumPath:
     # ---- stability ----------------------------------------------------------------------------------------
 
     def stiffness(self) -> float:
-        """Smallest eigenvalue of the tangent stiffness over the inertia at the present rest [1/s2]."""
+        """Return the smallest eigenvalue of the tangent stiffness over the inertia at the present equilibrium
+        [1/s2]."""
         return self._near.stiffness(self._q)
 
     def modes(self) -> Modes:
-        """Small motions about the present rest."""
+        """Return the small motions about the present equilibrium."""
         return modes_at(self._near.poses, self._q)
 
     def _check_stability(self) -> None:
-        """An equilibrium is unstable if an eigenvalue of the tangent stiffness has passed zero (Sylvester)."""
+        """Note an unstable equilibrium: an eigenvalue of the tangent stiffness has passed zero (Sylvester)."""
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch
             self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))

@@ -1,7 +1,7 @@
 """A simulation seen as a function of its pose: accelerations, guards, tangent stiffness, with all speeds zero.
 
-Poses are compared in the tangent space, one number per free degree of freedom, so that quaternions need no care.
-Where loops close, `basis` spans what they leave, and every pose is put back onto them.
+Poses are compared in the tangent space, one number per free degree of freedom, so that quaternions need no care. With
+closed loops, `basis` spans the motions that they allow, and every pose is projected back onto the closed loops.
 """
 
 from typing import TYPE_CHECKING
@@ -53,7 +53,7 @@ class Poses:
 
     @staticmethod
     def stopped(simulation: "Simulation") -> "Poses":
-        """Stop all drives, winches and masters of a simulation permanently."""
+        """Stop all drives, winches and masters of a simulation permanently; return its evaluator."""
         simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
@@ -71,7 +71,7 @@ class Poses:
         return dv
 
     def guards(self) -> np.ndarray:
-        """Guards of the last evaluated pose."""
+        """Return the guards at the pose evaluated last."""
         G: np.ndarray = self.simulation.native.X[self._at["G"]].copy()
         return G
 
@@ -95,7 +95,7 @@ class Poses:
         return found
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
-        """Keep the LU factors of 1/h^2 - K (n_free, n_free) for `solve`, of the motions that a basis spans."""
+        """Factorise 1/h^2 - K (n_free, n_free), restricted to the motions of `basis`, for `solve`."""
         self._B = basis
         if basis is not None:
             K = basis.T @ K @ basis
@@ -106,7 +106,7 @@ class Poses:
         self.simulation.native.code.call("factorise_tangent", self._M)
 
     def solve(self, a: np.ndarray) -> np.ndarray:
-        """(n_free,) step of the matrix factorised last, for accelerations a (n_free,)."""
+        """Return the step (n_free,) for accelerations a (n_free,), with the matrix factorised last."""
         x = self._found
         if self._B is None:
             self._given[:] = a
@@ -117,14 +117,14 @@ class Poses:
         return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def sign(self) -> float:
-        """Sign of the determinant of the last factorised matrix."""
+        """Return the sign of the determinant of the matrix factorised last."""
         f, n = self._tangent.factors, len(self.free)
         exchanges = self._M[f.exchanges : f.exchanges + n] != np.arange(n)
         negative = self._M[f.inverses[0] : f.inverses[0] + n] < 0.0
         return -1.0 if (int(exchanges.sum()) + int(negative.sum())) % 2 else 1.0
 
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """(nq,) the pose a step (n_free,) [m, rad] away."""
+        """Return the pose (nq,) that lies a step (n_free,) [m, rad] from q, with loops closed."""
         p = self.simulation.program
         self._refresh(q, step)
         new: np.ndarray = q + self._f[: p.nq]
@@ -136,7 +136,7 @@ class Poses:
         return self.unit(new)
 
     def unit(self, q: np.ndarray) -> np.ndarray:
-        """A pose (nq,) with unit quaternions, made so in place."""
+        """Normalise the quaternions of a pose (nq,) in place, and return it."""
         turns = q[self._quaternions]
         x, y, z, w = (turns * turns).T
         size = np.sqrt(x + y + z + w)  # in one order, as no library of linear algebra promises
@@ -144,14 +144,15 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Continue angles from pose q, less than half a turn from the previous one."""
+        """Update the turn counts of angles at pose q, less than half a turn from the previous pose."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
-        """(n_free, n) orthonormal motions that the loops allow at pose q; None without loops: all."""
+        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None without
+        loops."""
         n, p = len(self.free), self.simulation.program
         if not len(p.constraints):
             return None

@@ -3,7 +3,7 @@
 symbol, function              symbols that record arithmetic; functions traced once; named parts of blocks of numbers
 emit                          recorded functions as an LLVM IR module; machine code of this process, cached
 llvm_function                 one function as straight-line code
-simd_batches                  equal calls side by side as vectors; where their numbers come from
+simd_batches                  equal calls side by side as vectors; loads of their operands
 vector_loops                  arithmetic on whole states as loops
 native_loops, native_linear_algebra   loops written by hand; LU factors of dense systems
 """

@@ -125,8 +125,8 @@ _ANY = ctypes.c_char * 0
 
 
 class Library:
-    """Machine code of `ir()`, which is called only if `structure` is not cached; `opt`: LLVM level 0 to 3; `cpu`: LLVM
-    name of another processor than this one."""
+    """Machine code of the IR text `ir()`, which is called only if `structure` is not cached. `opt`: LLVM optimisation
+    level 0 to 3; `cpu`: LLVM name of the target, if it is not this processor."""
 
     def __init__(
         self,
@@ -172,7 +172,7 @@ class Library:
         return bytes(self._machine.emit_object(module))
 
     def number(self, name: str) -> float:
-        """A constant of the code."""
+        """Return a named constant of the machine code."""
         address = self._engine.get_global_value_address(name)
         return ctypes.c_double.from_address(address).value
 
@@ -183,7 +183,7 @@ class Library:
         return found
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
-        """Run a native function on contiguous float64 blocks; the caller vouches for their sizes."""
+        """Run a native function on contiguous float64 blocks; the caller is responsible for their sizes."""
         self.bound(name, *blocks)()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:

@@ -25,16 +25,16 @@ def operands(n: Sym) -> list[Sym]:
 
 
 def symbols(block: str, n: int) -> np.ndarray:
-    """(n,) the scalars of an input block."""
+    """Return the scalars (n,) of an input block as symbols."""
     return np.array([node("in", block, i) for i in range(n)] + [None], dtype=object)[:-1]
 
 
 class Function:
-    """body(**blocks) -> {name: values, or (row, values) for a row of a table}; recorded once.
+    """A traced function body(**blocks) -> {name: values, or (row, values) for a row of a table}; recorded once.
 
     On floats a call runs the body itself; while another graph is recorded it adds one call node, so that the machine
-    code exists once.  `vectors` names outputs that callers get as one vector symbol; one that is `rare`,
-    called between steps only, need not be fast if it is long.
+    code exists once. `vectors`: outputs that callers get as one vector symbol. `rare`: called between steps only, so a
+    long function is compiled without optimisation.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class Function:
         return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
 
     def _numbers(self, x: Any) -> Array:
-        """Python floats in order: NumPy passes products of its own floats to BLAS, whose last bits differ."""
+        """Return Python floats in order: NumPy passes products of its own floats to BLAS, whose last bits differ."""
         return np.array(flatten(x), dtype=object)
 
 
@@ -131,7 +131,7 @@ class Primitive(Function):
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Values written to a block, each with whether it is already at its place."""
+    """Return the values written to a block, each with whether it is already in its place."""
     out, at = [], 0
     for x in values:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
@@ -166,7 +166,7 @@ class Layout:
         self.size = n
 
     def unpack(self, block: Any, kind: type[Parts]) -> Parts:
-        """Parts of a block by name: scalars, arrays, vectors; `kind`: the names that exist."""
+        """Return the named parts of a block as `kind`: scalars, arrays or vector symbols."""
         if isinstance(block, np.ndarray) and block.dtype == np.float64:
             return kind(**{name: block[at] for name, at in self.at.items()})
 

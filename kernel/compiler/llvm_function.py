@@ -21,7 +21,8 @@ def blocks_of(f: Function) -> list[str]:
 
 
 def named_code(f: Function, lanes: int, shared: frozenset[str] = frozenset()) -> str:
-    """Name of the machine code of a function for that many calls side by side (0: for one) that share some blocks."""
+    """Return the name of the machine code for `lanes` calls side by side (0: a single call) that share the blocks
+    `shared`."""
     return ".".join([f"{f.name}.x{lanes}", *sorted(shared)]) if lanes else f.name
 
 
@@ -30,12 +31,12 @@ def _width(x: Any) -> int:
 
 
 def _cut(width: int) -> list[tuple[str, int, int]]:
-    """Suffix, offset and lanes of each piece of a wide value."""
+    """Return suffix, offset and lanes of each piece of a wide value."""
     return [(f"_{i}", i * WIDEST, min(WIDEST, width - i * WIDEST)) for i in range(-(-width // WIDEST))]
 
 
 def _in_pieces(lines: list[str]) -> Iterator[str]:
-    """Long code is cut into blocks, since LLVM's effort grows faster than the length of one."""
+    """Split long code into basic blocks, since LLVM's effort grows faster than the length of a block."""
     for i, line in enumerate(lines):
         if i and i % PIECE == 0 and len(lines) > LONG:
             yield f"br label %b{i}\nb{i}:"
@@ -43,11 +44,11 @@ def _in_pieces(lines: list[str]) -> Iterator[str]:
 
 
 class StraightLineCode:
-    """Straight-line code of one recorded function; with `lanes`, of that many calls side by side.
+    """Straight-line code of one recorded function, or of `lanes` calls of it side by side.
 
-    Then each scalar is a vector, and in its blocks the lanes of a number lie next to each other.  `fused`: products
-    may be added without being rounded, so that the bits depend on the processor.  `shared`: input blocks that are one
-    and the same in all lanes.
+    With `lanes`, each scalar is a vector, and in the blocks the lanes of a number lie next to each other. `fused`:
+    products may be added without being rounded, so that the bits depend on the processor. `shared`: input blocks that
+    are the same in all lanes.
     """
 
     def __init__(self, f: Function, lanes: int = 0, fused: bool = False, shared: frozenset[str] = frozenset()) -> None:
@@ -97,7 +98,7 @@ class StraightLineCode:
         return "\n".join(lines)
 
     def read_before_written(self) -> None:
-        """Load what the results take from blocks, before the first of them is written."""
+        """Load the numbers that outputs take from blocks, before the first output is written."""
         for row in self.f.rows.values():
             self.value(row)
         for name, values in self.f.outputs.items():
@@ -108,7 +109,7 @@ class StraightLineCode:
                     self.value(x)
 
     def value(self, x: Any, lanes: int = 0) -> str:
-        """The IR name of a value; numbers of blocks are loaded on first use."""
+        """Return the IR name of a value; numbers of blocks are loaded on first use."""
         if is_sym(x) and x.op in _LOADED and x not in self.loaded and not is_long(x):
             self.loaded.add(x)
             self.fetch(x)
@@ -126,7 +127,7 @@ class StraightLineCode:
             ]
 
     def store(self, values: list[tuple[Any, bool]], base: str, tag: str) -> None:
-        """Write values one after the other, except those that stand there already."""
+        """Emit the stores of consecutive values, except those that are already in place."""
         i = 0
         for x, kept in values:
             if is_long(x) and not kept:
@@ -150,7 +151,7 @@ class StraightLineCode:
         return self.spreads[x, lanes]
 
     def new(self) -> str:
-        """A name for an intermediate vector."""
+        """Return a new name for an intermediate vector."""
         self.vectors += 1
         return f"%s{self.vectors}"
 
@@ -182,7 +183,7 @@ class StraightLineCode:
         return f"ptr %{tag}"
 
     def fetch(self, n: Sym) -> None:
-        """Load a number of a block or of a result."""
+        """Emit the load of a number of a block or of a call's result."""
         a = n.args
         if n.op == "in" and a[0] in self.shared:
             self.body += [
@@ -249,7 +250,7 @@ class StraightLineCode:
     def make_call(
         self, f: Function, lanes: int, at: dict[str, str], name: str, shared: frozenset[str] = frozenset()
     ) -> None:
-        """Emit a call and its result space; at: block -> pointer to its inputs."""
+        """Emit a call and reserve stack memory for its results; `at`: pointers to its inputs, by block."""
         for k, v in f.outputs.items():
             size = max(1, sum(map(_width, v))) * max(1, lanes)
             self.head.append(f"%r{name}_{k} = alloca [{size} x double], align 64")
@@ -258,7 +259,7 @@ class StraightLineCode:
         self.called.append((f, lanes, shared))
 
     def batch(self, b: SimdBatch) -> None:
-        """One vector call for many scalar ones."""
+        """Emit one vector call for a batch of scalar calls."""
         at: dict[str, str] = {}
         for i, k in enumerate(b.function.inputs, 1):
             tag = f"a{b.name}_{k}"

@@ -47,7 +47,7 @@ class FactorLayout:
         return self.exchanges + (1 + self.planes) * self.stride
 
     def factorise(self, c: LoopEmitter) -> None:
-        """Write the loops that replace the matrix by its factors; block M."""
+        """Emit the loops that replace the matrix in block M by its factors."""
         n, stride = self.n, self.stride
         planes = [c.at("%M", x) for x in self.matrix]
         largest, where = c.reserve("double"), c.reserve("i64")
@@ -83,7 +83,8 @@ class FactorLayout:
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
     def solve(self, c: LoopEmitter, x: list[str]) -> None:
-        """Write the loops that replace x (stride long, zeros behind n) by the solution; block M."""
+        """Emit the loops that replace x (`stride` long, zeros behind n) by the solution, with the factors in block
+        M."""
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
         with c.loop(0, n) as k:
@@ -105,12 +106,12 @@ class FactorLayout:
     # ---- the same on floats, for the oracle ----------------------------------------------------------------
 
     def read(self, M: np.ndarray) -> np.ndarray:
-        """The (n, n) matrix or its factors."""
+        """Return the (n, n) matrix, or its factors, from block M."""
         planes = [M[p : p + self.n * self.stride].reshape(self.n, self.stride)[:, : self.n].T for p in self.matrix]
         return planes[0] if self.planes == 1 else planes[0] + 1j * planes[1]
 
     def write(self, M: np.ndarray, A: np.ndarray) -> None:
-        """Put a matrix or factors in their place."""
+        """Write a matrix or factors to block M."""
         for p, plane in zip(self.matrix, (A.real, A.imag), strict=False):
             M[p : p + self.n * self.stride].reshape(self.n, self.stride)[:, : self.n] = plane.T
 
@@ -142,7 +143,8 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """x = A^-1 b for the first n of ny components, x = tail b for the others; outputs `re` and, if complex, `im`."""
+    """Return a function x = A^-1 b for the first n of ny components, x = tail b for the others; its outputs are `re`
+    and, if complex, `im`."""
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}
@@ -196,7 +198,7 @@ def _size(c: LoopEmitter, x: Number) -> str:
 
 
 def times(c: LoopEmitter, a: Sequence[str], b: Sequence[str], kind: str = "double") -> Number:
-    """Registers of a b, real or complex."""
+    """Emit the product a b, real or complex; return its registers."""
 
     def mul(x: str, y: str) -> str:
         return c.let(f"fmul {kind} {x}, {y}")
@@ -231,7 +233,7 @@ def _less(
     stop: int | str,
     only: tuple[str, str] | None = None,
 ) -> None:
-    """target -= a v from `start` to `stop`, where `only` (a comparison with a place) holds; skipped for a = 0."""
+    """Emit target -= a v from index `start` to `stop`, where the index comparison `only` holds; skipped for a = 0."""
     some = c.let(f"fcmp une double {a[0]}, 0.0")
     if len(a) == 2:
         some = c.let(f"or i1 {some}, {c.let(f'fcmp une double {a[1]}, 0.0')}")

@@ -20,7 +20,7 @@ def padded(n: int) -> int:
 
 
 class LoopEmitter:
-    """The body of one function of pointers to blocks of doubles."""
+    """Writer of the LLVM IR of one function, whose arguments are pointers to blocks of doubles."""
 
     def __init__(self, name: str, pointers: list[str]) -> None:
         self.name = name
@@ -33,13 +33,13 @@ class LoopEmitter:
         return "\n".join([f"{self._signature} {{", *self._head, *self._body, "ret void", "}"])
 
     def let(self, operation: str) -> str:
-        """A new register with the result of an operation."""
+        """Emit an operation and return the new register that holds its result."""
         self._n += 1
         self._body.append(f"%v{self._n} = {operation}")
         return f"%v{self._n}"
 
     def reserve(self, kind: str) -> str:
-        """Stack memory."""
+        """Reserve stack memory of an IR type; return its pointer."""
         self._n += 1
         self._head.append(f"%v{self._n} = alloca {kind}, align 64")
         return f"%v{self._n}"
@@ -64,7 +64,7 @@ class LoopEmitter:
         self._body.append(f"call void @{name}({', '.join(f'ptr {p}' for p in pointers)})")
 
     def spread(self, x: str) -> str:
-        """A scalar in all lanes."""
+        """Broadcast a scalar to all lanes."""
         one = self.let(f"insertelement {VECTOR} poison, double {x}, i64 0")
         return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
@@ -84,7 +84,7 @@ class LoopEmitter:
 
     @contextmanager
     def loop(self, start: int | str, stop: int | str, step: int = 1) -> Iterator[str]:
-        """for i in range(start, stop, step)."""
+        """Emit the loop `for i in range(start, stop, step)` around the code of the context; yields i."""
         counter, name = self.reserve("i64"), f"l{self._n}"
         i, stays = f"%{name}i", "slt" if step > 0 else "sgt"
         self._body += [
@@ -106,7 +106,7 @@ class LoopEmitter:
 
     @contextmanager
     def when(self, condition: str) -> Iterator[None]:
-        """if condition."""
+        """Emit `if condition` around the code of the context."""
         self._n += 1
         name = f"w{self._n}"
         self._body += [f"br i1 {condition}, label %{name}then, label %{name}exit", f"{name}then:"]

@@ -1,12 +1,11 @@
-"""Equal calls side by side: calls of one function that do not need each other become the lanes of one vector call.
+"""Equal calls side by side: independent calls of one function become the lanes of one vector call.
 
-Equal frames, ropes and trees are calls of one function with different numbers, so the processor's vector units take
-up to eight of them at once.  Every lane does what the scalar code does, operation by operation, so no bit changes;
-where a processor has narrower vectors the compiler splits them.
+Equal frames, ropes and trees are calls of one function with different numbers, so the processor's vector units take up
+to eight of them at once. Every lane does what the scalar code does, operation by operation, so no bit changes; where a
+processor has narrower vectors the compiler splits them.
 
-Numbers of several calls as one vector, in the cheapest way that LLVM IR has for where they are.
-
-Loaded at once where they lie next to each other, shuffled where earlier vector calls have left them, one by one else.
+Operands of several calls are gathered into one vector by the cheapest LLVM IR: one load where they are adjacent in
+memory, a shuffle where earlier vector calls hold them, single loads otherwise.
 """
 
 import struct
@@ -24,10 +23,8 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one function, one per lane; with fewer calls than `width` the last one fills the rest.
-
-    `shared`: input blocks that are one and the same in all calls that could stand side by side.
-    """
+    """Calls of one function, one per lane; with fewer calls than `width`, the last call fills the other lanes.
+    `shared`: input blocks that are the same in all calls that could be batched."""
 
     calls: tuple[Sym, ...]
     width: int
@@ -47,12 +44,12 @@ class SimdBatch:
 
 
 def width_of(n: int) -> int:
-    """Lanes for n equal calls: a power of two, so that code exists for few widths."""
+    """Return the number of lanes for n equal calls: a power of two, so that code exists for few widths only."""
     return WIDEST if n > WIDEST // 2 else 4 if n > 2 else n
 
 
 def arranged(nodes: Sequence[Sym]) -> list[Sym | SimdBatch]:
-    """The nodes of a recording with independent equal calls batched, in order of dependence."""
+    """Return the nodes of a recording in order of dependence, with independent equal calls batched."""
     batches = list(_batches(nodes))
     while True:
         at = {call: batch for batch in batches for call in batch.calls}
@@ -63,7 +60,7 @@ def arranged(nodes: Sequence[Sym]) -> list[Sym | SimdBatch]:
 
 
 def _batches(nodes: Sequence[Sym]) -> Iterator[SimdBatch]:
-    """Independent calls of a function at the same depth."""
+    """Yield batches of independent calls of one function that have the same depth in the graph."""
     candidates: dict[Sym, dict[Function, int]] = {}
     groups: dict[tuple[Function, int], list[Sym]] = {}
     for n in nodes:
@@ -88,7 +85,7 @@ def _batches(nodes: Sequence[Sym]) -> Iterator[SimdBatch]:
 
 
 def _inside(f: Function) -> int:
-    """Lanes that equal calls within one call of f fill."""
+    """Return the number of lanes that equal calls within one call of f fill."""
     counts = Counter(n.args[0] for n in f.nodes if n.op == "call")
     return width_of(max(counts.values(), default=0))
 
@@ -110,7 +107,7 @@ def _scalar(f: Function) -> bool:
 
 
 def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym | SimdBatch], SimdBatch | None]:
-    """Depth-first order with batches after their inputs; returns a batch that depends on itself."""
+    """Order the nodes depth-first, batches after their inputs; also return a batch that depends on itself, or None."""
     order: list[Sym | SimdBatch] = []
     state: dict[Sym | SimdBatch, bool] = {}  # False while what it needs is being arranged
     for n in nodes:
@@ -136,8 +133,8 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Straight-line code under construction; `lane`: place of calls made in parallel; `value`: name of a number, loaded
-    on first use."""
+    """Straight-line code under construction. `lane`: batch and lane of each batched call; `value`: returns the IR name
+    of a number, which is loaded on first use."""
 
     body: list[str]
     lane: dict[Sym, tuple[SimdBatch, int]]
@@ -161,14 +158,14 @@ def vector_type(lanes: int, element: str = "double") -> str:
 
 
 def spread(code: OperandCode, x: Any, lanes: int) -> str:
-    """A scalar in all lanes."""
+    """Emit the broadcast of a scalar to all lanes; return the vector's name."""
     k = code.new()
     spread_value(code.body, k, code.value(x), lanes)
     return k
 
 
 def spread_value(body: list[str], name: str, x: str, lanes: int) -> None:
-    """A vector of that name with the value x in all lanes."""
+    """Emit the vector `name` with the value x in all lanes."""
     v = vector_type(lanes)
     body += [
         f"{name}a = insertelement {v} poison, double {x}, i64 0",
@@ -177,7 +174,7 @@ def spread_value(body: list[str], name: str, x: str, lanes: int) -> None:
 
 
 def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
-    """One number per lane as a vector."""
+    """Emit a vector of one number per lane; return its name."""
     if all(x is values[0] for x in values):
         return spread(code, values[0], len(values))
     if not any(map(is_sym, values)):
@@ -191,7 +188,8 @@ def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
 
 
 def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Load of consecutive numbers of a block, the last one possibly repeated."""
+    """Emit one load of consecutive numbers of a block, the last one possibly repeated; None if they are not
+    adjacent."""
     block, first = values[0].args
     n = next((i for i, x in enumerate(values) if x.args != (block, first + i)), len(values))
     if n < 2 or any(x is not values[n - 1] for x in values[n:]):
@@ -205,7 +203,7 @@ def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
 
 
 def _results(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Shuffle of results of at most two vector calls."""
+    """Emit a shuffle of results of at most two vector calls; None if they come from more."""
     at = [(*code.lane[x.args[0]], x.args[1], x.args[2]) for x in values]
     sources = list(dict.fromkeys((batch, block, i) for batch, _, block, i in at))
     width = sources[0][0].width
@@ -223,7 +221,7 @@ def _results(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
 
 
 def _shuffled(code: OperandCode, sources: list[str], width: int, places: list[int]) -> str:
-    """Selected places of one or two vectors."""
+    """Emit the selection of some elements of one or two vectors."""
     if places == list(range(width)):
         return sources[0]
     k, v = code.new(), vector_type(width)

@@ -1,10 +1,9 @@
-"""Symbolic scalars: run a Python function on them and keep what it computed as a graph without duplicates.
+"""Symbolic scalars: a Python function runs on them, and its operations are kept as a graph without duplicates.
 
-The text of the algorithms is written once.  On floats it computes; on these symbols the same text is recorded
-(hash-consing: an expression exists once; zeros and ones fold away, so sparse 6x6 matrices cost nothing).
-Rules for traced text: no `if`/`while` on a value (use `select`), loops over structure only, sqrt from here, sin, cos,
-atan2 and power from `elementary`, `d = 1/x` once instead of many divisions.  Violations raise TypeError and say what
-to write instead.
+The algorithms are written once. On floats they compute; on these symbols the same code is recorded (hash-consing: an
+expression exists once; zeros and ones fold away, so sparse 6x6 matrices cost nothing). Rules for traced code: no
+`if`/`while` on a value (use `select`), loops over structure only, sqrt from here, sin, cos, atan2 and power from
+`elementary`, `d = 1/x` once instead of many divisions. Violations raise TypeError and say what to write instead.
 """
 
 import math
@@ -22,7 +21,7 @@ _NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file start
 
 
 class _Recording(threading.local):
-    """What a thread records: the graphs, innermost last."""
+    """The graphs that a thread is recording, innermost last."""
 
     def __init__(self) -> None:
         self.graphs: list[ExpressionGraph] = []
@@ -36,7 +35,8 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The nodes of one recording; `opaque`: named quantities become new symbols, so equations refer to names."""
+    """The nodes of one recording; in an `opaque` one named quantities become new symbols, so that printed equations
+    refer to their names."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -143,7 +143,7 @@ def is_sym(x: Any) -> bool:
 
 
 def node(op: str, *args: Any, width: int | None = None) -> Sym:
-    """The node of an operation in the recorded graph, new or existing."""
+    """Return the node of an operation in the recorded graph, created if new."""
     graph = RECORDING.graphs[-1]
     if (found := graph.table.get((op, args))) is not None:  # equal numbers of different types are one key
         return found
@@ -221,7 +221,7 @@ def sqrt(x: Any) -> Any:
 
 
 def exponent(x: Any) -> Any:
-    """k of x = m 2^k with 1 <= m < 2, for positive normal x."""
+    """Return k of x = m 2^k with 1 <= m < 2, for positive normal x."""
     return node("exponent", x) if is_sym(x) else math.frexp(x)[1] - 1.0
 
 
@@ -231,7 +231,7 @@ def power_of_two(n: Any) -> Any:
 
 
 def printing(x: Any) -> bool:
-    """Whether x is traced for printing, where functions keep their names."""
+    """Return whether x is traced for printing, where elementary functions keep their names."""
     return is_sym(x) and RECORDING.graphs[-1].opaque
 
 
@@ -254,7 +254,7 @@ def _elementwise(f: Callable[..., Any], whole: Callable[..., Any]) -> Callable[.
 
 
 def _select(condition: Any, a: Any, b: Any) -> Any:
-    """a if condition else b; both are computed."""
+    """Return a if condition else b; both are computed."""
     if not is_sym(condition):
         return a if condition else b
     return a if a is b else node("select", condition, a, b)
@@ -275,7 +275,7 @@ def any_of(conditions: Iterable[Any]) -> Any:
 
 @contextmanager
 def scope(name: str) -> Iterator[None]:
-    """Names of quantities inside belong to the law `name`."""
+    """Assign the quantities named inside this context to the law `name`."""
     graph = RECORDING.graphs[-1] if RECORDING.graphs else None
     if graph is not None:
         graph.scope = name
@@ -285,7 +285,7 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Give a traced quantity the name that printed equations use; returns x (an opaque graph: new symbols)."""
+    """Give a traced quantity the name used in printed equations; returns x, or new symbols in an opaque graph."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

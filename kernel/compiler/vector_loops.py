@@ -1,8 +1,8 @@
 """Arithmetic on whole states as loops over vectors of eight numbers, so that code does not grow with the state.
 
-Elementwise operations between two calls become one loop.  What others need of it is kept in memory; comparisons are
-made again where they are needed.  Every number meets the operations that unrolled code would do, in their order, also
-in dot products: the bits are those of unrolled code.
+Elementwise operations between two calls become one loop. Results needed outside it are kept in memory; comparisons are
+recomputed where they are needed. Every number passes through the operations of unrolled code in the same order, also in
+dot products: the bits are those of unrolled code.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -18,12 +18,12 @@ _MOVED = ("call", "dot", "ret", "slice", "in", "block")
 
 
 def is_long(x: Any) -> bool:
-    """Whether a value is processed in loops."""
+    """Return whether a value is so long that it is processed in loops."""
     return is_sym(x) and x.width > UNROLLED
 
 
 class VectorEmitter(Protocol):
-    """Straight-line code that is being written."""
+    """Part of the code under construction that this module uses: `head` and `body` are its lines of LLVM IR."""
 
     head: list[str]
     body: list[str]
@@ -32,7 +32,7 @@ class VectorEmitter(Protocol):
 
 
 class Wide:
-    """Long values of one function: which are made in one loop, which are kept, and the loops themselves."""
+    """Long values of one function: which are computed in the same loop, which are kept in memory, and the loops."""
 
     def __init__(self, code: VectorEmitter, f: Function, order: Sequence[Sym | SimdBatch]) -> None:
         self._code = code
@@ -54,7 +54,7 @@ class Wide:
         self._keep(written, None)
 
     def _keep(self, used: Iterable[Sym], group: int | None) -> None:
-        """Values used by another loop group, or outside loops, are kept in memory."""
+        """Mark values that are used by another loop, or outside loops, as kept in memory."""
         for x in used:
             if x in self._group and (group is None or self._group[x] != group):
                 if x.op in _FLAGS:
@@ -63,14 +63,14 @@ class Wide:
                     self._kept.add(x)
 
     def later(self, n: Sym) -> bool:
-        """Whether n is computed in a loop; it is then scheduled for the next one."""
+        """Schedule n for the next loop if it is computed in a loop; return whether it is."""
         if n in self._group:
             self._pending.append(n)
             return True
         return False
 
     def address(self, x: Sym) -> tuple[str, int]:
-        """Block and first place of a long value in memory."""
+        """Return pointer and first index of a long value in memory."""
         if x in self._copies:
             return self._copies[x], 0
         if x.op == "slice":
@@ -80,7 +80,7 @@ class Wide:
         return f"%m{x.id}", 0
 
     def flush(self) -> None:
-        """Write the loop of all operations noted so far."""
+        """Emit the loop of all scheduled operations."""
         nodes, self._pending = self._pending, []
         for n in nodes:
             if n in self._kept:
@@ -100,7 +100,7 @@ class Wide:
             self._loop(width, block)
 
     def copy(self, x: Sym, base: str, first: int) -> None:
-        """Copy a long value into a block."""
+        """Emit the copy of a long value into a block."""
 
         def block(piece: str, lanes: int, at: str) -> list[str]:
             lines: list[str] = []
@@ -110,7 +110,7 @@ class Wide:
         self._loop(x.width, block)
 
     def save(self, x: Sym) -> None:
-        """Keep a copy of part of a block that is about to be overwritten."""
+        """Emit a copy of the part of a block that is about to be overwritten."""
         if x.op == "slice" and x not in self._copies:
             name = f"%c{x.id}"
             self._code.head.append(f"{name} = alloca [{x.width} x double], align 64")
@@ -118,7 +118,7 @@ class Wide:
             self._copies[x] = name
 
     def dot(self, n: Sym) -> None:
-        """Sum over all eights of the sums of eight products."""
+        """Emit the dot product as the sum of sums of eight products."""
 
         def block(piece: str, lanes: int, at: str) -> list[str]:
             lines: list[str] = []
@@ -144,7 +144,7 @@ class Wide:
     def _make(
         self, x: Sym, inside: set[Sym], ready: set[Sym], lines: list[str], piece: str, lanes: int, at: str
     ) -> None:
-        """Eight numbers of x: computed here, or loaded."""
+        """Emit eight numbers of x: computed in this loop if x is in `inside`, loaded otherwise."""
         if x in ready:
             return
         ready.add(x)
@@ -171,7 +171,7 @@ class Wide:
         ]
 
     def _loop(self, width: int, block: Callable[[str, int, str], list[str]]) -> None:
-        """`block` for groups of eight numbers and the rest; one loop body."""
+        """Emit a loop that runs `block` over groups of eight numbers, and then over the remainder."""
         self._loops += 1
         k = f"w{self._loops}"
         whole = width - width % WIDEST

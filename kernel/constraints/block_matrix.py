@@ -1,18 +1,16 @@
-"""The rows' matrix G H^-1 G^T of loops and rigid ropes, symmetric, by blocks; its multipliers by proximal passes.
+"""Factorisation of the Delassus matrix G H^-1 G^T, by blocks or by entries; trees opened up for constraint rows.
 
-The rows of one joint or rope are a block.  Blocks that share no tree do not couple: only those that can be non-zero
-exist, so that a chain of loops costs in proportion to its length; a row of a block is a vector of the processor.
+Loops and rigid ropes: symmetric, one block per joint or rope. Blocks that share no tree do not couple, and only blocks
+that can be non-zero exist, so that a chain of loops costs in proportion to its length. A row of a block is a vector of
+the processor.
 
-The rows' matrix G H^-1 F with contacts, whose pushes F differ from what they sense G, entry by entry.
+With contacts: the matrix G H^-1 F is unsymmetric, since the wrenches F that rows exert differ from the directions G
+that they sense; it is factorised entry by entry, with the same sparsity. For redundant rows see `complementarity`.
 
-Rows that share no tree do not couple: only entries that can be non-zero exist, so that a chain of loops costs in
-proportion to its length.  What redundant rows get is in `complementarity`.
-
-One kind of tree, opened up for constraint rows: factorise once, apply rows to it, finish.
-
-With H = L^T D L, a row of Jacobian G contributes Y = L^-T G^T: its part of the Delassus matrix is Y D^-1 Y^T, the
-accelerations are L^-1 D^-1 (L^-T rhs + Y lambda) (Carpentier, Budhiraja, Mansard 2021, eq. 12 ff.).  A row that acts
-on one body touches only the degrees of freedom between that body and the ground.
+Trees: one kind of tree is factorised once, rows are applied to it, and its accelerations follow. With H = L^T D L, a
+row of Jacobian G contributes Y = L^-T G^T: its part of the Delassus matrix is Y D^-1 Y^T, the accelerations are L^-1
+D^-1 (L^-T rhs + Y lambda) (Carpentier, Budhiraja, Mansard 2021, eq. 12 ff.). A row that acts on one body touches only
+the degrees of freedom between that body and the ground.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,11 +28,12 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 
 class Blockwise(Proximal):
-    """Functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one pattern of zeros.
+    """Functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one sparsity pattern of
+    blocks.
 
-    `sizes`: rows of each block; `couples`: pairs (s, r), s <= r, of blocks that share a freedom; `equal`: rows
-    of one kind whose multipliers' sum of squares is the norm, such as tensions of ropes; other rows, of mixed units,
-    count by their own diagonals.
+    `sizes`: rows of each block; `couples`: pairs (s, r), s <= r, of blocks that share a degree of freedom; `equal`:
+    groups of rows with the same unit, such as rope tensions, which are regularised alike; other rows are regularised by
+    their own diagonals.
     """
 
     def __init__(
@@ -54,11 +53,11 @@ class Blockwise(Proximal):
         self._substitute = Function("substitute", self._substituted, {"C": n_C, "b": self.n})
 
     def rows(self, r: int) -> range:
-        """The rows of a block."""
+        """Return the range of rows of block r."""
         return range(self.starts[r], self.starts[r + 1])
 
     def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
-        """Consecutive blocks, row by row."""
+        """Split consecutive blocks, stored row by row."""
         out, at = {}, 0
         for r, s in pairs:
             n = self.sizes[r] * self.sizes[s]
@@ -67,7 +66,7 @@ class Blockwise(Proximal):
         return out
 
     def _regularisation(self, diagonal: list[Scalar], size: Array) -> list[Scalar]:
-        """(n,) mu of all rows."""
+        """Return the regularisation mu (n,) of all rows."""
         floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
         mu = [MU * a + floor for a in diagonal]
         for rows in self.equal:
@@ -77,7 +76,8 @@ class Blockwise(Proximal):
         return mu
 
     def _factorise(self, A: Array, size: Array) -> Outputs:
-        """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: relative remainder."""
+        """Factorise A + mu into C (W = D^-1 M right of the diagonal, factors of D); `pivot`: each pivot over its
+        diagonal element, near zero for a redundant row."""
         M: dict[tuple[int, int], list[Scalar]] = self._cut(A, self.couples)
         m = self.sizes
         diagonal = [M[r, r][i * (m[r] + 1)] for r in range(len(m)) for i in range(m[r])]
@@ -116,8 +116,8 @@ class Blockwise(Proximal):
 
 
 class Unsymmetric(Proximal):
-    """`factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for a sparsity pattern whose
-    rows push and sense differently.
+    """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for a sparsity
+    pattern with rows whose exerted wrenches differ from what they sense.
 
     `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
     """
@@ -134,7 +134,7 @@ class Unsymmetric(Proximal):
         self._substitute = Function("substitute", self._substituted, {"C": size, "b": n})
 
     def _factorise(self, A: Array, size: Array, soft: Array) -> Outputs:
-        """C = (L, U above the diagonal, 1/D) of A + mu."""
+        """Factorise A + mu into C (L, U above the diagonal, 1/D)."""
         M = {rs: 0.0 for r, s in self.filled for rs in ((r, s), (s, r))} | dict(zip(self.entries, A, strict=True))
         floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
         mu = [(MU * a + floor) * k for k, a in zip(soft, size, strict=True)]
@@ -171,11 +171,11 @@ class Unsymmetric(Proximal):
 
 @dataclass(frozen=True)
 class OpenTree:
-    """`factor` -> F (L, D^-1), half (L^-T rhs), dq, given and cross (rows of prescribed dofs), and per end b its
-    columns S{b} and bias acceleration A{b}.
+    """Functions of one kind of tree, factorised for constraint rows.
 
-    `half[b]`: F, S, w -> y, f: of a wrench on body b, L^-T S^T w over `paths[b]` and S^T w over `given[b]`.
-    `back`: F, half, a, given, cross -> dv, reaction.
+    `factor` -> F (L, D^-1), half (L^-T rhs), dq, given and cross (rows of prescribed degrees of freedom), and per body
+    b with rows its columns S{b} and bias acceleration A{b}. `half[b]`: F, S, w -> y, f: for a wrench w on body b, L^-T
+    S^T w over `paths[b]` and S^T w over `given[b]`. `back`: F, half, a, given, cross -> dv, reaction.
     """
 
     factor: Function
@@ -186,7 +186,8 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """Functions of the k-th kind of tree; `inputs`: sizes of the arguments of its accelerations."""
+    """Create the functions of the k-th kind of tree; `inputs`: sizes of the arguments of its accelerations; `ends`:
+    bodies with rows."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs
     below = [(i, j) for i, path in enumerate(tree.free_paths) if i in free for j in path]
     cross = [(i, j) for i in fixed for j in free if i in tree.dof_paths[j] or j in tree.dof_paths[i]]
@@ -242,7 +243,7 @@ def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...])
 
 
 def _path(tree: Tree, body: int) -> list[int]:
-    """Degrees of freedom between a body and the ground, those nearest to the ground first."""
+    """Return the degrees of freedom between a body and the ground, those nearest to the ground first."""
     path: list[int] = list(range(tree.bodies[body].v.start, tree.bodies[body].v.stop))
     b = tree.bodies[body].parent
     while b >= 0:

@@ -1,15 +1,15 @@
 """The next active set: a linear complementarity problem with boxes, solved by pivoting in a fixed order.
 
-Find x in [lo, hi] with w = A x + b such that w_i >= 0 where x_i = lo_i, w_i <= 0 where x_i = hi_i, else w_i = 0.
-Block principal pivoting (Judice, Pires, Comput. Oper. Res. 21 (1994)): every row that violates its condition changes
-sides at once; if that does not reduce their number for a while, only the last one does (Murty, Lin. Alg. Appl. 9
-(1974)), which ends for every P matrix.  No BLAS: sums in a fixed order, the same bits on floats and in machine code, of
-which there is one piece per size; smaller problems are filled up with free rows at zero, which add exact zeros, and
-larger ones than `SIZES` run on floats.
+Find x in [lo, hi] with w = A x + b such that w_i >= 0 where x_i = lo_i, w_i <= 0 where x_i = hi_i, else w_i =
+0. Block principal pivoting (Judice, Pires, Comput. Oper. Res. 21 (1994)): every row that violates its
+condition changes sides at once; if that does not reduce their number for a while, only the last one does
+(Murty, Lin. Alg. Appl. 9 (1974)), which ends for every P matrix.  No BLAS: sums in a fixed order, the same
+bits on floats and in machine code, compiled for the sizes in `SIZES`; smaller problems are padded with free
+rows at zero, which add exact zeros, and larger ones run on floats.
 
 Redundant rows make A singular; the proximal passes (A + mu) x_n+1 = b + mu x_n converge to the solution of least norm
-(Carpentier, Budhiraja, Mansard 2021, algorithm 2): rows of one sense share their load equally, and a singular pose is
-passed with bounded multipliers.
+(Carpentier, Budhiraja, Mansard 2021, algorithm 2): rows with the same direction share their load equally, and
+multipliers stay bounded while a mechanism passes a singular pose.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is ne
 
 
 def start_of(n: int, side: Array) -> SimpleNamespace:
-    """Loop variables before the first round; side (n,): initial set."""
+    """Return the loop variables before the first round; `side` (n,): initial set."""
     return SimpleNamespace(
         side=side, x=np.zeros(n), w=np.zeros(n), fewest=n + 1.0, patience=PATIENCE, budget=ROUNDS * n, run=1.0
     )
@@ -59,7 +59,7 @@ def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small
 
 
 def product(A: Array, x: Array, b: Array) -> Array:
-    """A x + b, summed column by column."""
+    """Return A x + b, summed column by column."""
     for j in range(len(b)):
         b = b + A[:, j] * x[j]
     return b
@@ -73,7 +73,7 @@ def _sum(x: Array) -> Scalar:
 
 
 def _last(wrong: Array) -> Array:
-    """Only the last of the marked rows."""
+    """Return the marks `wrong` with only the last marked row kept."""
     out, later = [], 0.0
     for e in reversed(list(wrong)):
         out.append(e * (1.0 - later))
@@ -100,7 +100,7 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Pivot from the start s until nothing changes or the budget is spent; s holds the result."""
+    """Run rounds of pivoting from the start s until nothing changes or the budget is spent; s holds the result."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:
@@ -193,7 +193,8 @@ PROXIMAL_PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
 
 
 def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Per row or block s the later ones r that elimination of s touches; couples: pairs (s, r), s < r, of A."""
+    """Return, for each row or block s, the later ones r that its elimination fills in; `couples`: pairs (s, r), s < r,
+    of nonzero entries."""
     later: list[list[int]] = [[] for _ in range(n)]
     for s, r in couples:
         later[s].append(r)
@@ -205,12 +206,12 @@ def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
 
 
 class Proximal:
-    """What the factorisations of A + mu share: the passes."""
+    """Base of factorisations of A + mu: the proximal passes."""
 
     _substitute: Function  # (C, b -> x) of one factorisation
 
     def _multipliers(self, C: Array, mu: Scalars, b: Scalars, prior: "Scalars | None" = None) -> Outputs:
-        """Multipliers; for redundant rows those nearest to `prior` (n,), default zero."""
+        """Return the multipliers; for redundant rows those nearest to `prior` (n,), default zero."""
         first = b if prior is None else [e + m * y for e, m, y in zip(b, mu, prior, strict=True)]
         x = self._substitute(C=C, b=first).x
         for _ in range(PROXIMAL_PASSES - 1):

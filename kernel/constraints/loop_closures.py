@@ -1,9 +1,9 @@
-"""What a joint that closes a loop forbids: one row per direction in which its two sides cannot move apart.
+"""Rows of joints that close loops: one row per direction in which the two sides of a joint cannot move apart.
 
-Two conditions make every joint type (Haug 1989, section 9.4): a direction e fixed in the parent's side A sees no
-displacement of the joint's point on side B, `e_A . d = 0`; two directions stay perpendicular, `e_A . e_B = 0`.
-Each row has its residual g, its wrench w (g' = w . (V_B - V_A)) and what g'' holds besides w . (A_B - A_A).
-A new joint type is one entry of `CLOSURES`; its wrenches must do no work along the joint's own velocities.
+Two conditions make every joint type (Haug 1989, section 9.4): the displacement of the joint's point on side B has no
+component along a direction e fixed in the parent's side A, `e_A . d = 0`; two directions stay perpendicular, `e_A . e_B
+= 0`. Each row has its residual g, its wrench w (g' = w . (V_B - V_A)) and the bias, the part of g'' besides w . (A_B -
+A_A). A new joint type is one entry of `CLOSURES`; its wrenches must do no work along the joint's own velocities.
 """
 
 from collections.abc import Callable
@@ -66,13 +66,14 @@ def _turn(i: int, j: int) -> Callable[[JointClosure], Condition]:
 
 
 def _twist(p: JointClosure) -> Condition:
-    """No rotation about the sum of both shafts: second and third directions are mirrored."""
+    """Return the condition of no rotation about the sum of both shafts: second and third directions are mirrored."""
     x, y = _turn(SECOND, THIRD)(p), _turn(THIRD, SECOND)(p)
     return Condition(x.g - y.g, np.zeros(3), x.n - y.n, np.zeros(3), x.dn - y.dn)
 
 
 def _thread(p: JointClosure) -> Condition:
-    """Travel follows the angle: pitch * angle - a . d, written periodic so that any number of turns is the same."""
+    """Return the condition of a thread: pitch * angle - a . d, written periodic so that any number of turns is the
+    same."""
     c, s = p.a[SECOND] @ p.b[SECOND], p.a[THIRD] @ p.b[SECOND]
     phase = (p.a[AXIS] @ p.d) / p.pitch
     g = p.pitch * (s * cos(phase) - c * sin(phase))
@@ -104,8 +105,8 @@ def residual_unit(kind: str, i: int) -> str:
 
 
 def closure_numbers(joint: Joint) -> list[float]:
-    """Arguments (25,) of `closure_function`: p_PJ and directions of the joint in the parent, and the same in the
-    child."""
+    """Return the arguments (25,) of `closure_function`: position and directions of the joint in the parent, the same in
+    the child, and the pitch."""
     basis = _basis(joint)
     sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
@@ -197,7 +198,7 @@ def closure_function(kind: str) -> Function:
 
 
 def _pair(p: Array, A: Array, B: Array) -> tuple[JointClosure, tuple[Array, Array], tuple[Array, Array], Array]:
-    """Both sides; the joint's point on B from each tree's point; both twists; that point's velocity."""
+    """Return the geometry of both sides; the joint's point on B from each tree's point; both twists; its velocity."""
     (R_A, o_A, r_A, V_A), (R_B, o_B, r_B, V_B) = (
         (np.reshape(e[:9], (3, 3)), e[9:12], e[12:15], e[15:]) for e in (A, B)
     )

@@ -1,17 +1,14 @@
-"""Which constraint rows a scene has, what they hold, and which of them couple: all that is structure.
+"""Structure of the constraint rows of a scene: which rows it has, which bodies they hold, which rows couple.
 
-First those of the joints that close loops, in the order of the list, then one per rigid rope, then those of contacts.
-Rows couple where the paths of what they hold, from the ground, share a degree of freedom.
+Rows of loop joints come first, in their listed order, then one per rigid rope, then those of contacts. Rows couple
+where the paths from the ground to their bodies share a degree of freedom.
 
-The rows of loops and rigid ropes where bodies are at an instant.
+A row is a wrench on each body that it connects: the twists V fulfil sum(w . V) = 0, the accelerations sum(w . A) + bias
+= 0, and multiplier * w acts on the bodies.
 
-A row is a wrench on each body that it holds together: the twists V fulfil sum(w . V) = 0, the accelerations
-sum(w . A) + bias = 0, and multiplier * w acts on the bodies.
-
-Rigid ropes: a length that cannot be exceeded, as a row that pulls while the rope is taut and is absent while slack.
-
-Residual: slack = L0 - sum(share |a - b|), never negative; multiplier: the tension, never negative.  Which ropes are
-taut is a discrete state; what becomes of it at an event stands in `rope_impacts`.
+A rigid rope is a length that cannot be exceeded: its row pulls while the rope is taut and is absent while it is slack.
+Residual: slack = L0 - sum(share |a - b|), never negative; multiplier: the tension, never negative. Which ropes are taut
+is a discrete state; `rope_impacts` changes it at events.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,19 +33,20 @@ LINE = 7  # numbers of a line: a(3), b(3), share
 
 
 class RigidAt:
-    """Places of a rigid rope's numbers, before those of its lines: a(3), b(3), share."""
+    """Indices of a rigid rope's numbers; each of its lines has a(3), b(3), share."""
 
     HOOKED, TAUT, LINES = range(3)
     A, B = slice(2, 5), slice(5, 8)
 
 
 def rigid_numbers(rope: RigidRope) -> list[float]:
-    """hooked, taut and the lines of a rope."""
+    """Return the numbers of a rigid rope: hooked, taut, and its lines."""
     return [float(rope.hooked), 0.0, *(x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share))]
 
 
 def rigid_rope(n: int) -> Function:
-    """The row of a rope of n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb (6,)."""
+    """Create the row of a rope of n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb
+    (6,)."""
 
     def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]
@@ -77,7 +75,7 @@ BLOCK = 6  # rows of a block at most
 
 
 class ContactRows(Protocol):
-    """Rows of contacts, as created by `contact.contact_points`."""
+    """Interface of the rows of contacts, implemented in `contact.contact_points`."""
 
     @property
     def names(self) -> list[str]: ...
@@ -111,7 +109,7 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Link rows with trees and their functions: which trees a row touches, and which rows couple."""
+        """Connect rows with trees and their functions: which trees a row touches, and which rows couple."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
@@ -133,7 +131,7 @@ class Constraints:
         self.delassus = Unsymmetric(n, couples) if self.contacts.sites else self._blockwise(equal)
 
     def _blockwise(self, equal: list[list[int]]) -> Blockwise:
-        """The matrix in blocks of up to six loop rows in turn between the same bodies, or of one rope."""
+        """Return the matrix pattern in blocks: up to six consecutive loop rows between the same bodies, or one rope."""
         sizes: list[int] = []
         for r, _ in enumerate(self.of):
             if r and self.held[r] == self.held[r - 1] and sizes[-1] < BLOCK:
@@ -146,7 +144,7 @@ class Constraints:
         return Blockwise(sizes, couples, equal)
 
     def _groups(self) -> list[tuple[list[int], list[int]]]:
-        """Coupled sets of rows and trees."""
+        """Return the coupled sets of rows and trees."""
         groups: list[tuple[list[int], list[int]]] = []
         for r, path in enumerate(self.paths):
             trees = list(dict.fromkeys(i for i, _ in path))
@@ -164,7 +162,7 @@ Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with tw
 
 
 class CompiledScene(Protocol):
-    """What rows depend on of a compiled scene."""
+    """Interface of a compiled scene that the rows need."""
 
     @property
     def graph(self) -> Graph: ...
@@ -191,7 +189,7 @@ class ConstraintRow:
 def held_rows(
     scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
 ) -> list[ConstraintRow]:
-    """Rows of loops, then of rigid ropes, for bodies at `ends`; arguments as of `Rows`."""
+    """Return the rows of loops, then of rigid ropes, for bodies at `ends`; arguments as of `ConstraintRows`."""
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]

@@ -1,7 +1,7 @@
-"""The constraint rows of a scene at one instant: their matrix, their multipliers, what they do to the bodies.
+"""The constraint rows of a scene at one instant: their matrix, their multipliers, and the motion they cause.
 
-Drift is removed where a step is accepted, by one Newton step of the same rows on places and speeds, weighted with H
-(Bayo, Ledesma 1996): it does no work on the motion that is left, and costs one evaluation per step.
+Drift is removed when a step is accepted, by one Newton step of the same rows on positions and velocities, weighted with
+H (Bayo, Ledesma 1996): it does no work on the remaining motion and costs one evaluation per step.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
 class ConstraintRows:
-    """The rows of an evaluation, factorised, for the forces applied so far."""
+    """The constraint rows of an evaluation, factorised, for the forces applied so far."""
 
     def __init__(
         self,
@@ -33,8 +33,8 @@ class ConstraintRows:
         numbers: Numbers,
         lengths: Lengths,
     ) -> None:
-        """`arguments`: arguments of each linked tree's motion; `ends`: bodies; `numbers`: of P; `lengths`: of rigid
-        ropes with two rates."""
+        """Build and factorise the rows. `arguments`: arguments of the motion of each linked tree; `ends`: bodies (21,)
+        by number; `numbers`: returns parts of P; `lengths`: lengths of rigid ropes with their first two derivatives."""
         self.constraints, self._instances = scene.constraints, scene.instances
         self._arguments, self._ends, self._numbers = arguments, ends, numbers
         self._graph, self._lengths = scene.graph, lengths
@@ -60,7 +60,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Whether (n,) a row moves anything beyond round-off; on floats."""
+        """Return whether (n,) each row moves anything beyond round-off; on floats."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -73,16 +73,16 @@ class ConstraintRows:
         return self._instances[i][0].free_dofs
 
     def held(self, values: list[Scalar]) -> list[Scalar]:
-        """Values of active rows, 0 for the others."""
+        """Return the values of active rows, 0 for the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
-        """Matrix entry without inactive rows: 1 on their diagonal, 0 elsewhere."""
+        """Return a matrix entry with inactive rows removed: 1 on their diagonal, 0 elsewhere."""
         both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
         return select(both > 0.0, a, 1.0 if r == s else 0.0)
 
     def _block(self, d: Blockwise, rows: range, columns: range) -> list[Scalar]:
-        """G H^-1 G^T of two blocks, row by row, summed over trees."""
+        """Return G H^-1 G^T of two blocks, row by row, summed over trees."""
         A: list[Scalar] = [0.0] * (len(rows) * len(columns))
         shared = [ik for ik in self._Y[rows[0]] if ik in self._Z[columns[0]]]
         for i in dict.fromkeys(i for i, _ in shared):
@@ -98,7 +98,7 @@ class ConstraintRows:
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
     def entries(self) -> list[Scalar]:
-        """The Delassus matrix (n * n,) of active rows, row by row."""
+        """The Delassus matrix (n * n,) of active rows, row by row; needs contacts."""
         d = self.constraints.delassus
         assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
@@ -106,8 +106,8 @@ class ConstraintRows:
         return [A.get((r, s), 0.0) for r in range(n) for s in range(n)]
 
     def _project(self) -> None:
-        """Y = L^-T G^T per row and degree of freedom, generalised forces on prescribed ones, and the mobility of a row
-        with each body taken alone."""
+        """Compute Y = L^-T G^T per row and degree of freedom, the generalised forces on prescribed ones, and the
+        mobility of each row with every body taken alone."""
         self._Y: list[_Parts] = []
         self._X: list[_Parts] = []  # of what the rows push
         self._pull: list[_Parts] = []
@@ -142,21 +142,22 @@ class ConstraintRows:
         return Y, pull, size
 
     def _inverse(self, i: int, k: int) -> Any:
-        """1/D of a degree of freedom: the last numbers of F, in the order of the free ones."""
+        """Return 1/D of degree of freedom k of tree i: F ends with these, in the order of the free ones."""
         F, free = self._trees[i].F, self._free(i)
         return F[len(F) - len(free) + free.index(k)]
 
     def _entry(self, r: int, s: int) -> Scalar:
-        """What a unit of row s accelerates in row r."""
+        """Return the acceleration of row r by a unit multiplier of row s."""
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
     def solve(self, b: list[Scalar], prior: list[Scalar] | None = None) -> Any:
-        """(n,) multipliers x with G H^-1 G^T x = b, those next to `prior`, which contacts have, or of least norm."""
+        """Return the multipliers x (n,) with G H^-1 G^T x = b: with contacts those nearest to `prior`, else those of
+        least norm."""
         more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
     def approach(self) -> list[Scalar]:
-        """(n,) second derivatives of the residuals under the forces, without multipliers."""
+        """Return the second derivatives (n,) of the residuals under the applied forces, without multipliers."""
         out = []
         for row, Z in zip(self.rows, self._Z, strict=True):
             a = row.bias
@@ -170,7 +171,8 @@ class ConstraintRows:
         return out
 
     def accelerate(self) -> None:
-        """The multipliers that keep all rows at rest while the forces act."""
+        """Compute the multipliers that keep the residuals of all active rows from accelerating under the applied
+        forces."""
         self.free = self.approach()
         self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
@@ -195,7 +197,7 @@ class ConstraintRows:
         return out
 
     def guards(self) -> dict[str, Scalar]:
-        """Guards of rigid ropes, by name: tension while taut, slack while slack."""
+        """Return the guards of rigid ropes by name: the tension of a taut rope, the slack [m] of a slack one."""
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
@@ -208,7 +210,7 @@ class ConstraintRows:
         return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
 
     def motion(self, i: int) -> SimpleNamespace:
-        """dq, dv and reaction of a tree under the forces and the multipliers."""
+        """Return dq, dv and reaction of tree i under the forces and the multipliers."""
         tree, x = self._instances[i][0], self._trees[i]
         half = dict(zip(tree.free_dofs, x.half, strict=True))
         given = dict(zip(tree.prescribed_dofs, x.given, strict=True))
@@ -230,8 +232,8 @@ class ConstraintRows:
                         values[k] = values[k] + multiplier * y
 
     def change(self, x: Scalars) -> Mapping[int, Array]:
-        """Velocity change (n_v,) of each linked tree by impulses x, of least kinetic energy; prescribed degrees of
-        freedom stay."""
+        """Return the velocity change (n_v,) of each linked tree by impulses x, of least kinetic energy; prescribed
+        velocities do not change."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]
@@ -245,8 +247,8 @@ class ConstraintRows:
         return out
 
     def loads(self) -> list[Scalar]:
-        """Force and moment of each loop joint on its child, world axes [N, N m]; tensions [N], slacks and lengths [m]
-        of rigid ropes."""
+        """Return force and moment of each loop joint on its child in world axes [N, N m]; tensions [N], slacks and
+        lengths [m] of rigid ropes."""
         out: list[Scalar] = []
         at = 0
         for j in self.constraints.loops:

@@ -1,9 +1,9 @@
-"""What a description is made of: every field holds what its annotation says, in plain tuples and Python's own numbers.
+"""Type checks of a description: every field is converted to its annotated type, in plain tuples and Python numbers.
 
-The annotations of the description modules are the schema.  Lists, arrays and NumPy's numbers are taken and become
-tuples and floats; whatever does not fit is one KernelError that names the item, the field and what it should be.
+The annotations of the description modules are the schema. Lists, arrays and NumPy numbers become tuples and floats;
+whatever does not fit raises one KernelError that names the item, the field and the expected type.
 
-The names by which items of a description mean each other: of each there is one.
+Also checks that every name by which one item refers to another exists exactly once.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,9 +25,8 @@ SHOWN = 60  # characters of a wrong value in a sentence
 
 
 def plain(system: System, known: Callable[[object], object | None]) -> System:
-    """The description in tuples and floats; raises KernelError for the first invalid field.
-
-    `known` gives items that are known to be plain."""
+    """Return the description in tuples and floats; raises KernelError for the first invalid field. `known` returns an
+    item's plain form if it was converted before, else None."""
     if not isinstance(system, System):
         raise KernelError(f"the description is {_shown(system)}; it must be a System")
     groups: dict[str, Any] = {}
@@ -49,13 +48,13 @@ def plain(system: System, known: Callable[[object], object | None]) -> System:
 
 
 def item_word(x: object) -> str:
-    """What sentences call an item."""
+    """Return the word for an item in messages."""
     kind = type(x).__name__
     return "spring" if kind == "JointSpring" else kind.lower()
 
 
 def choice(choices: tuple[str | int, ...]) -> str:
-    """Alternatives in words."""
+    """Return alternatives in words: "a, b or c"."""
     return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
 
 
@@ -68,7 +67,7 @@ def field_names(kind: type[Any]) -> tuple[str, ...]:
 
 
 def _built(x: Any, where: str) -> Any:
-    """x with all fields converted; the same object if nothing changed."""
+    """Return x with all fields converted; the same object if nothing changed."""
     hints = _hints(x.__class__)
     new = {}
     for name in field_names(x.__class__):
@@ -82,7 +81,7 @@ def _built(x: Any, where: str) -> Any:
 
 
 def _read(value: Any, hint: Any, where: str) -> Any:
-    """A value converted to its annotated type."""
+    """Return a value converted to its annotated type."""
     if type(value) is hint and hint in (float, str, bool):  # as nearly all are
         return value
     if isinstance(value, np.ndarray | np.generic):
@@ -129,7 +128,7 @@ def _taken_apart(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _fits(values: Any, hint: Any) -> bool:
-    """Whether a matrix consists of numbers, so that messages refer to the whole matrix."""
+    """Return whether the elements of a matrix have the right kind; if not, messages refer to the whole matrix."""
     inner = get_args(hint)
     if get_origin(hint) is tuple:
         rows = all(isinstance(x, tuple | list | np.ndarray) for x in values)
@@ -138,7 +137,7 @@ def _fits(values: Any, hint: Any) -> bool:
 
 
 def _wanted(hint: Any, many: bool = False) -> str:
-    """What an annotation asks for, in words."""
+    """Describe in words what an annotation asks for."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return choice(tuple("None" if h is type(None) else _wanted(h) for h in inner))
@@ -194,7 +193,7 @@ def check_names(system: System) -> None:
 
 
 def _named(x: Any) -> Iterator[tuple[str, str]]:
-    """Kind and name of the references of an item."""
+    """Yield kind and name of each reference of an item."""
     match x:
         case Joint():
             yield from (("body", x.parent), ("body", x.child))

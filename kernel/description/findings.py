@@ -51,7 +51,7 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def word(self) -> str:
-        """Its state in words, with the kind of amber."""
+        """The state in words, with the reason for amber."""
         return self.why or self.state
 
     @property
@@ -61,7 +61,7 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def message(self) -> str:
-        """Sentence, time, stage, and the place to change."""
+        """Return the sentence with time, stage and the place to change."""
         at = f", at {clock(self.t)}" if self.t is not None else ""
         stage = f" ({self.stage})" if self.stage else ""
         return f"{self.sentence}{at}{stage}" + (f" [{self.where}]" if self.where else "")
@@ -85,7 +85,7 @@ def findings(checks: Iterable[Check]) -> tuple[Check, ...]:
 
 
 def clock(seconds: float, digits: int = 0) -> str:
-    """A time of the run: 1:02, 1:06:04, with digits behind the second 1:02.5."""
+    """Return a simulation time as text: 1:02, 1:06:04, with `digits` decimals of the second 1:02.5."""
     unit = UNITS[digits]
     minutes, rest = divmod(round(seconds * unit), 60 * unit)
     hours, minutes = divmod(minutes, 60)

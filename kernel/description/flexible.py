@@ -1,9 +1,9 @@
-"""What makes a body flexible, as plain data: a straight beam, the matrices of any finite-element model, or modes alone.
+"""Flexible bodies as plain data: a straight beam, the matrices of any finite-element model, or modes alone.
 
-The body's frame is the floating frame: the deformation is measured from it, and is a sum of modes.  It must stay small:
-beyond WARNED of the length a run carries a note, beyond REFUSED it ends (`small_deflections`).  Tension and compression
-stiffen and soften beams (no other bodies).  Without NumPy, as all descriptions.  SI units; the mode
-coordinates are displacements in m (rad for torsion) where a mode is largest.
+The body's frame is the floating frame: the deformation is measured from it, and is a sum of modes. It must stay small:
+beyond WARNED of the length a run carries a note, beyond REFUSED it ends (`small_deflections`). Tension and compression
+stiffen and soften beams (no other bodies). Without NumPy, as all descriptions. SI units; the mode coordinates are
+displacements in m (rad for torsion) where a mode is largest.
 """
 
 from dataclasses import dataclass
@@ -37,8 +37,8 @@ class Beam:
 class Nodal:
     """Matrices of a finite-element model with 3 (ux uy uz) or 6 (and rx ry rz) degrees of freedom per node.
 
-    `held`: degrees of freedom that the floating frame holds.  `modes`: shapes (columns) to be taken instead of the
-    eigenmodes.  A frame attached to a node of 3 keeps the direction of the floating frame.
+    `held`: degrees of freedom fixed to the floating frame. `modes`: shapes (columns) used instead of the eigenmodes. A
+    frame attached to a node with 3 degrees of freedom keeps the direction of the floating frame.
     """
 
     nodes: tuple[Vector, ...]  # places in the body's frame [m]
@@ -52,8 +52,8 @@ class Nodal:
 class Modal:
     """Modes of a free body from measurement or another program: displacements at places, frequencies, modal masses.
 
-    All mass sits in the body's frame, from which the modes take none: they are those of a body that nothing holds.  A
-    point of the body that is none of the places moves with the frame.
+    The whole mass belongs to the rigid body, and modal masses are not subtracted from it: the modes are those of an
+    unsupported body. A point of the body that is none of the places moves with the frame.
     """
 
     nodes: tuple[Vector, ...]  # places in the body's frame [m]
@@ -93,7 +93,7 @@ class Flexible:
 
 
 def check_flexible(body: str, flexible: Flexible) -> None:
-    """Raises KernelError naming the body for the first thing that cannot be."""
+    """Raise KernelError naming the body for the first impossible property."""
     wrong = _wrong(flexible)
     if wrong:
         raise KernelError(f"body '{body}': {wrong}")

@@ -24,8 +24,8 @@ Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
 class Wave(Struct, frozen=True):
-    """A harmonic r amplitude cos(frequency t + phase) of the run's time t with a smooth start: u = t / ramp <= 1, r =
-    u^3 (10 - 15 u + 6 u^2); zero for equilibria."""
+    """A harmonic r amplitude cos(frequency t + phase) of the run's time t, which starts smoothly: r = u^3 (10 - 15 u +
+    6 u^2) with u = min(t / ramp, 1). It is zero in equilibria."""
 
     amplitude: float
     frequency: float  # [rad/s]
@@ -48,7 +48,7 @@ class InputSignal(Struct, frozen=True):
 
 
 class Element(Struct, frozen=True):
-    """Common interface of all forces."""
+    """Base of all force elements."""
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -58,7 +58,8 @@ class Element(Struct, frozen=True):
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint that it acts along, with the coordinate ("" if it has only one)."""
+        """The joint along which the element acts, with the coordinate ("" if there is only one); None if it has
+        points."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 
@@ -157,10 +158,10 @@ class Characteristic(Element, frozen=True, tag=True):
 
 
 class UserLaw(Element, frozen=True, tag=True):
-    """A law of the user's own: `function` is "package.module:function" or "file.py:function" (see `user_laws.py`).
+    """A user-defined law: `function` is "package.module:function" or "file.py:function" (see `user_laws.py`).
 
-    It acts along a joint or on `ends`.  `guards` names a function that returns `modes` numbers; mode i keeps
-    the sign of number i during a step and turns at the located event, so select(modes[i] > 0, ...) may jump.
+    It acts along a joint or on `ends`. `guards` names a function that returns `modes` numbers; mode i keeps the sign of
+    number i during a step and changes at the located event, so select(modes[i] > 0, ...) may jump.
     """
 
     name: str
@@ -177,9 +178,9 @@ class UserLaw(Element, frozen=True, tag=True):
 class Sheave(Struct, frozen=True):
     """A sheave of a rope, fixed on a body; the rope turns positively about its axis (body frame).
 
-    Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point,
-    which the rope never leaves; a sheave with a radius it leaves and finds again.  An `edge` is one along
-    whose axis the rope slides, too, without friction.
+    Where the rope slips, the tension ratio is exp(friction * wrap) / efficiency. A radius of 0 is a point, which the
+    rope never leaves; it can leave a sheave with a radius and return. An `edge` is a sheave along whose axis the rope
+    slides, too, without friction.
     """
 
     at: Point
@@ -194,8 +195,8 @@ class Sheave(Struct, frozen=True):
 class Reeving(Element, frozen=True, tag=True):
     """A massless, elastic, tension-only rope from a over sheaves to b; its signal is its unstretched length [m].
 
-    Without friction it has one tension, as an equaliser has; with it each sheave sticks or slips (see `reeving.py`).
-    `damping` [N s/m] is that of the whole rope.  A driven signal is a winch at a.
+    Without friction it has one tension, as with an equaliser; with friction each sheave sticks or slips (see
+    `reeving.py`). `damping` [N s/m] is that of the whole rope. A driven signal is a winch at a.
     """
 
     name: str
@@ -213,27 +214,27 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def edges(self) -> tuple[Sheave, ...]:
-        """Edges that the rope may touch: none, or all of its sheaves."""
+        """The edges that the rope may touch: none, or all of its sheaves."""
         return tuple(s for s in self.sheaves if s.edge)
 
     @property
     def apart(self) -> bool:
-        """Whether its edges are on several bodies."""
+        """Whether the edges of the rope are on several bodies."""
         return len({s.at.body for s in self.edges}) > 1
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """Its parts from centre to centre, for drawing."""
+        """The straight lines from centre to centre, for drawing."""
         return tuple(Line(a, b) for a, b in pairwise(self.points))
 
     @property
     def winch(self) -> bool:
-        """Whether its length is driven."""
+        """Whether the rope has a winch: its length is driven."""
         return self.signal.driven
 
     @property
     def L0(self) -> float:
-        """Its unstretched length at the start [m]."""
+        """The unstretched length of the rope at the start [m]."""
         return self.signal.value
 
 

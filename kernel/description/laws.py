@@ -1,4 +1,4 @@
-"""Laws of joints, ropes and pads as plain data, besides the force elements of `forces`: springs, stops, brakes, drives.
+"""Laws of joints, ropes and pads as plain data: springs, stops, brakes, drives, locks, ropes, supports.
 
 SI units; a point is (body, position in its frame).
 """
@@ -22,7 +22,7 @@ class AlongJoint:
 
     @property
     def along(self) -> tuple[str, str]:
-        """The joint that it acts along, with the coordinate."""
+        """The joint along which the law acts, with the coordinate."""
         return self.joint, self.coordinate
 
 
@@ -53,10 +53,8 @@ class Stop(AlongJoint):
 
 @dataclass(frozen=True)
 class Brake(AlongJoint):
-    """Dry brake on a coordinate of a joint: a spring-damper that slips at `moment`.
-
-    One that is always engaged is the joint's dry friction.
-    """
+    """Dry brake on a coordinate of a joint: a spring-damper that slips at the effort `moment` [N or N m]. One that is
+    always engaged is the joint's dry friction."""
 
     name: str
     joint: str
@@ -69,10 +67,10 @@ class Brake(AlongJoint):
 
 @dataclass(frozen=True)
 class Lock:
-    """A joint that can be locked and freed while the simulation runs; `engaged`: locked at the start.
+    """A joint that can be locked and released while the simulation runs; `engaged`: locked at the start.
 
-    Locked in motion it stops at once: the impulse changes the velocities of its whole tree, and what kinetic energy
-    it takes is this lock's heat.
+    Locked in motion it stops at once: the impulse changes the velocities of its whole tree, and what kinetic energy it
+    takes is this lock's heat.
     """
 
     name: str
@@ -84,9 +82,8 @@ class Lock:
 class Drive(AlongJoint):
     """An actuator of a joint coordinate; its reference is commanded at run time, see `references`.
 
-    prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
-    speed: force = kv (ref' - v).
-    A `wave` is added to the reference of a prescribed one.
+    prescribed: q is the reference itself (rheonomic). servo: force = kp (ref - q) + kv (ref' - v). speed: force = kv
+    (ref' - v). A `wave` is added to the reference of a prescribed drive.
     """
 
     name: str
@@ -99,7 +96,7 @@ class Drive(AlongJoint):
 
 
 class Straight:
-    """A rope over straight lines."""
+    """A rope over straight lines: base of elastic and rigid ropes."""
 
     lines: tuple[Line, ...]
     along = None
@@ -114,10 +111,10 @@ class Straight:
 class Rope(Straight):
     """An elastic, tension-only rope of one tension over one or more straight lines.
 
-    length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
-    `mass`, of all its lines by their shares: its ends bear it (see `forces.ropes`); T is then the tension in the
-    middle, and the one that samples show is that at the lower ends b.
-    `winch`: L0 follows a Profile or Follow sent at run time.  `hooked` is its state at the start.
+    length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')). `mass`: of
+    all lines, weighted by their shares; it acts at the ends (see `forces.ropes`); T is then the tension in the middle,
+    while samples show the tension at the lower ends b. `winch`: L0 follows a Profile or Follow sent at run time.
+    `hooked`: state at the start.
     """
 
     name: str
@@ -148,10 +145,10 @@ class RigidRope(Straight):
 
 @dataclass(frozen=True)
 class Support:
-    """A body point that a pad at `height` can push up and hold by friction, in the world or on a body.
+    """A point of a body that a pad at `height` can push up and hold by friction; the pad is in the world or on a body.
 
-    N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
-    `on`: the body in whose frame the height counts and whose z the pad pushes along; "": the world.
+    N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N. `on`: the
+    body in whose frame the height counts and whose z the pad pushes along; "": the world.
     """
 
     name: str

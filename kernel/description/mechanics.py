@@ -52,11 +52,10 @@ JointKind = Literal[
 class Body:
     """A body; its frame is that of the joint that carries it, unless the joint states otherwise.
 
-    `flexible` adds a deformable part, whose floating frame that is; mass, com and inertia are then those of what sits
-    rigidly in that frame (0: nothing).
-    Where nothing has mass, moments of inertia may be any, such as those of a rotor behind its gear.
-    `added` is the added mass of water about the frame's origin, in body axes, linear before angular: it resists
-    acceleration and weighs nothing (Kirchhoff's equations of a body in an ideal fluid).
+    `flexible` adds a deformable part, whose floating frame is the body's frame; mass, com and inertia are then those of
+    the parts fixed rigidly to that frame (0: none). A massless body may have any moments of inertia, such as those of a
+    rotor behind its gear. `added` is the added mass of water about the frame's origin, in body axes, linear before
+    angular: it resists acceleration and has no weight (Kirchhoff's equations of a body in an ideal fluid).
     """
 
     name: str
@@ -97,7 +96,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Master:
-    """A commanded scalar followed by several actuators, such as the angle of a turn."""
+    """A commanded scalar, such as the angle of a turn-over, that several actuators follow."""
 
     name: str
     value: float = 0.0  # at the start
@@ -122,7 +121,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class System:
-    """Everything the kernel needs; declarations of several nodes are joined with `assembled`."""
+    """The complete mechanical system; `assembled` joins the declarations of several nodes."""
 
     bodies: tuple[Body, ...] = ()
     joints: tuple[Joint, ...] = ()
@@ -148,12 +147,12 @@ class System:
 
     @property
     def reevings(self) -> tuple[Reeving, ...]:
-        """Ropes over sheaves among its forces."""
+        """The ropes over sheaves among the forces."""
         return tuple(f for f in self.forces if isinstance(f, Reeving))
 
     @property
     def outside(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Bodies and joints that its parts refer to and others declare, in order of appearance."""
+        """Bodies and joints that this system refers to but does not declare, in order of appearance."""
         points = [p.body for law in (*self.laws, *self.rigid_ropes) for p in law.points]
         shapes = [shape.body for contact in self.contacts for shape in (contact.a, contact.b)]
         bodies = [body for j in self.joints for body in (j.parent, j.child)] + points + shapes
@@ -165,7 +164,7 @@ class System:
 
     @property
     def functions(self) -> tuple[str, ...]:
-        """Python functions of its laws."""
+        """The Python functions of the user-defined laws."""
         laws = (f for f in self.forces if isinstance(f, UserLaw))
         return tuple(function for law in laws for function in (law.function, law.guards) if function)
 
@@ -184,7 +183,7 @@ GROUPS = tuple(f.name for f in fields(System) if f.name != "gravity")
 
 
 def merge(parts: Iterable[System], gravity: float) -> System:
-    """One system from several, in order."""
+    """Join several systems into one, in order."""
     whole: dict[str, list[Any]] = {group: [] for group in GROUPS}
     for part in parts:
         for group, items in whole.items():
@@ -193,7 +192,7 @@ def merge(parts: Iterable[System], gravity: float) -> System:
 
 
 def assembled(declared: list[System], gravity: float) -> System:
-    """The system of a run from its nodes' declarations, with elements sorted by name."""
+    """Join the nodes' declarations into the system of a run, with elements sorted by name."""
     whole = merge(declared, gravity)
     named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in GROUPS}
     return System(**named, gravity=gravity)
@@ -205,7 +204,8 @@ PITCH = None
 
 @dataclass(frozen=True)
 class JointMotion:
-    """A turn about or a slide along an axis of the joint by factor * coordinate; factor None: the joint's pitch."""
+    """An elementary motion: a turn about or a slide along an axis of the joint by factor * coordinate; factor None: the
+    joint's pitch."""
 
     turns: bool
     axis: int
@@ -226,8 +226,9 @@ class JointType:
     """A row of the joint table.
 
     `coordinates` maps the coordinates' names to their values in the undisplaced joint, `velocities` names the
-    velocities; in a chain of `motions` they are the coordinates' rates.  `quaternion` is where a unit one starts
-    among the coordinates; what stands before it is a displacement, and the velocities are in the child's axes.
+    velocities; in a chain of `motions`, velocities are the rates of coordinates. `quaternion` is the index of the first
+    coordinate of a unit quaternion; coordinates before it are a displacement, and the velocities are in the child's
+    axes.
     """
 
     coordinates: dict[str, float] = field(default_factory=dict)
@@ -263,7 +264,7 @@ class JointType:
         return any(m.factor is PITCH for m in self.motions)
 
     def turns(self, coordinate: int) -> bool:
-        """Whether a coordinate is an angle [rad], otherwise a length [m]."""
+        """Return whether a coordinate is an angle [rad]; otherwise it is a length [m]."""
         return any(m.turns for m in self.motions if m.coordinate == coordinate)
 
 

@@ -12,7 +12,7 @@ from math import copysign, inf, isfinite, sqrt
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """Speed v0 [m/s], then a1 [m/s2] for d1 [s], `cruise` [s] without change, a2 for d2."""
+    """Speed v0 [m/s], then acceleration a1 [m/s2] for d1 [s], constant speed for `cruise` [s], a2 for d2."""
 
     v0: float
     a1: float
@@ -50,11 +50,12 @@ def _ramp(t: float, d: float) -> float:
 
 
 def trapezoid(distance: float | None, speed: float, accel: float, v0: float = 0.0) -> Trapezoid:
-    """Shortest trapezoid from speed v0 over a signed distance; None = endless at `speed` (0: ramp down and stop).
+    """Return the shortest trapezoid from speed v0 over a signed distance; None: an endless move at `speed` (0: ramp
+    down and stop).
 
-    `speed` is a magnitude where a distance is given, its sign otherwise the direction; accel > 0.  A start speed that
-    cannot be stopped within the distance overshoots and comes back.  Raises ValueError for accel <= 0 or for a
-    distance at speed 0.
+    `speed` is a magnitude if a distance is given; otherwise its sign is the direction. accel > 0. If v0 is too high to
+    stop within the distance, the profile overshoots and comes back. Raises ValueError for accel <= 0 or for a distance
+    at speed 0.
     """
     if not (isfinite(accel) and accel > 0.0):
         raise ValueError(f"acceleration must be positive, not {accel}")

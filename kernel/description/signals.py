@@ -1,4 +1,4 @@
-"""What can be sampled of a scene, and what thresholds guard: one table of quantities."""
+"""Table of scalar signals of a scene, which can be sampled and guarded by thresholds."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -18,27 +18,27 @@ class ScalarSignal:
 
     "height"        of `point` in the world [m]; "height difference": above `origin` [m]
     "radius"        of `point`: its horizontal distance from `origin` [m]
-    "gap"           between the boxes about `point` and `origin`, of half edges `numbers` (6) [m]: never more than
-                    their distance, of long ones a fifth less; negative where they overlap
+    "gap"           between the boxes about `point` and `origin`, of half edges `numbers` (6) [m]: a
+                    lower bound of their distance, a fifth less for long boxes; negative where they overlap
     "tension"       sum over `ropes` [N]; "length": unstretched length of ropes[0] [m]
-    "load"          their tension times numbers[0], less numbers[1] [kg, or 1 as a share of what is rated]
-    "moment"        their tension over what a chart by the radius of `point` allows: of the next longer radius;
-                    `numbers`: the tension [N] up to which nothing hangs there, then radii [m] and tensions [N]
-    "use"           the largest of their tensions, each times its number [1, of what is rated]
-    "use by place"  their load over what a chart by the world y of `point` allows, interpolated; `numbers`: two as of
-                    "load", then places [m] and what is allowed there
+    "load"          tension of `ropes` times numbers[0], less numbers[1] [kg, or 1 as a share of the rated load]
+    "moment"        tension of `ropes` over that allowed by a load chart at the next longer radius of `point`;
+                    `numbers`: the tension [N] of the empty hook, then radii [m] and tensions [N]
+    "use"           the largest tension of `ropes`, each times its number [1, of the rated tension]
+    "use by place"  load of `ropes` over that allowed by a chart at the world y of `point`, interpolated;
+                    `numbers`: two as of "load", then places [m] and allowed loads
     "angle"         of body `of` about `axis`, as Measured [rad]
     "joint", "speed": coordinate and velocity of joint `of`
     "wind"          speed of the wind force `of` [m/s], which blows on `point`
-    "swing along", "swing across": angle of ropes[0] to the vertical in the planes x, z and y, z [rad], positive where
-                    its lower end is ahead in +x or +y; "off-lead": in its own plane
-    "pull"          in the part at the upper end of ropes[0]: numbers[0] times its tension, and numbers[1] [N/m] times
-                    its length [N]; "reserve": numbers[2] over that [1]
-    "side along", "side across": what `ropes` pull together in +x or +y where their lower ends are [N]
+    "swing along", "swing across": angle of ropes[0] to the vertical in the planes x, z and y, z [rad], positive if
+                    its lower end is ahead in +x or +y; "off-lead": the angle in the rope's own vertical plane
+    "pull"          force in the part at the upper end of ropes[0]: numbers[0] times its tension plus
+                    numbers[1] [N/m] times its length [N]; "reserve": numbers[2] over this force [1]
+    "side along", "side across": sum of the pulls of `ropes` at their lower ends in +x or +y [N]
     "place along", "place across": world x or y of `point`, less numbers[0] [m]
 
-    Of a rope whose lines go several ways `point` tells on which body those end that count; without ropes the line is
-    that from `origin` to `point`.
+    If the lines of a rope run in several directions, only those that end on the body of `point` count; without ropes
+    the line from `origin` to `point` is used.
     """
 
     quantity: Quantity
@@ -53,7 +53,7 @@ class ScalarSignal:
 
 @dataclass(frozen=True)
 class Named:
-    """Base of named items."""
+    """Base of items with a name."""
 
     name: str
 
@@ -64,5 +64,5 @@ class Threshold(ScalarSignal, Named):
 
 
 def guard_of(name: str, x: ScalarSignal) -> Threshold:
-    """The threshold that guards a signal."""
+    """Return the threshold that guards a signal."""
     return Threshold(name, **vars(x))

@@ -49,7 +49,7 @@ Direction = Annotated[tuple[float, float, float], Unit("direction")]  # of lengt
 
 
 def wrong_sign(x: Any) -> tuple[str, str]:
-    """The first field with a wrong sign, and what is wrong; empty if there is none."""
+    """Return the first field with a wrong sign and a description of the error; empty if there is none."""
     for field, least in _signs(x.__class__):
         value = getattr(x, field)
         low = min(value) if isinstance(value, tuple) else value
@@ -62,7 +62,7 @@ def wrong_sign(x: Any) -> tuple[str, str]:
 
 @cache
 def _signs(kind: type) -> tuple[tuple[str, str], ...]:
-    """Fields with restricted sign, with their minimum."""
+    """Return the fields with restricted sign, with their minimum."""
     found = []
     for field, hint in get_type_hints(kind, include_extras=True).items():
         inner = get_args(hint)
@@ -80,7 +80,7 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Point:
-    """A point fixed on a body."""
+    """A point fixed on a body, in the frame of the body."""
 
     body: str
     p: Vector = (0.0, 0.0, 0.0)
@@ -100,7 +100,8 @@ Key = tuple[tuple[str | tuple[int, str], ...], str]
 
 @lru_cache(maxsize=4096)
 def natural(name: str) -> Key:
-    """Sort key of a name: its words and its numbers in turn; equal ones, such as "1" and "01", by their letters."""
+    """Return the sort key of a name: its words and numbers in turn; equal keys, such as of "1" and "01", are ordered by
+    characters."""
     parts = re.split(r"([0-9]+)", name)
     numbers = (part.lstrip("0") for part in parts)  # in order of their lengths: no name is too long for that
     return tuple((len(x), x) if i % 2 else parts[i] for i, x in enumerate(numbers)), name

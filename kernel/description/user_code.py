@@ -1,9 +1,9 @@
-"""Imports the user's own modules such that what runs is what stands in their files.
+"""Imports the user's modules so that the code that runs is the present content of their files.
 
-A module is read again once its text, or that of one of the user's modules that it imports, is no longer the text that
-it was made of; what has not changed stays as it is.  Texts are compared, since two edits can share time and size.  An
-earlier version goes on in the objects that were made of it.  What was imported before heavylift was, or by an import
-hook of another tool, counts as changed if its file is newer than this module.
+A module is loaded again once its text, or that of one of the user's modules that it imports, has changed since it was
+loaded; other modules stay loaded. Texts are compared, since two edits can share time and size. Objects created by an
+earlier version keep using it. Modules imported before heavylift, or by an import hook of another tool, count as changed
+if their file is newer than this module.
 """
 
 import ast
@@ -39,11 +39,11 @@ def _own(file: str) -> bool:
 
 
 class Taken(Exception):
-    """Another module has the name that a file would have."""
+    """Raised if another module already has the name that a file would get."""
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """Import a module by name, or a file.py as `name`, in its present state; raises what importing raises,
+    """Import a module by name, or a file.py as `name`, in its present state. Raises what the import raises, and
     FileNotFoundError for a missing file."""
     with _lock:
         importlib.invalidate_caches()
@@ -105,7 +105,7 @@ class _Loader(SourceFileLoader):
 
 
 class _Finder:
-    """Finds modules as usual, and gives users' modules that loader."""
+    """Finds modules as usual, and loads users' modules with `_Loader`."""
 
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
@@ -120,7 +120,7 @@ sys.meta_path.insert(0, _Finder)
 
 
 def _forget_changed(root: str) -> None:
-    """Remove from the loaded modules those that `root` needs and whose text has changed, and all that need them."""
+    """Unload the modules among those that `root` needs whose text has changed, and all modules that need them."""
     reached, new = set[str](), {name for name in _heads(root) if _file(name)}
     while new:
         reached |= new
@@ -138,7 +138,7 @@ def _forget_changed(root: str) -> None:
 
 
 def _file(name: str) -> str:
-    """File of a loaded user module; "" for others."""
+    """Return the file of a loaded user module; "" for other modules."""
     file = getattr(sys.modules.get(name), "__file__", None) if name != "__main__" else None
     return file if file is not None and file.endswith(".py") and _own(file) else ""
 
@@ -154,7 +154,7 @@ def _changed(name: str) -> bool:
 
 
 def _uses(name: str, also: set[str] = frozenset()) -> set[str]:  # type: ignore[assignment]
-    """Loaded user modules (or those in `also`) that a module imports itself, including its packages."""
+    """Return the loaded user modules (or those in `also`) that a module imports itself, with their packages."""
     try:
         text = Path(_file(name)).read_bytes()
     except OSError:
@@ -167,13 +167,13 @@ def _uses(name: str, also: set[str] = frozenset()) -> set[str]:  # type: ignore[
 
 
 def _heads(name: str) -> Iterator[str]:
-    """a, a.b, a.b.c"""
+    """Yield a module and its parent packages, outermost first: a, a.b, a.b.c."""
     return (name[:i] for i, c in enumerate(f"{name}.") if c == "." and i)
 
 
 @lru_cache(1024)
 def _named(text: bytes, package: str) -> frozenset[str]:
-    """Modules that a text may import, by statements or import functions; ANY if the name is computed."""
+    """Return the modules that a text may import, by statements or import functions; with ANY if a name is computed."""
     found = set[str]()
     try:
         nodes = [*ast.walk(ast.parse(text))]
@@ -193,7 +193,7 @@ def _named(text: bytes, package: str) -> frozenset[str]:
 
 
 def raised(error: BaseException) -> str:
-    """Class and text of an error and its place in a user's file or another package."""
+    """Return class and text of an error, with its place in a user's file or another package."""
     frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
     at = next((x for of in (_own, written_by_others) for x in reversed(frames) if of(x[0])), None)
     where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""

@@ -20,7 +20,7 @@ __all__ = ["equations"]
 def equations(
     system: System, formulation: str = "recursive", latex: bool = False, title: str = "Equations of motion"
 ) -> str:
-    """All equations of motion of a system; raises KernelError for an impossible one."""
+    """Return all equations of motion of a system as text or LaTeX; raises KernelError for an invalid system."""
     graph = build_graph(system)
     sections = [
         _graph(graph),

@@ -1,9 +1,10 @@
-"""The equation of every body, the paper's (1) to (4), with all that acts on it, and its row of the recursion, Fig. 6.
+"""Equations of every body in print: the paper's (1) to (4) with all applied forces, the recursion of Fig. 6, and
+joints.
 
-Force: m_i r"_i = F_i + Fc_i - the joint forces that row i of T^-T subtracts.  The moment balance about the centre of
-mass has the same terms and the levers of those forces.
+Force: m_i r"_i = F_i + Fc_i minus the joint forces that row i of T^-T subtracts. The moment balance about the centre of
+mass has the same terms with the levers of those forces.
 
-Every joint in print: the columns of S that it gives to its body, and the forces along its coordinates.
+For every joint: its columns of S, and the forces along its coordinates.
 """
 
 from heavylift.kernel.description.mechanics import JOINTS, THIRD, WORLD, System
@@ -69,7 +70,7 @@ def balances(system: System, graph: Graph) -> DocumentSection:
 
 
 def _water(graph: Graph, message: str) -> tuple[str, ...]:
-    """A line about bodies with added mass, if there are any."""
+    """Return a sentence that names the bodies with added mass, if there are any."""
     names = [link.body.name for link in graph.links if link.body.added is not None]
     return (f"{message} {', '.join(names)}",) if names else ()
 
@@ -86,7 +87,7 @@ def _elastic(n: int) -> Formula:
 
 
 def recursion(graph: Graph) -> DocumentSection:
-    """Fig. 6 (a)-(e) of every body, parents before children, with the corrected sign of (d)."""
+    """Return Fig. 6 (a)-(e) for every body, parents before children, with the corrected sign of (d)."""
     groups = []
     for i, link in enumerate(graph.links):
         n, p = i + 1, link.parent + 1
@@ -120,7 +121,7 @@ _AXES = "est"  # letters of axis, second, and axis x second
 
 
 def joints(system: System, graph: Graph) -> DocumentSection:
-    """Coordinates, columns of S and joint forces tau of all joints."""
+    """Return coordinates, columns of S and joint forces tau of all joints."""
     acting = Acting(system)
     groups = []
     for i, link in enumerate(graph.links):
@@ -150,7 +151,7 @@ def joints(system: System, graph: Graph) -> DocumentSection:
 
 
 def _columns(link: Link, n: int) -> Formula:
-    """S of a joint, column by column."""
+    """Return S of a joint, column by column."""
     kind = JOINTS[link.joint.kind]
     if kind.quaternion is not None:
         R = sym("R", n)
@@ -177,7 +178,7 @@ def _side_by_side(columns: list[Formula]) -> Formula:
 
 
 def _effort(acting: Acting, joint: str, n: int, coordinates: dict[str, float]) -> Equation:
-    """tau: sum of the laws along each coordinate, or the force of a prescribed drive."""
+    """Return the equation of tau: the sum of the laws along each coordinate, or the force of a prescribed drive."""
     given = [x for x, _ in acting.along(joint) if getattr(x, "kind", "") == "prescribed"]
     if given:
         remark = f"prescribed by {', '.join(x.name for x in given)}"

@@ -1,6 +1,6 @@
-"""The scene's equations in coordinates: the traced text before any elimination, every quantity named.
+"""The scene's equations in coordinates: the traced equations before any elimination, every quantity named.
 
-It is printed from the very text that becomes machine code, so print and motion cannot differ.
+They are printed from the same traced code that becomes machine code, so print and motion cannot differ.
 """
 
 import re
@@ -38,14 +38,14 @@ _LATEX = {"add": " + ", "sub": " - ", "mul": r"\,", "gt": " > ", "ge": r" \ge "}
 
 
 class _Named(Program):
-    """A program whose trees share nothing, so that each is printed with its own names."""
+    """A program whose trees share no functions, so that each is printed with its own names."""
 
     def sharing(self, tree: Tree) -> str:
         return f"{tree.kind} {' '.join(b.name for b in tree.bodies)}"
 
 
 def coordinates(system: System, formulation: str) -> DocumentSection:
-    """All named quantities in order of computation."""
+    """Return the equations of all named quantities in order of computation."""
     program = _Named(system, formulation)
     with Trace(opaque=True) as trace:
         y, P = symbols("y", program.ny), symbols("P", len(program.parameters.initial))
@@ -70,7 +70,7 @@ def coordinates(system: System, formulation: str) -> DocumentSection:
 
 
 def _input_names(program: Program) -> dict[tuple[str, int], str]:
-    """Printed names of y[i] and P[i]."""
+    """Return the printed names of y[i] and P[i]."""
     q, v = coordinate_names(program.graph)
     names = {("y", i): f"q({n})" for i, n in enumerate(q)}
     names |= {("y", program.nq + i): f"v({n})" for i, n in enumerate(v)}
@@ -88,7 +88,7 @@ def _input_names(program: Program) -> dict[tuple[str, int], str]:
 
 
 def _law_names(kind: str, name: str, n: int) -> list[str]:
-    """Names of a law's numbers."""
+    """Return the printed names of a law's n numbers."""
     known = _NUMBERS.get(kind, ())
     if kind == "rope":
         lines = [_ROPE_LINE.replace("#", str(i + 1)).split() for i in range((n - 4) // 7)]
@@ -101,7 +101,7 @@ def _law_names(kind: str, name: str, n: int) -> list[str]:
 
 
 def _tree_names(tree: Tree) -> list[str]:
-    """Printed names of a tree's numbers; its parameters are "#i"."""
+    """Return the printed names of a tree's numbers; its parameters are "#i"."""
     found: dict[int, str] = {}
 
     def walk(x: Any, label: str, body: str) -> None:
@@ -141,7 +141,7 @@ def _equation(label: str, value: Scalar, names: dict[tuple[str, int], str]) -> E
 
 
 def _terms(x: Scalar, sign: str = "+") -> list[tuple[str, Scalar]]:
-    """The terms of a sum, in order, so that long ones can be broken."""
+    """Return the signed terms of a sum in order, so that long sums can be broken into lines."""
     if isinstance(x, Sym) and x.op in ("add", "sub"):
         other = sign if x.op == "add" else ("-" if sign == "+" else "+")
         return _terms(x.args[0], sign) + _terms(x.args[1], other)
@@ -151,7 +151,7 @@ def _terms(x: Scalar, sign: str = "+") -> list[tuple[str, Scalar]]:
 
 
 def _lines(parts: list[Formula], width: int = 75) -> list[Formula]:
-    """Parts joined to lines of a page by text length; one line if nothing needs breaking."""
+    """Join parts to lines of at most `width` characters; return [] if one line is enough."""
     lines: list[Formula] = []
     for p in parts:
         if lines and len(lines[-1].text) + len(p.text) < width:
@@ -171,7 +171,7 @@ def _name(x: Sym, names: dict[tuple[str, int], str]) -> str:
 
 
 def _text(x: Scalar, names: dict[tuple[str, int], str], level: int = 0) -> str:
-    """Infix text of a traced value."""
+    """Return a traced value as infix text; `level`: binding strength of the operator around it."""
     if not isinstance(x, Sym):
         return _number(x)
     if x.op == "in":
@@ -188,7 +188,7 @@ def _text(x: Scalar, names: dict[tuple[str, int], str], level: int = 0) -> str:
 
 
 def _function(x: Sym) -> tuple[str, tuple[Scalar, ...]]:
-    """max and min are selections in the traced text."""
+    """Return operation and operands, with selections that mean max or min named so."""
     if x.op == "select" and is_sym(c := x.args[0]) and c.op == "gt":
         if _same(c.args, x.args[1:]):
             return "max", x.args[1:]
@@ -206,12 +206,12 @@ def _inverse(x: Scalar) -> bool:
 
 
 def _operation(x: Sym) -> str:
-    """A product with a reciprocal is a quotient."""
+    """Return the operation; a product with a reciprocal is "div"."""
     return "div" if x.op == "mul" and any(map(_inverse, x.args)) else str(x.op)
 
 
 def _operands(x: Sym) -> tuple[Scalar, Scalar]:
-    """Constants first, divisors last."""
+    """Return the operands in printing order: constants first, divisors last."""
     a, b = x.args
     if x.op != "mul":
         return a, b
@@ -223,7 +223,7 @@ def _operands(x: Sym) -> tuple[Scalar, Scalar]:
 
 
 def _latex(x: Scalar, names: dict[tuple[str, int], str], level: int = 0) -> str:
-    """The same in LaTeX."""
+    """Return a traced value in LaTeX; arguments as of `_text`."""
     if not isinstance(x, Sym):
         mantissa, _, exponent = _number(x).partition("e")
         return mantissa + (rf" \cdot 10^{{{int(exponent)}}}" if exponent else "")
@@ -250,7 +250,7 @@ def _latex(x: Scalar, names: dict[tuple[str, int], str], level: int = 0) -> str:
 
 
 def _symbol(label: str) -> str:
-    """A label such as V(link-1).rx as a symbol with indices."""
+    """Return a label such as V(link-1).rx as a LaTeX symbol with indices."""
     found = _LABEL.match(label)
     if not found:
         return _GREEK.get(label, label if label.isalnum() else rf"\text{{{escaped(label)}}}")

@@ -26,12 +26,12 @@ class Formula(NamedTuple):
 
 
 def plain(s: str) -> Formula:
-    """Text that is equal in both notations."""
+    """Return a formula whose text is the same in both notations."""
     return Formula(s, s)
 
 
 def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool = True) -> Formula:
-    """A quantity: sym("F", 3, "c") is Fc3, F with c above and 3 below."""
+    """Return a symbol: sym("F", 3, "c") is Fc3, F with c above and 3 below."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold and base not in _GREEK else letter)
     above = rf"^{{{mark}}}" if mark else ""
@@ -40,7 +40,7 @@ def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool
 
 
 def law(base: str, name: str, bold: bool = False, dots: int = 0) -> Formula:
-    """A quantity of a law or point: T(H1)."""
+    """Return a quantity of a law or point, such as T(H1)."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold else letter)
     return Formula(f"{base}({name}){_DOTS[dots][0]}", rf"{core}_{{\text{{{escaped(name)}}}}}")
@@ -51,7 +51,7 @@ def cross(a: Formula, b: Formula) -> Formula:
 
 
 def dual_cross(a: Formula, b: Formula) -> Formula:
-    """v x* f of spatial vectors."""
+    """Return v x* f of spatial vectors."""
     return a + Formula(" x* ", r" \times^{*} ") + b
 
 
@@ -60,7 +60,7 @@ def transposed(a: Formula) -> Formula:
 
 
 def joined(terms: list[tuple[str, Formula]]) -> Formula:
-    """A sum of signed terms; 0 if there is none."""
+    """Return a sum of signed terms; 0 if there is none."""
     out: Formula | None = None
     for sign, term in terms:
         lead = ("-" if sign == "-" else "") if out is None else f" {sign} "
@@ -69,7 +69,7 @@ def joined(terms: list[tuple[str, Formula]]) -> Formula:
 
 
 def escaped(s: str) -> str:
-    """Text in LaTeX."""
+    """Return a text with LaTeX's special characters escaped."""
     return "".join(_SPECIAL.get(c, rf"\{c}" if c in "#$%&_{}" else c) for c in s)
 
 
@@ -89,7 +89,7 @@ PER_BLOCK = 40  # equations in one align environment, which TeX reads as a whole
 
 @dataclass(frozen=True)
 class Equation:
-    """left = right with a remark; `parts`: the terms of a sum that may be broken."""
+    """An equation left = right with a remark; `parts`: terms of a long sum, between which lines may break."""
 
     left: Formula
     right: Formula
@@ -109,7 +109,7 @@ class DocumentSection:
 
 
 def as_text(sections: list[DocumentSection]) -> str:
-    """Sections one below the other."""
+    """Return the sections as plain text, one below the other."""
     return "\n\n".join("\n".join(_text(s)) for s in sections)
 
 
@@ -129,7 +129,7 @@ def _text(s: DocumentSection) -> list[str]:
 
 
 def as_latex(sections: list[DocumentSection], title: str) -> str:
-    """A document that compiles with amsmath only."""
+    """Return the sections as a LaTeX document that needs amsmath only."""
     body = [PREAMBLE + rf"\section*{{{escaped(title)}}}"]
     for s in sections:
         body.append(rf"\subsection*{{{escaped(s.title)}}}")
@@ -239,7 +239,7 @@ _LOOPS: tuple[_Row, ...] = (
 
 
 def formulation_section(graph: Graph, formulation: str) -> DocumentSection:
-    """What is solved for the accelerations."""
+    """Return the section on what the formulation solves for the accelerations."""
     n, n_v = len(graph.links), graph.nv
     sentence = {
         "recursive": f"{n_v} accelerations from {n} composite inertias, which are sums along the paths of T",

@@ -1,6 +1,6 @@
-"""Every law of a scene in print: what acts on which body and joint, the formula of each kind, the numbers of each law.
+"""Every law of a scene in print: where it acts, the formula of its kind, its numbers.
 
-A kind without a formula here is reported in the words of its own description, so that no law is ever left out.
+A kind without a formula here is printed with the docstring of its description, so that no law is left out.
 """
 
 from dataclasses import fields
@@ -29,7 +29,7 @@ Row = tuple[Point, str, str]  # where a law acts, its name with the number of it
 
 
 class Acting:
-    """What acts on the bodies and along the joints of a system."""
+    """Forces and laws that act on the bodies and along the joints of a system."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -48,7 +48,7 @@ class Acting:
                 self.couples.append((point.body, name))
 
     def on(self, body: str, n: int, gravity: float) -> tuple[Formula, Formula]:
-        """F and M of body n: sums of the forces and moments on it."""
+        """Return F and M of body n: the sums of the forces and moments on it."""
         weight = [("+", Formula(f"m{n} g", rf"m_{{{n}}}\,\mathbf{{g}}"))] if gravity else []
         here = [(name, sign) for point, name, sign in self.points if point.body == body]
         forces = weight + [(sign, law("f", name, bold=True)) for name, sign in here]
@@ -60,7 +60,7 @@ class Acting:
         return joined(forces), joined(moments)
 
     def along(self, joint: str) -> list[tuple[Any, str]]:
-        """Laws along a joint, with the coordinate ("" if there is only one)."""
+        """Return the laws along a joint, with the coordinate ("" if there is only one)."""
         s = self.system
         groups: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
         own = [(x, x.coordinate) for x in groups if x.joint == joint]
@@ -72,13 +72,13 @@ def _place(name: str, sign: str) -> Formula:
 
 
 def loops_at(graph: Graph, body: str) -> list[tuple[str, str]]:
-    """Loop joints at a body: names with the sign of their force."""
+    """Return the loop joints at a body: names with the sign of their force."""
     ends = [(j.name, sign, on) for j in graph.loops for on, sign in ((j.child, "+"), (j.parent, "-"))]
     return [(name, sign) for name, sign, on in ends if on == body]
 
 
 def laws(system: System) -> list[DocumentSection]:
-    """A section per kind of law: formulas and a table of numbers."""
+    """Return a section per kind of law: formulas and a table of numbers."""
     groups: dict[type, list[Any]] = {}
     for f in fields(system):
         if f.name not in ("bodies", "joints", "thresholds", "gravity"):
@@ -95,7 +95,7 @@ def _section(kind: type, items: list[Any]) -> DocumentSection:
 
 
 def _shown(x: Any) -> str:
-    """A number, a place on a body, a line, or several of them."""
+    """Return a number, a point on a body, a line, or a tuple of them as text."""
     if isinstance(x, bool):
         return "yes" if x else "no"
     if isinstance(x, float | int):

@@ -1,10 +1,10 @@
-"""What the kernel asks of a kind of force: the columns of the force table, with the defaults of a plain force.
+"""Interface of the kinds of force: the columns of the force table, with the defaults of a plain force.
 
-A kind says where it acts, which numbers it keeps in P and what it answers at one instant.  Its text is traced once per
-shape and shared by all forces of that shape.  Discrete states (hooked, taut, closed, stick) are numbers in P, frozen
-during a step; *guards* are scalars that are positive while they hold, and `switch` changes them at the located event
-when one falls below zero.  So no clamp ever acts inside a step, and the integrators keep their order.
-Each law also gives the power that it turns into heat or takes from a motor: the energy balance integrates those.
+A kind states where it acts, which numbers it keeps in P and its output at one instant. Its code is traced once per
+shape and shared by all forces of that shape. Discrete states (hooked, taut, closed, stick) are numbers in P, frozen
+during a step; *guards* are scalars that are positive while these states hold. When a guard becomes negative, `switch`
+changes the state at the located event. So no clamp ever acts inside a step, and the integrators keep their order. Each
+law also gives the power that it turns into heat or takes from a motor, which the energy balance integrates.
 """
 
 from __future__ import annotations
@@ -39,11 +39,8 @@ class SampledQuantity(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """What a law may ask of its scene.
-
-    `clamped`: the part of a step that lies behind an event, and is thrown away, sees the one-sided law; `at_rest`: only
-    rests are looked for; `calm`: ropes without events.
-    """
+    """Properties of a scene that a law may depend on. `clamped`: the part of a step behind an event, which is
+    discarded, uses the one-sided law; `at_rest`: only equilibria are sought; `calm`: names of ropes without events."""
 
     graph: Graph
     poses: Poses
@@ -55,7 +52,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class LawOutput:
-    """Output of a force at an instant; kinetic + potential + stored - work + heat stays constant."""
+    """Output of a force at an instant. Kinetic + potential + stored - work + heat stays constant."""
 
     wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
     effort: Scalar = 0.0  # along its joint [N or N m]
@@ -69,7 +66,7 @@ class LawOutput:
 
 
 class ForceLaw(ABC, Generic[F]):
-    """A row of the force table; `kind`: of its numbers in P; `works`: it does external work; `timed`: it depends on
+    """A row of the force table. `kind`: key of its numbers in P; `works`: it does external work; `timed`: it depends on
     time; `initial`: its guards set the states of the initial pose without events."""
 
     kind = "force"
@@ -78,81 +75,82 @@ class ForceLaw(ABC, Generic[F]):
     initial = True
 
     def check(self, f: F) -> None:
-        """Raises KernelError for a description that cannot be."""
+        """Raise KernelError for an invalid description."""
         return  # of most kinds, all can
 
     def within(self, f: F, setting: Setting) -> ForceLaw[F]:
-        """The law of a force that is part of a scene."""
+        """Return the law of force f as part of a scene."""
         return self
 
     def signal(self, f: F) -> InputSignal | None:
-        """What commands or histories change."""
+        """Return the signal that commands or histories change, if there is one."""
         signal: InputSignal | None = getattr(f, "signal", None)
         return signal
 
     def shape(self, f: F) -> Hashable:
-        """All properties that its code branches on."""
+        """Return all properties of f on which the law's code branches."""
         return None
 
     @abstractmethod
     def numbers(self, f: F, poses: Poses) -> list[float]:
-        """Its numbers in P, discrete states included."""
+        """Return the numbers of f in P, discrete states included."""
 
     @abstractmethod
     def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
-        """The law as a function of its numbers p, bodies (21,) at its ends (see `attachment`), signal (value, rate),
-        joint (q, v), and time t [s] if timed; of f only what `shape` includes."""
+        """Return the output of the law at an instant.
+
+        `p`: its numbers; `ends`: bodies (21,) at its ends (see `attachment`); `signal`: value and rate; `joint`: q and
+        v; `t`: time [s] if timed. Of f it may use only what `shape` includes.
+        """
 
     def angles(self, f: F) -> int:
-        """Number of angles counted over turns; `answer` then receives their integrals as `counted`."""
+        """Return the number of angles counted over turns; `answer` then receives their integrals as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
-        """The bodies of its angles and their world axis, if counted before the start as well."""
+        """Return the two bodies of its angles and their world axis, if turns before the start are counted as well."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
 
     def guards(self, f: F) -> tuple[str, ...]:
-        """Names of its guards, in the order of `LawOutput.guards`."""
+        """Return the names of its guards, in the order of `LawOutput.guards`."""
         return ()
 
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        """Change discrete states in p after a guard has fallen; returns the event with a value. Coordinates and
-        velocities stay; released elastic energy becomes its heat."""
+        """Change discrete states in p after a guard has become negative; return the event with a value. Coordinates and
+        velocities do not change; released elastic energy becomes heat of the law."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
 
     def shows(self, f: F) -> list[SampledQuantity]:
-        """Its sampled quantities, in the order of `LawOutput.shown`."""
+        """Return its sampled quantities, in the order of `LawOutput.shown`."""
         return []
 
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
-        """Raises KernelError about a field."""
+        """Raise KernelError about a field unless `good`."""
         if not good:
             raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 
 
 class LawBreakdown(KernelError):
-    """A law outside its domain: name and reason; the simulation adds the time."""
+    """A law has left its domain of validity: name and reason; the simulation adds the time."""
 
     def __init__(self, who: str, why: str) -> None:
         super().__init__(f"{who}: {why}")
         self.who, self.why = who, why
 
     def at(self, t: float) -> KernelError:
-        """The sentence with its time [s]."""
+        """Return the error with its time [s]."""
         return KernelError(f"{self.who} at {t:.3f} s: {self.why}")
 
 
 def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array, Array]:
-    """Place from the tree's point, place in the world, velocity of a body-fixed point X.
-
-    body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: its name in print.
-    """
+    """Return position from the tree's point, position in the world, and velocity of a body-fixed point X. body: (21,)
+    R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: its name in print."""
     R, o, r, V = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15], body[15:21]
     x = named(f"r{label}", r + R @ p_BX)
     return x, named(f"p{label}", x + o), named(f"v{label}", V[3:] + cross(V[:3], x))
 
 
 def wrench(x: Array, force: Array, moment: Array | None = None) -> Array:
-    """Wrench (6,) about the tree's point of a force at x from it."""
+    """Return the wrench (6,) about the tree's point of a force that acts at x from it."""
     turning = cross(x, force)
     return join(turning if moment is None else turning + moment, force)

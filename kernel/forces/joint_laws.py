@@ -24,7 +24,7 @@ FAINT = 1e-6  # [m] deflection from which it then gives way wholly: halves of ha
 
 
 class FrictionForce(NamedTuple):
-    """Force, guard, heat [W] and stored energy [J]."""
+    """Result of a friction law: force, guard, heat [W] and stored energy [J]."""
 
     force: Any
     guard: Scalar
@@ -33,15 +33,13 @@ class FrictionForce(NamedTuple):
 
 
 def one_sided(force: Scalar, clamped: bool) -> Scalar:
-    """max(0, force), or the unclamped force: a step that ends behind an event sees a smooth law and is cut.
-
-    Where it is clamped, the dense output before the event suffers from the kink.
-    """
+    """Return max(0, force) if `clamped`, else the force itself: a step beyond an event sees a smooth law and is cut
+    there. Where it is clamped, the dense output before the event suffers from the kink."""
     return maximum(force, 0.0) if clamped else force
 
 
 def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, clamped: bool) -> FrictionForce:
-    """A one-sided spring-damper."""
+    """Return force, guard, heat and stored energy of a one-sided spring-damper."""
     trial = k * depth + d * rate
     on = closed > 0.0
     return FrictionForce(
@@ -55,12 +53,12 @@ def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, cl
 def friction(
     s: Array, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
 ) -> FrictionForce:
-    """Dry friction (n,): a spring-damper from its anchor (at distance s) that slips at `limit`.
+    """Return dry friction (n,): a spring-damper from its anchor (at distance s) that slips at `limit`.
 
-    Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is that of the start of
-    the slip, and the slip ends when the velocity along it falls through zero.  Where only rests are looked for, the
-    direction is that of the spring, whose anchor gives way (radial return; Simo, Hughes 1998, 1.4), and the slip ends
-    when the spring relaxes.
+    Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is the direction in which
+    the slip began, and the slip ends when the velocity along it becomes negative. With `at_rest`, the direction is that
+    of the spring, whose anchor follows (radial return; Simo, Hughes 1998, 1.4), and the slip ends when the spring
+    relaxes.
     """
     held = k * s + d * v
     size = sqrt(held @ held + 1e-300)
@@ -76,12 +74,12 @@ def friction(
 
 
 def deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
-    """Deflection of a friction spring that holds a force; zero without spring."""
+    """Return the deflection of a friction spring that holds a force; zero without stiffness."""
     return (force - d * velocity) / k if k > 0.0 else 0.0 * force
 
 
 class SupportAt:
-    """Places of a support's numbers, after its point (3)."""
+    """Indices of a support's numbers, after its point (3)."""
 
     HEIGHT, K, D, MU, KT, DT, CLOSED, STICK = range(3, 11)
     ANCHOR, DIRECTION = slice(11, 13), slice(13, 15)
@@ -89,7 +87,7 @@ class SupportAt:
 
 @dataclass(frozen=True)
 class SupportLaw(ForceLaw[Support]):
-    """Arguments as of `Setting`; guards: closed, and friction holds."""
+    """Law of a support; arguments as of `Setting`; guards: the contact is closed, and friction holds."""
 
     clamped: bool = True
     at_rest: bool = False
@@ -155,7 +153,7 @@ class SupportLaw(ForceLaw[Support]):
 
 
 class JointSpringLaw(ForceLaw[JointSpring]):
-    """Linear spring and damper."""
+    """Law of a linear spring and damper."""
 
     kind = "spring"
 
@@ -171,7 +169,7 @@ class JointSpringLaw(ForceLaw[JointSpring]):
 
 
 class StopAt:
-    """Places of an end stop's numbers."""
+    """Indices of an end stop's numbers."""
 
     LOWER, UPPER, K, D, AT_LOWER, AT_UPPER = range(6)
 
@@ -213,14 +211,14 @@ class StopLaw(ForceLaw[Stop]):
 
 
 class BrakeAt:
-    """Places of a brake's numbers."""
+    """Indices of a brake's numbers."""
 
     MOMENT, K, D, ENGAGED, STICK, ANCHOR, DIRECTION = range(7)
 
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Dry friction; `start`: its initial coordinate; `at_rest` as of `Setting`."""
+    """Dry friction of a brake; `start`: its initial coordinate; `at_rest` as of `Setting`."""
 
     start: float = 0.0
     at_rest: bool = False

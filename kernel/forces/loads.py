@@ -1,9 +1,8 @@
-"""Forces from outside: loads that are given, and the drag of the wind (EN 13001-2, 4.2.3.1; closed form C16).
+"""External forces: given loads, and wind drag (EN 13001-2, 4.2.3.1; closed form C16).
 
-Actuator laws given as data: a piecewise linear effort over the coordinate or the speed of a joint.
-
-A torque-speed curve of a motor, a buffer's force-travel curve.  P holds the piece that is active; its ends are guards,
-so that no step crosses a kink and the integrators keep their order.
+Actuator laws given as data: a piecewise linear effort over the coordinate or the speed of a joint, such as a motor's
+torque-speed curve or a buffer's force-travel curve. P holds the active piece; its ends are guards, so that no step
+crosses a kink and the integrators keep their order.
 """
 
 from bisect import bisect_right
@@ -21,7 +20,7 @@ UNIT = 1e-6  # how far a direction may be off by rounding
 
 
 class LoadLaw(ForceLaw[Load]):
-    """Force and moment times the signal; their power counts as work."""
+    """Force and moment times the signal; their power counts as external work."""
 
     works = True
 
@@ -47,7 +46,7 @@ class LoadLaw(ForceLaw[Load]):
 
 
 class WindLaw(ForceLaw[Wind]):
-    """Drag at a point that may move."""
+    """Wind drag at a point that may move."""
 
     works = True
 
@@ -79,7 +78,7 @@ FAR = 1e300  # beyond any coordinate
 
 
 class CharacteristicLaw(ForceLaw[Characteristic]):
-    """Effort = signal * f(x); its work counts as the actuator's."""
+    """Effort = signal * f(x); its power counts as external work."""
 
     works = True
 
@@ -119,7 +118,7 @@ class CharacteristicLaw(ForceLaw[Characteristic]):
 
 
 def _piece(f: Characteristic, i: int) -> list[float]:
-    """Ends, a point and the slope of the piece below place i; the end values hold outside."""
+    """Return both ends, a point and the slope of the piece below place i; the end values hold outside."""
     if i == 0:
         return [-FAR, f.x[0], f.x[0], f.effort[0], 0.0]
     if i == len(f.x):

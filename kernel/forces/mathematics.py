@@ -1,7 +1,7 @@
-"""What a law of the user's own may compute with, on floats and in traced text alike.
+"""Functions for user-defined laws, on floats and in traced code alike.
 
-Beside + - * / ** 2 and abs: no `if` on a value (select(condition, a, b) computes both and takes one), no `math` and no
-NumPy functions of values; NumPy arrays of values, `@` and slices are fine.
+Allowed are also + - * / ** 2 and abs. No `if` on a value (select(condition, a, b) computes both and takes one), no
+`math` and no NumPy functions of values; NumPy arrays of values, `@` and slices are fine.
 """
 
 from heavylift.kernel.algebra.elementary import atan2, cos, power, sin

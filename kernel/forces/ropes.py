@@ -1,15 +1,15 @@
 """A tension-only elastic rope over straight lines, with winch.
 
-Taut: T = max(0, EA e/L0 + c (l' - L0')).  Guards: slack -> taut when e rises through 0; taut -> slack when the tension
-falls through 0.  Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound onto the drum.
+Taut: T = max(0, EA e/L0 + c (l' - L0')). Guards: slack -> taut when e rises through 0; taut -> slack when the tension
+falls through 0. Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound onto the drum.
 
-What the ends of a rope bear of its own mass, as if it were straight and evenly stretched.
+Own mass of a rope, lumped at its ends as if it were straight and evenly stretched.
 
 Half of its weight pulls each end down, and a third of its mass moves with each; the sixth that couples the motion of
-both ends is left out (Rayleigh 1877, The Theory of Sound, section 156).  So a mass on a rope, up and down, and a
-straight pendulum that it makes, keep their frequencies.  The masses join the bodies before anything is traced; what
-they do not weigh, a sixth of the rope at each end, is a force.  At the lower end the tension is smaller by half of the
-weight than in the middle.
+both ends is neglected (Rayleigh 1877, The Theory of Sound, section 156). This keeps the frequencies of a mass on a
+rope, vertically and as a pendulum. The masses are added to the bodies before anything is traced; the remaining weight,
+a sixth of the rope at each end, is applied as a force. The tension at the lower end is smaller than in the middle by
+half of the weight.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 
 
 def with_rope_masses(system: System) -> System:
-    """The system with masses moved by ropes added to their bodies."""
+    """Return the system with the masses that move with rope ends added to the bodies."""
     borne: dict[str, list[tuple[float, Point]]] = {}
     for rope in system.straight_ropes:
         for mass, end in _ends(rope):
@@ -41,23 +41,23 @@ def with_rope_masses(system: System) -> System:
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Part of a rope's weight that acts on no end body [N]."""
+    """Return the part of a rope's weight that is not covered by the masses added to an end body [N]."""
     return (WEIGHS - MOVES) * weight
 
 
 def pulls_down(weight: Scalar, x: Array) -> Array:
-    """(6,) wrench of that at an end, at x from the tree's point."""
+    """Return the wrench (6,) of the weight given by `not_weighed`, at a rope end at x from the tree's point."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 
 
 def at_the_hook(tension: Scalar, weight: Scalar) -> Any:
-    """Tension at the lower end of a rope from that in its middle [N]."""
+    """Return the tension at the lower end of a rope from that in its middle [N]."""
     return maximum(tension - WEIGHS * weight, 0.0)
 
 
 def _ends(rope: Rope | RigidRope) -> Iterator[tuple[float, Point]]:
-    """Masses that move with the ends of a rope."""
+    """Yield the masses that move with the ends of a rope, with their points."""
     for line in rope.lines if rope.mass else ():
         for end in (line.a, line.b):
             if end.body != WORLD:
@@ -65,7 +65,7 @@ def _ends(rope: Rope | RigidRope) -> Iterator[tuple[float, Point]]:
 
 
 def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
-    """A body with additional point masses."""
+    """Return a body with additional point masses."""
     if not borne:
         return body
     parts = [(body.mass, np.array(body.com)), *((m, np.array(p.p)) for m, p in borne)]
@@ -79,7 +79,7 @@ ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3)
 
 
 class RopeAt:
-    """Places of a rope's numbers; a and b: end points of its first line; the weight comes last."""
+    """Indices of a rope's numbers; a and b: end points of its first line; the weight comes last."""
 
     EA, DAMPING, HOOKED, TAUT = range(4)
     A, B = slice(4, 7), slice(7, 10)
@@ -87,10 +87,8 @@ class RopeAt:
 
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
-    """With a mass of its own, the tension that samples show is that at the ends b, see above.
-
-    `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
-    """
+    """Law of an elastic rope; if it has a mass, samples show the tension at the ends b (see the module). `calm`: no
+    events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0."""
 
     clamped: bool = True
     calm: bool = False

@@ -1,8 +1,8 @@
 """Springs and dampers between two bodies: along a line, about an axis, and in all six directions.
 
-Twists count over all their turns.  Rotations about several axes come as quaternions (w, v) proportional to (1 + tr R,
-axial vector of R), good below 180 degrees: beyond FARTHEST the law ends the run.  The moment is always the gradient of
-the stored energy, so that the accounts close however the bodies tumble.
+Twist angles count all turns. Rotations about several axes come as quaternions (w, v) proportional to (1 + tr R, axial
+vector of R), valid below 180 degrees: beyond FARTHEST the law ends the run. The moment is always the gradient of the
+stored energy, so that the energy balance closes however the bodies tumble.
 """
 
 from __future__ import annotations
@@ -30,18 +30,19 @@ def _rotation(body: Array) -> Array:
 
 
 def _half_turn(R: Array) -> tuple[Any, Any]:
-    """w and v (3,) proportional to the quaternion of a rotation matrix."""
+    """Return w and v (3,) proportional to the quaternion of a rotation matrix."""
     return 1.0 + R[0, 0] + R[1, 1] + R[2, 2], np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
 
 
 def _twist(R: Array, axis: Array, lean: Scalar) -> Any:
-    """Angle of a rotation about an axis (swing-twist decomposition), within half a turn; lean: axis . R axis."""
+    """Return the angle of a rotation about an axis (swing-twist decomposition), within half a turn; `lean`: axis . R
+    axis."""
     _, v = _half_turn(R)
     return atan2(v @ axis, R[0, 0] + R[1, 1] + R[2, 2] - lean)
 
 
 def _rotation_vector(R: Array) -> tuple[Any, Any]:
-    """theta (3,) of a rotation below half a turn, and J."""
+    """Return the rotation vector theta (3,) of a rotation below half a turn, and J of `BushingLaw`."""
     w, v = _half_turn(R)
     n = sqrt(v @ v + TINY)
     half = atan2(n, w)
@@ -52,7 +53,7 @@ def _rotation_vector(R: Array) -> tuple[Any, Any]:
 
 
 class SpringLaw(ForceLaw[Spring]):
-    """A spring along the line between its points, pulling and pushing."""
+    """Law of a spring along the line between its points, pulling and pushing."""
 
     def check(self, f: Spring) -> None:
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")
@@ -81,7 +82,7 @@ class SpringLaw(ForceLaw[Spring]):
 
 
 class TorsionLaw(ForceLaw[Torsion]):
-    """Torsional: acts on the twist angle, wherever the axes lean (swing-twist decomposition)."""
+    """Law of a torsional spring on the twist angle, whatever the tilt of the axes (swing-twist decomposition)."""
 
     def check(self, f: Torsion) -> None:
         size = float(np.linalg.norm(f.axis))
@@ -132,11 +133,11 @@ class TorsionLaw(ForceLaw[Torsion]):
 
 
 class BushingLaw(ForceLaw[Bushing]):
-    """A 6x6 spring and damper; the rotation vector's rate is J(theta) times the relative angular velocity.
+    """Law of a 6x6 spring and damper; the rotation vector's rate is J(theta) times the relative angular velocity.
 
-    `axis` (3,), in frame a, of all rotation that the joints in between allow, if there is only one: then theta is the
-    angle about it, over all turns, and J = 1.  Otherwise
-    J = 1 - theta x / 2 + (1 - theta/2 cot theta/2) / theta^2 (theta x)^2 (Bullo, Murray 1995, eq. for log on SO(3)).
+    `axis` (3,), in frame a: the axis of all rotation that the joints in between allow, if there is only one; theta is
+    then the angle about it, over all turns, and J = 1. Otherwise J = 1 - theta x / 2 + (1 - theta/2 cot theta/2) /
+    theta^2 (theta x)^2 (Bullo, Murray 1995, eq. for log on SO(3)).
     """
 
     def __init__(self, axis: Array | None = None) -> None:
@@ -240,7 +241,7 @@ class BushingLaw(ForceLaw[Bushing]):
 
 
 def _filled(pattern: list[int], given: Iterator[Scalar]) -> Any:
-    """(6, 6) with the next numbers at the places of `pattern`, zeros elsewhere."""
+    """Return a (6, 6) matrix with the next given numbers at the places of `pattern`, zeros elsewhere."""
     places = set(pattern)
     flat = [next(given) if i in places else 0.0 for i in range(36)]
     return np.array([*flat, None], dtype=object)[:-1].reshape(6, 6)

@@ -43,14 +43,14 @@ FORCES: dict[type, ForceLaw[Any]] = {
 
 
 def law_of(f: Law) -> ForceLaw[Any]:
-    """The entry of a force."""
+    """Return the force-table entry of a force."""
     return FORCES[type(f)]
 
 
 @dataclass(frozen=True)
 class SharedForce:
-    """A force with its function; `ends`: link numbers of its bodies, -1 the ground; `along`: places in q and v of its
-    coordinate; `guards`: names; `shows`: sampled quantities."""
+    """A force with its shared function. `ends`: link numbers of its bodies, -1 the ground; `along`: places in q and v
+    of its coordinate; `guards`: names; `shows`: sampled quantities."""
 
     force: Any
     law: ForceLaw[Any]
@@ -70,13 +70,13 @@ class SharedForce:
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """Equal for forces that the same machine code serves in the same place of a scene."""
+        """Key that is equal for forces served by the same machine code in the same place of a scene."""
         s = self.signal
         return self.key, self.ends, self.along, s and (s.driven, bool(s.times), s.wave is not None)
 
 
 def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
-    """Laws of a scene with shared functions."""
+    """Return the laws of a scene with their shared functions."""
     graph, poses = setting.graph, setting.poses
     functions: dict[str, Function] = {}
     out = []
@@ -105,12 +105,12 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
 
 
 def signals(forces: tuple[Force, ...]) -> dict[str, InputSignal]:
-    """The signals of the forces that have one, by the forces' names."""
+    """Return the signals of the forces that have one, by the names of the forces."""
     return {f.name: s for f in forces if (s := law_of(f).signal(f))}
 
 
 def check_force(f: Law) -> None:
-    """Raises KernelError for a force that cannot be."""
+    """Raise KernelError for an invalid force."""
     law = law_of(f)
     field, message = wrong_sign(f)
     law.demand(f, field, not field, message)

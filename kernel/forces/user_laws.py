@@ -1,9 +1,9 @@
-"""Laws of the user's own: plain Python functions, traced like the kernel's own text.
+"""User-defined laws: plain Python functions, traced like the kernel's own code.
 
-A law is named "package.module:function" or "file.py:function", so that it is data and crosses processes.  It is
-called as `law(x)` with the fields of `LawInput` and returns the effort along its joint, or a force (3,) or force and
-moment (6,) in world axes for each end.  What it does to bodies counts as its work.  It is traced when the scene is
-compiled; the digest of what it computes is part of the structure, so an edited law never runs as an old object file.
+A law is named "package.module:function" or "file.py:function", so that it is data and crosses processes. It is called
+as `law(x)` with the fields of `LawInput` and returns the effort along its joint, or a force (3,) or force and moment
+(6,) in world axes for each end. What it does to bodies counts as its work. It is traced when the scene is compiled; the
+digest of what it computes is part of the structure, so an edited law never runs as an old object file.
 """
 
 import hashlib
@@ -31,8 +31,8 @@ CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 @dataclass(frozen=True)
 class LawInput:
-    """Arguments of a user's law: time [s], coordinate and velocity of its joint, per end place p, velocity v, rotation
-    R, angular velocity w in world axes; parameters, signal, modes (+1 or -1, see `UserLaw`)."""
+    """Argument of a user-defined law: time [s], coordinate and velocity of its joint; per end: position p, velocity v,
+    rotation R, angular velocity w in world axes; parameters, signal, modes (+1 or -1, see `UserLaw`)."""
 
     t: Scalar
     parameters: Array  # (n,)
@@ -47,7 +47,7 @@ class LawInput:
 
 
 class UserLawEntry(ForceLaw[UserLaw]):
-    """Traces the function once to check it; P holds parameters and modes."""
+    """Force-table entry of user-defined laws: traces the function once to check it; P holds parameters and modes."""
 
     works = True
     timed = True
@@ -122,7 +122,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
         return [SampledQuantity("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
 
     def _traced(self, f: UserLaw) -> Function:
-        """The law recorded by itself."""
+        """Return the law traced on its own."""
         blocks = {"p": len(self.numbers(f, lambda body: (np.eye(3), np.zeros(3)))), "s": 2, "x": 2, "t": 1}
         blocks |= {f"e{i}": BODY for i in range(len(f.ends))}
 
@@ -141,7 +141,7 @@ def _stack(rows: list[Scalars]) -> Array:
 
 
 def _numbers(values: object) -> list[Scalar] | None:
-    """The values if all are numbers or traced scalars."""
+    """Return the values if all are numbers or traced scalars, else None."""
     try:
         flat = np.ravel(np.array(values, dtype=object)).tolist()
     except ValueError:
@@ -151,7 +151,7 @@ def _numbers(values: object) -> list[Scalar] | None:
 
 
 def _called(f: UserLaw, function: str, given: LawInput) -> object:
-    """Call the user's function; exceptions become sentences with their line."""
+    """Call the user's function; exceptions become one-sentence errors with their line."""
     law = _found(f, function)
     try:
         return law(given)
@@ -171,7 +171,7 @@ def _called(f: UserLaw, function: str, given: LawInput) -> object:
 
 
 def _found(f: UserLaw, function: str) -> Callable[[LawInput], object]:
-    """The user's function; if data named it, only from a trusted folder."""
+    """Return the user's function; if data named it, only from a trusted folder."""
     module, colon, name = function.rpartition(":")
     if not (colon and module and name):
         raise KernelError(f"law '{f.name}': '{function}' is no function; write 'package.module:function'")
@@ -190,13 +190,13 @@ def _found(f: UserLaw, function: str) -> Callable[[LawInput], object]:
 
 
 def _module(name: str) -> ModuleType:
-    """A module by name or file, which may have the name of another module."""
+    """Import a module by name or file; a file gets a name of its own, so that it cannot clash with another module."""
     path = Path(name).resolve()  # as it was checked
     return imported(name, f"heavylift_law_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}")
 
 
 def _wrong(law: Function) -> str:
-    """Why a recorded law cannot be computed."""
+    """Return why a traced law cannot be computed; "" if it can."""
     written = [x for values in law.outputs.values() for x in values]
     if any(isnan(x) for x in (*written, *(a for n in law.nodes for a in n.args)) if isinstance(x, float)):
         return "computes with nan; give it finite numbers"
@@ -211,7 +211,7 @@ def _wrong(law: Function) -> str:
 
 
 def _digest(law: Function) -> str:
-    """Fingerprint of a recorded function, 16 hexadecimal digits."""
+    """Return the fingerprint of a traced function, 16 hexadecimal digits."""
     names = {n: f"#{i}" for i, n in enumerate(law.nodes)}
 
     def written(x: Any) -> str:

@@ -1,10 +1,10 @@
-"""Parts of a scene that nothing ties together, each with steps of its own.
+"""Islands: independent parts of a scene, each integrated with its own steps.
 
-components       which bodies are tied together, with all that acts on them
-choice           whether a scene is solved as one or as islands
-islands          simulations that are solved apart
-running_ahead    islands run ahead of each other, and go back to a command for one of them; in threads
-island           one of them, how it goes back, and how it goes on where others stood
+components       which bodies are coupled, with all that acts on them
+choice           whether a scene is solved as one system or as islands
+islands          simulations that are solved separately
+running_ahead    islands run ahead of each other, and roll back for a command; in threads
+island           one island, its rollback, and its start from the state of others
 dense_output     values between samples, from a second run
 sample_merge     samples, log and notes of the scene from those of its islands
 """

@@ -1,4 +1,4 @@
-"""Whether a scene is solved as one or as islands."""
+"""Decides whether a scene is solved as one system or as islands."""
 
 from collections.abc import Collection, Mapping
 from typing import Any
@@ -22,10 +22,10 @@ def simulate(
     apart: bool = True,
     lifts: Mapping[str, Collection[str]] | None = None,
 ) -> Simulation | Islands:
-    """A scene as one simulation, or (`apart`) as islands if it has several.
+    """Return the simulation of a scene: one system, or islands if `apart` and it has several.
 
-    `ties`: ropes that tie though they are not hooked yet, since they will be; `lifts`: bodies of those whose events are
-    shown apart, by name; the other arguments are a `Simulation`'s.
+    `ties`: unhooked ropes that nevertheless couple, since they will be hooked; `lifts`: bodies of the lifts whose
+    events get rows of their own, by name; the other arguments are those of `Simulation`.
     """
     options: dict[str, Any] = {"method": method, "step": step}
     system = check_description(system)

@@ -1,9 +1,9 @@
-"""The islands of a system: bodies that are tied together, with all that acts on them.
+"""The islands of a system: sets of coupled bodies, with all that acts on them.
 
-Joints, forces, contacts and ropes tie bodies; the ground ties nothing, nor does a *loose* rope, which nobody has
-hooked: it belongs to the island of its first end, and what lies beyond is ground to it.  A commanded master is a
-function of time, so each island with actuators has its own; a measured one ties its body to all actuators that may be
-told to follow it.
+Joints, forces, contacts and ropes couple bodies; the ground couples nothing, nor does a *loose* rope, which is never
+hooked: it belongs to the island of its first end, and for it the other end is ground. A commanded master is a function
+of time, so each island with actuators has its own copy; a measured master couples its body to all actuators that may
+follow it.
 """
 
 from collections.abc import Collection, Iterator
@@ -18,10 +18,8 @@ GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "grav
 
 
 def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
-    """A system for each island, in the order of their first bodies; `loose`: ropes that connect nothing.
-
-    What cannot move belongs to the first island that can, as does what holds no body.
-    """
+    """Return a system for each island, in the order of their first bodies; `loose`: ropes that couple nothing.
+    Immovable parts, and items without a body, belong to the first island that can move."""
     child = {j.name: j.child if j.child != WORLD else j.parent for j in system.joints}
     ropes = {r.name: _ends(r)[: 1 if r.name in loose else None] for r in system.all_ropes}
     held = {(group, i): _bodies(group, x, child, ropes) for group, i, x in _items(system)}
@@ -61,7 +59,7 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
 
 
 def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
-    """Ropes that are never hooked."""
+    """Return the ropes that are unhooked at the start and not in `ties`, which will be hooked."""
     return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 
@@ -86,12 +84,13 @@ def _items(system: System) -> Iterator[tuple[str, int, Any]]:
 
 
 def _ends(rope: Rope | RigidRope | Reeving) -> list[str]:
-    """Bodies of a rope, without the ground."""
+    """Return the bodies of a rope, without the ground."""
     return [b for b in dict.fromkeys(p.body for line in rope.lines for p in (line.a, line.b)) if b != WORLD]
 
 
 def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str]]) -> list[str]:
-    """Bodies coupled by an item of a system, without the ground; child: bodies by joint; ropes: bodies by rope."""
+    """Return the bodies coupled by an item of a system, without the ground; `child`: bodies by joint; `ropes`: bodies
+    by rope."""
     match group:
         case "bodies":
             found = [x.name]

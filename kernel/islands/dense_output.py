@@ -1,6 +1,6 @@
-"""Values between samples: a run is repeated, and where its steps pass an instant their dense output is read.
+"""Values between samples: the run is repeated, and the dense output of its steps is read at given times.
 
-Steps depend neither on samples nor on who looks, so the second run is the first one again, to the last bit.
+Steps do not depend on samples or subscribers, so the second run equals the first to the last bit.
 """
 
 from collections import deque
@@ -18,7 +18,7 @@ from .islands import Islands
 
 
 class DenseRows:
-    """`rows`: (columns,) of a simulation at these instants [ns, rising], after all that happens at each of them."""
+    """Rows (columns,) of a simulation at given times [ns, ascending], after all events at each time."""
 
     def __init__(self, simulation: Simulation | Islands, instants: Sequence[int]) -> None:
         self._simulation, self._waiting = simulation, deque(instants)
@@ -28,7 +28,7 @@ class DenseRows:
             simulation.run, simulation.fire = self.run, self.fire  # type: ignore[method-assign]
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """As the simulation's, stopping at the times before `until_ns`."""
+        """Run the simulation, stopping at the requested times before `until_ns`."""
         s = self._simulation
         while self._waiting and self._waiting[0] < until_ns:
             self._run(self._waiting[0], pause)
@@ -38,13 +38,13 @@ class DenseRows:
         self._run(until_ns, pause)
 
     def fire(self) -> list[StateChange]:
-        """As the simulation's, for an event located before its time was requested."""
+        """Fire the simulation's event, after reading the requested times before it."""
         if self._waiting and self._waiting[0] < self._simulation.next_ns:
             self.run(self._simulation.next_ns)
         return self._fire()
 
     def finish(self) -> NDArray[np.float64]:
-        """Rows (n, columns) at all times, after the run."""
+        """Return the rows (n, columns) at all requested times, after the run."""
         while self._waiting:
             self._look()
         return np.array(self.rows)
@@ -55,7 +55,7 @@ class DenseRows:
 
 
 def instants_of(times: object, start: float, end: float, before: bool) -> NDArray[np.int64]:
-    """(n,) [ns] of times [s] within a run, or the nanosecond before each; raises KernelError."""
+    """Return times [s] within a run as [ns] (n,), or the nanosecond before each; raises KernelError for others."""
     try:
         t = np.atleast_1d(np.asarray(times, np.float64))
     except (TypeError, ValueError):
@@ -70,7 +70,7 @@ def instants_of(times: object, start: float, end: float, before: bool) -> NDArra
 
 
 def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
-    """What equal runs share, of their samples."""
+    """Return the digest of a run's samples, equal for equal runs."""
     return sha256(b"".join(row.tobytes() for _, row in rows)).hexdigest()
 
 

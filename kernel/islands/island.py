@@ -1,4 +1,5 @@
-"""One island of a scene: a simulation that shows itself within its step, and that knows what it could be cut into."""
+"""One island of a scene: a simulation that runs ahead and rolls back, and knows the ropes at which it could be
+split."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -25,8 +26,8 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 class RecompileBudget:
     """Ski-rental rule: split an island once the wasted work equals the cost of compiling.
 
-    Whatever comes, this never costs more than twice what foresight would have (Karlin et al., Algorithmica 3, 1988).
-    Steps are counted, not seconds, so that all runs of a scene decide alike.
+    The cost is never more than twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
+    counted, not seconds, so that all runs of a scene decide alike.
     """
 
     def __init__(self, price: float) -> None:
@@ -36,14 +37,14 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Whether these ropes should no longer connect; share: of the work that this saves."""
+        """Return whether the ropes `loose` should no longer couple; `share`: part of the work that this would save."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
         return share * self.spent.get(loose, 0.0) >= self._price
 
     def kept(self) -> dict[str, Any]:
-        """State of the rule as lists."""
+        """Return the state of the rule as lists."""
         return {
             "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
             "since": self.since,
@@ -51,13 +52,13 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Restore the state of another rule."""
+        """Take over the state of another rule."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
-    """An island: events leave no row of their own."""
+    """The simulation of an island; rows of events are kept apart, as part of rows of the whole scene."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -69,7 +70,7 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """As a simulation's; the row of the event is stored, and its peaks count for the next sample."""
+        """Settle as a simulation, but store the row of the event in `struck`; its peaks count for the next sample."""
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]
@@ -79,20 +80,20 @@ class Island(Simulation):
         native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def stand(self) -> None:
-        """Make the present state final: nothing before it can be requested again."""
+        """Commit the present state: nothing before it can be requested again."""
         self.marks: list[tuple[int, Snapshot]] = []  # to which it can go back, with their times [ns]
         self.span = 1  # periods of samples that it runs ahead of what is known of the others
         self.refused = False  # it cannot run ahead
         self._look()
 
     def _look(self) -> None:
-        """Time of the next event or step end [ns], whether it is an event, and where its last step began."""
+        """Update the time of the next event or step end [ns], whether it is an event, and where the last step began."""
         self.due, self.firing = self.next_ns, self.event
         self._resting: np.ndarray | None = None
         self.began = self.present_ns
 
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
-        """Steps up to a time [ns], and up to `most_ns` beyond it unless disturbed."""
+        """Advance to a time [ns], and up to `most_ns` beyond it if no event or error stops the island."""
         marked = self.began, mark(self)
         end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
         try:
@@ -108,14 +109,14 @@ class Island(Simulation):
         self._look()
 
     def forget(self, before_ns: int) -> None:
-        """Drop history before a time [ns]."""
+        """Drop the marks for rollback before a time [ns]."""
         if self.began <= before_ns:
             self.marks.clear()
         while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
             self.marks.pop(0)
 
     def rewind(self, t_ns: int) -> None:
-        """Go back to a time that was passed."""
+        """Roll back to a time [ns] that the island has passed."""
         if self.marks and self.began > t_ns:
             while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
                 self.marks.pop()
@@ -126,46 +127,47 @@ class Island(Simulation):
 
     @property
     def earliest(self) -> int:
-        """Earliest time [ns] at which commands are possible."""
+        """The earliest time [ns] at which commands are possible."""
         return self.marks[0][0] if self.marks else self.began
 
     @property
     def history(self) -> int:
-        """Latest time [ns] that cannot change, unless an earlier command arrives."""
+        """The latest time [ns] up to which the history is final, unless an earlier command arrives."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
-        """The row at a time that it may have passed."""
+        """Return the row at a time [ns], rolling back if the island has passed it."""
         self.rewind(t_ns)
         return self.shown(t_ns)
 
     @property
     def resting(self) -> np.ndarray | None:
-        """The row at rest, or None."""
+        """The row of an island at rest; None while it moves."""
         if self.still and self._resting is None:
             self._resting = self.shown(self.epoch)
         return self._resting
 
     def snapshot(self) -> Snapshot:
-        """As of a simulation, and the states to which it may have to go back."""
+        """Return the snapshot of the simulation with the marks for rollback."""
         return super().snapshot() | {"ahead": copied({"marks": self.marks, "span": self.span, "refused": self.refused})}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """As of a simulation."""
+        """Restore a snapshot, with the marks for rollback."""
         super().restore(snapshot)
         ahead = copied(snapshot["ahead"])
         self.marks, self.span, self.refused = ahead["marks"], ahead["span"], ahead["refused"]
         self._look()
 
     def _show_rest(self, pause: Callable[[], None]) -> None:
-        """Publish rest rows not yet shown, together with other islands."""
+        """Do nothing: rows of rest are published together with those of other islands."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
-        """Whether the next event has a subscriber."""
+        """Return whether the next event has a subscriber."""
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Unhooked ropes without which a resting part would be an island, if that pays."""
+        """Return unhooked ropes whose removal would make a resting part an island, if a split is worth its cost; else
+        none."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()
@@ -177,7 +179,8 @@ class Island(Simulation):
         return frozenset(out | {r.name for r in s.rigid_ropes if not self.P[at["rigid", r.name]][RigidAt.HOOKED]})
 
     def _resting_share(self, loose: frozenset[str]) -> float:
-        """Share of degrees of freedom at rest, as islands of their own without these ropes; 0 if all or none rest."""
+        """Return the share of degrees of freedom at rest in islands of their own without the ropes `loose`; 0 if all or
+        none rest."""
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
         limit = float(still_below(self["scale"], self["faint"]))
@@ -193,8 +196,8 @@ class Island(Simulation):
 def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
     """Bring a new simulation to the time and state of the old ones, before `settle`.
 
-    Coordinates, velocities and accounts, discrete states, moves, locks and thresholds go over by name; step control
-    begins with the shortest of their steps.
+    Coordinates, velocities and energy accounts, discrete states, motions, locks and thresholds are copied by name; step
+    control starts with the shortest of their steps.
     """
     s, at, native = new.program.system, new.program.parameters.at, new.native
     native.calm = frozenset(r.name for r in s.ropes if any(r.name in x.native.calm for x in old))

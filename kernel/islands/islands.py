@@ -1,11 +1,11 @@
-"""Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
+"""Simulation of several islands: each takes its own steps, and one at rest takes none.
 
-Each runs ahead of the others (see `running_ahead`), and an event costs what its own island costs, however many there
-are.  Steps depend on the history of an island alone, so nothing that is seen depends on spans or turns.  A command
-stops the island that it is meant for, not the others: what is shown with it is read from their dense output.
+Each runs ahead of the others (see `running_ahead`), and the cost of an event is that of its own island, however many
+islands there are. Steps depend on the history of one island only, so results do not depend on how far or in what order
+islands run ahead. A command stops the addressed island only; the others' part of a row is read from their dense output.
 
-A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
-cut again once that pays (see `island.Rent`).
+Hooking a rope between two islands joins them; after it is unhooked and a part has come to rest, the island is split
+again once that is worth its cost (see `island.RecompileBudget`).
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -64,17 +64,18 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """Lifts whose events leave rows of their own."""
+        """The lifts whose events are recorded as separate rows; none if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
-        """The island of the whole system, or a method for its rows only."""
+        """Return the island of the whole system, or a method only for its rows."""
         bodies = {b.name for b in system.bodies}
         same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
 
     def _cut(self, loose: frozenset[str]) -> None:
-        """Split islands by ropes that do not connect; new ones continue the old state."""
+        """Split the system into islands, with ropes `loose` that couple nothing; new islands take over the old
+        state."""
         self.loose, old = loose, self.parts
         self.parts, stopped = [], self._stopped
         self._stopped = []
@@ -96,7 +97,7 @@ class Islands(RunningAhead):
         self._soonest = None
 
     def start(self) -> None:
-        """Find the discrete states of the initial pose, take the first sample."""
+        """Find the discrete states of the initial pose and take the first sample."""
         self.order.check_new(self.epoch)
         for p in self.parts:
             p.start()
@@ -108,7 +109,7 @@ class Islands(RunningAhead):
 
     @property
     def present_ns(self) -> int:
-        """Earliest time at which commands are possible."""
+        """The earliest time [ns] at which commands are possible."""
         for p in self.parts:
             p.rewind(self.reached)
         self._soonest = None
@@ -119,11 +120,11 @@ class Islands(RunningAhead):
 
     @property
     def now(self) -> float:
-        """Time that all islands have reached [s]."""
+        """The time that all islands have reached [s]."""
         return self.reached * 1e-9
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Commit steps up to `until_ns` or the first subscribed event."""
+        """Advance to `until_ns` or to the first subscribed event."""
         check_time(until_ns)
         if self.order.phase == call_protocol.PAUSED:
             self.settle()
@@ -155,12 +156,13 @@ class Islands(RunningAhead):
         return row
 
     def preview(self) -> list[StateChange]:
-        """The result of the next `fire`; does not change the state."""
+        """Return the events of the next `fire`, without changing the state."""
         self.order.check_settled("preview", self.epoch)
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the islands of the located event to it and switch fallen guards."""
+        """Integrate the islands with the located event to it, and switch laws with negative guards; return the
+        events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
@@ -188,7 +190,8 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Settle after events and commands; without commands all islands stop: the end of a run."""
+        """Recompute the stopped islands after events and commands. If none is stopped, the run ends: all islands are
+        stopped."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -207,7 +210,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.SETTLED
 
     def _stop(self, p: Island) -> Island:
-        """Stop an island at the epoch."""
+        """Stop an island at the epoch, rolling it back if needed, and return it."""
         if p not in self._stopped:
             p.rewind(self.epoch)
             p.interrupt(self.epoch)
@@ -221,7 +224,7 @@ class Islands(RunningAhead):
         self._reach(self.epoch, whole=True)
 
     def _cut_again(self) -> None:
-        """Split islands with unhooked ropes whose part rests, if that pays."""
+        """Split islands at unhooked ropes whose part rests, if that is worth the cost."""
         for p in self._stopped:
             if loose := p.may_be_cut():
                 self._stop_all()
@@ -229,7 +232,7 @@ class Islands(RunningAhead):
                 return
 
     def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
-        """The island with a law of this name; raises KernelError if there is none."""
+        """Stop the island with a law of this name and return its commands; raises KernelError if there is none."""
         self.order.command(what, self.epoch)
         kinds = ROPES if kind == "rope" else (kind,)
         for p in self.parts:
@@ -238,7 +241,7 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': no {kind} of this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """A master's is that of all islands with actuators."""
+        """Set a motion of an actuator, or of a master, which all islands with actuators share."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:
@@ -247,7 +250,7 @@ class Islands(RunningAhead):
             self._stop(p).set_profile(name, start_ns, speed, accel, distance)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """As a simulation's; the event enters the common log."""
+        """Engage or release a lock; the event is added to the common log."""
         self.order.command("set_lock", self.epoch)
         lock_of(self.system, lock)
         owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
@@ -256,7 +259,7 @@ class Islands(RunningAhead):
         return event
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """A rope between two islands joins them."""
+        """Hook a rope; one between two islands joins them."""
         self.order.command("hook", self.epoch)
         if rope in self.loose:
             self._stop_all()
@@ -264,7 +267,7 @@ class Islands(RunningAhead):
         super().hook(rope, a, b, L0)
 
     def snapshot(self) -> Snapshot:
-        """All state that the future depends on."""
+        """Return all state on which the future depends."""
         self.order.check_begun()
         parts = [{"of": p.snapshot(), "cuts": p.cuts.kept(), "noted": p.merged[1]} for p in self.parts]
         return {
@@ -275,7 +278,8 @@ class Islands(RunningAhead):
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
+        """Continue from a snapshot of islands of the same system and options, bit for bit; they must have been
+        started."""
         self.order.check_begun()
         if not isinstance(snapshot, dict) or "parts" not in snapshot:
             raise foreign()

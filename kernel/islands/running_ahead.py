@@ -1,11 +1,10 @@
-"""Islands run ahead of each other for a span of time, each for itself; one that is told something before goes back.
+"""Islands run ahead of each other; one that receives an earlier command rolls back (Time Warp).
 
-What is known of all is the time up to which none of them has an event that was not taken (Jefferson, Virtual time, ACM
-TOPLAS 7, 1985); samples, log and notes become those of all once no command that may still come can change them.
+The global time is the time up to which no island has an event that was not processed (Jefferson, Virtual time, ACM
+TOPLAS 7, 1985); samples, log and notes of the islands are published once no possible command can change them.
 
-Islands advance in threads: their machine code runs without the interpreter's lock.
-
-No island knows of the others, so neither the number of threads nor their timing changes a bit of what they compute.
+Islands advance in threads: their machine code runs without the interpreter's lock. No island depends on the others, so
+neither the number of threads nor their timing changes a bit of the results.
 """
 
 import os
@@ -32,14 +31,15 @@ class GivenUp(BaseException):
 
 
 class SideBySide:
-    """Worker threads, one per processor, started for parallel work."""
+    """Worker threads, one per processor, started when there is parallel work."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads or len(os.sched_getaffinity(0))
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Return when all are done; the first exception in the order of tasks is raised, `pause` called here alone."""
+        """Run all tasks and return when they are done; raise the first exception in the order of tasks. `pause` is
+        called in the calling thread only."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)
@@ -67,8 +67,8 @@ SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 
 class RunningAhead(CommandTarget):
-    """`parts`: islands; `reached` [ns] by all; `epoch`: last event or command; `stopped`: islands stopped there;
-    `samples`, `rows`, `log`, `notes`: of all."""
+    """Common part of the simulation of several islands. `parts`: islands; `reached`: global time [ns]; `epoch`: last
+    event or command; `_stopped`: islands stopped there; `samples`, `rows`, `log`, `notes`: of the whole scene."""
 
     samples: Joining
 
@@ -87,7 +87,7 @@ class RunningAhead(CommandTarget):
 
     @property
     def _next(self) -> tuple[int, list[Island]]:
-        """Time of the first located event or end of a tentative step, and the islands with an event then."""
+        """The time of the first located event or end of a tentative step, and the islands with an event at it."""
         if self._soonest is None:
             rests = [p.began for p in self.parts if p.still and p.began > self.reached]  # they are on their way to it
             now = min([p.due for p in self.parts] + rests)
@@ -96,12 +96,12 @@ class RunningAhead(CommandTarget):
 
     @property
     def next_ns(self) -> int:
-        """Time of the first located event or step end; FOREVER_NS if nothing moves."""
+        """The time [ns] of the first located event or step end; FOREVER_NS if nothing moves."""
         return self._next[0]
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is a subscribed event."""
+        """Whether `next_ns` is the time of a subscribed event."""
         return any(p.tells(self.subscribed) for p in self._firing)
 
     @property
@@ -139,7 +139,7 @@ class RunningAhead(CommandTarget):
             self._due = t_ns + self._sample_ns
 
     def _collect(self) -> None:
-        """Samples and notes of the islands become those of all, in the order of time."""
+        """Merge samples and notes of the islands into those of the scene, in order of time."""
         self.notes += noted(self.parts, min([self.reached, *(p.began for p in self.parts if not p.still)]))
         end = min(self.reached, *(self.epoch if p in self._stopped else p.history for p in self.parts)) + 1
         more = self.samples.next_ns < end or any(p.recorder.rested for p in self._stopped)
@@ -151,7 +151,7 @@ class RunningAhead(CommandTarget):
         self.rows += self.samples.ready()
 
     def _stand(self, parts: Collection[Island]) -> None:
-        """Update islands that were rolled back or stopped."""
+        """Commit the state of islands that were rolled back or stopped."""
         for p in parts:
             p.stand()
         self._soonest = None

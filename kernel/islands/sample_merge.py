@@ -1,9 +1,8 @@
-"""Samples of a scene from those of its islands: one row of all columns per time, in the order of time.
+"""Samples of a scene from those of its islands: one row of all columns per time, in order of time.
 
-Islands step as they like, so their samples come at different moments of the run, but at the same times; a row is
-complete when all islands that move have given their part, and one that rests gives the row in which it rests.  What an
-event or a command has changed is shown in a row of its own: of the lift alone to which it happened, where several
-lifts stand in a scene, else of all.
+Islands compute samples at different moments of the run but for the same simulation times; a row is complete when all
+moving islands have given their part; an island at rest gives the row in which it rests. The effect of an event or
+command has a row of its own: of the affected lift, if the scene has several lifts, else of the whole scene.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -29,8 +28,8 @@ Rows = list[tuple[int, np.ndarray]]
 
 @dataclass(frozen=True)
 class _Loose:
-    """An unhooked rope: columns of its length and of the distance between its ends, sign, line numbers, links at its
-    ends."""
+    """An unhooked rope: columns of its length and of the distance between its ends, sign of their difference, numbers
+    of its lines, links at their ends."""
 
     length: int
     apart: int
@@ -39,7 +38,7 @@ class _Loose:
     ends: list[tuple[int, int]]
 
     def span(self, frames: np.ndarray) -> float:
-        """Length along its lines [m]; frames (n, 12): origin and rotation of each link."""
+        """Return the length along the rope's lines [m]; `frames` (n, 12): origin and rotation of each link."""
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
@@ -51,7 +50,7 @@ class _Loose:
 
 
 class Merge:
-    """Rows of a program from those of its islands."""
+    """Merges the rows of islands into rows of a program."""
 
     def __init__(self, program: Program) -> None:
         self._place = {label: i for i, label in enumerate(labels(program))}
@@ -59,7 +58,7 @@ class Merge:
         self._places: list[np.ndarray] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Set the islands, and the ropes that connect nothing."""
+        """Set the islands and the ropes that couple nothing."""
         self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
         at, s, number = self._at, self._program.system, self._program.graph.number
         self._loose: list[_Loose] = []
@@ -77,7 +76,8 @@ class Merge:
                 self._loose.append(_Loose(at[length].start + i, at[apart].start + i, sign, lines, ends))
 
     def whole(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """A row of all islands: energies and steps add up, other columns belong to one island, except loose ropes."""
+        """Merge rows of all islands: energies and steps are sums, other columns belong to one island, except those of
+        loose ropes."""
         row = np.zeros(len(self._place))
         for at, part in zip(self._places, parts, strict=True):
             row[at] += part
@@ -88,7 +88,7 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """Rows of a single lift after events and commands: its columns in `rows`, shown by `method`."""
+    """Rows of a single lift after events and commands: its columns in `rows`, with `method` for their layout."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)
@@ -98,17 +98,17 @@ class LiftRows(Merge):
         self.parts: list[Island] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Its islands among these."""
+        """Select the islands of the lift."""
         self.parts = [p for p in parts if p.given.bodies[0].name in self.bodies]
         super().cut(self.parts, frozenset(r.name for r in self._program.system.straight_ropes if r.name in loose))
 
     def take(self, t_ns: int, stopped: Sequence[Island]) -> None:
-        """Show it at an instant at which some of its islands stand."""
+        """Add a row of the lift at a time at which some of its islands have stopped."""
         self.rows.append((t_ns, self.whole([p.struck if p in stopped else p.shown_at(t_ns) for p in self.parts])))
 
 
 def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, System]:
-    """Independent systems of lifts (name -> bodies); coupled ones are one, `a+b`."""
+    """Return the independent systems of lifts (name -> bodies); coupled lifts become one system, `a+b`."""
     of = {body: name for name, bodies in lifts.items() for body in bodies}
     found = dict[str, System]()
     pieces = islands_of(system) if lifts else []
@@ -124,7 +124,7 @@ def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, Sy
 
 
 class Joining(Merge):
-    """Rows of the whole scene; `period` of samples [ns]."""
+    """Merges rows of the whole scene; `period`: that of samples [ns]."""
 
     def __init__(self, program: Program, period: int) -> None:
         super().__init__(program)
@@ -135,11 +135,11 @@ class Joining(Merge):
 
     @property
     def next_ns(self) -> int:
-        """Time of the next periodic sample [ns]."""
+        """The time of the next periodic sample [ns]."""
         return self.number * self._period
 
     def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None], end_ns: int) -> Rows:
-        """Complete rows before a time, from `samples` of each island and rest rows."""
+        """Return the complete rows before a time, from `samples` of each island and rows of rest."""
         out: Rows = []
         for rows in samples:
             while rows and rows[0][0] < self.next_ns:  # of steps that were taken again
@@ -159,7 +159,7 @@ class Joining(Merge):
         return out
 
     def ready(self) -> Rows:
-        """Rows of events that need no sample."""
+        """Return the rows of events that are due before the next sample."""
         return self._struck(self.next_ns)
 
     def _struck(self, before: int) -> Rows:
@@ -171,7 +171,7 @@ class Joining(Merge):
 
 
 def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
-    """New log entries of the islands."""
+    """Yield the new log entries of the islands."""
     for p in parts:
         entries, noted = p.merged
         if len(p.log) > entries:
@@ -180,7 +180,7 @@ def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
 
 
 def noted(parts: Sequence[Island], until_ns: int) -> list[Note]:
-    """New notes of the islands up to a time, in time order."""
+    """Return the new notes of the islands up to a time, in order of time."""
     out: list[Note] = []
     for p in parts:
         entries, before = p.merged

@@ -1,4 +1,4 @@
-"""The methods by the names that users give, and whether their steps are fixed or controlled."""
+"""Choice of a method by its name, and of fixed or controlled steps."""
 
 from collections.abc import Callable
 from math import isfinite
@@ -25,7 +25,7 @@ SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
 def choose(name: str, program: Program) -> Method:
-    """The method of this name; raises KernelError for an unknown one."""
+    """Return the method of this name; raises KernelError for an unknown one."""
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS | REMOVED:
@@ -36,7 +36,8 @@ def choose(name: str, program: Program) -> Method:
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:
-    """Fixed steps of `step` seconds if given; raises KernelError if they are required or impossible."""
+    """Return the step control of a method: fixed steps of `step` [s] if given. Raises KernelError if a step is missing
+    for a method without error estimate, or impossible."""
     if step is None:
         if method.exponents is None:
             raise KernelError(f"method '{method.name}': it has no error estimate; give it a step, such as 0.001 s")

@@ -1,17 +1,17 @@
 """Whether an attempted step is taken and how long the next one is: error-controlled or fixed.
 
-Error control: the estimate is weighed with tol scale (1 + |y|), scale <= 1 for small motions (see `small_motions`),
-in the root mean square over coordinates and velocities (Hairer, Norsett, Wanner I, II.4) and the next step is
-Gustafsson's PI choice (Hairer, Wanner II, IV.2).  What opens in constraint rows within a step counts as a coordinate
-that should be zero: closing them again must not move the bodies by more than the tolerance, since stiff laws feel that
-at once, however far from the origin.
-Fixed steps: taken unless the state is no longer finite; the last one before a boundary is as short as it must be.
+Error control: the estimate is weighed with tol scale (1 + |y|), scale <= 1 for small motions (see below), in the root
+mean square over coordinates and velocities (Hairer, Norsett, Wanner I, II.4) and the next step is Gustafsson's PI
+choice (Hairer, Wanner II, IV.2). Drift of constraint rows within a step counts as a coordinate that should be zero: its
+correction must not move the bodies by more than the tolerance, since stiff laws react to it at once, however far from
+the origin. Fixed steps: accepted unless the state is no longer finite; the last one before a boundary is as short as it
+must be.
 
-What the tolerance is relative to where nothing moves fast, and how slow a scene must be to be at rest.
+Scale of the tolerance for slow motions, and the speed below which a scene is at rest.
 
-The tolerance is that of a metre once anything has moved at SWIFT; before that it shrinks with the fastest speed so
-far, down to FINEST.  That speed only grows, so that what comes to rest is not followed into its rounding; it is part of
-the state.  What rounding alone could do under stiff laws is never resolved.
+The tolerance is that of a metre once anything has moved at SWIFT; before that it shrinks with the fastest speed so far,
+down to FINEST. That speed only grows, so that a scene coming to rest is not resolved down to its rounding errors; it is
+part of the state. Motions that rounding alone could cause under stiff laws are never resolved.
 """
 
 import math
@@ -33,29 +33,29 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 
 
 def scale_of(before: Value, v: Value) -> Value:
-    """Scale of the tolerance for velocities v (nv,), given the previous scale."""
+    """Return the scale of the tolerance for velocities v (nv,), given the previous scale."""
     for u in v:
         before = maximum(before, abs(u) * (1.0 / SWIFT))
     return minimum(before, 1.0)
 
 
 def allowed(s: StepState, size: Value) -> Value:
-    """Allowed error (ny,) of a step in a state of this size (Hairer, Norsett, Wanner I, II.4)."""
+    """Return the allowed error (ny,) of a step for a state of this size (Hairer, Norsett, Wanner I, II.4)."""
     return s.tol * maximum(s.scale, s.grain) * (1.0 + size)
 
 
 def still_below(scale: Value, faint: Value) -> Value:
-    """Thresholds of |v|^2 and |dv/dt|^2 [SI] for rest; lower if the scene has only crept."""
+    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] for rest; lower if the scene has only crept."""
     part = maximum(scale, faint)
     return STILL * STILL * (part * part)
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Effect of rounding at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the part of
-    STILL that remains at rest.
+    """Return the effect of rounding at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the
+    part of STILL that remains at rest.
 
-    `acceleration`: (nv,) of coordinates.  A law that makes a displacement d an acceleration a swings at sqrt(a / d), so
-    that a displacement by rounding becomes a speed of sqrt(a d).
+    `acceleration`: accelerations (nv,) at coordinates. A law that makes a displacement d an acceleration a oscillates
+    at sqrt(a / d), so that a displacement by rounding becomes a speed of sqrt(a d).
     """
     here, d = acceleration(q), ULPS * (1.0 + np.abs(q))
     alternating = d.copy()
@@ -76,7 +76,7 @@ FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not
 
 @dataclass
 class StepDecision:
-    """Whether a step is accepted, the next length, the error to remember, and failure."""
+    """Decision on an attempted step: whether it is accepted, the next length, the error to remember, and failure."""
 
     ok: Value
     h: Value
@@ -85,7 +85,7 @@ class StepDecision:
 
 
 class ErrorControl:
-    """Steps as long as the tolerance allows; `forced` accepts all."""
+    """Error control: steps as long as the tolerance allows; a `forced` step is always accepted."""
 
     def __init__(self, exponents: Exponents, n: int) -> None:
         self._exponents, self._n = exponents, float(n)
@@ -107,7 +107,7 @@ class ErrorControl:
         return StepDecision(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
 
     def _weighed(self, error: Value, weight: Value) -> Value:
-        """Error relative to the tolerance; of two estimates as in Hairer, Norsett, Wanner I, (II.10.17)."""
+        """Return the error relative to the tolerance; for two estimates by Hairer, Norsett, Wanner I, (II.10.17)."""
         if not isinstance(error, tuple):
             e = error * weight
             return sqrt(e @ e * (1.0 / self._n))
@@ -117,7 +117,7 @@ class ErrorControl:
 
 
 class FixedStep:
-    """Steps of length s.h, cut only by boundaries, events and commands."""
+    """Fixed steps of length s.h, shortened only at boundaries, events and commands."""
 
     def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> StepDecision:
         finite = a.y @ a.y < FINITE

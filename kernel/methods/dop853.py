@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Tableau:
-    """Nodes c, stages A (lower triangular), weights b, and error weights (empty: none)."""
+    """A Butcher tableau: nodes c, stages A (lower triangular), weights b, and error weights (empty: none)."""
 
     order: int
     c: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta methods of a tableau, each with the dense output of its literature, and symplectic Euler.
+"""Explicit Runge-Kutta methods from tableaus, each with the dense output of its literature, and symplectic Euler.
 
 Hairer, Norsett, Wanner, Solving ODEs I: II.1 (stages), II.5 (error estimates), II.6 (dense output).
 """
@@ -16,7 +16,8 @@ from .method import Attempt, Exponents, Method, combine, fallen_in
 
 
 class RungeKutta(Method):
-    """An explicit Runge-Kutta method; if its last stage is the solution it needs no further evaluation."""
+    """An explicit Runge-Kutta method; if its last stage is evaluated at the solution, no further evaluation is
+    needed."""
 
     tableau: Tableau
 
@@ -33,7 +34,7 @@ class RungeKutta(Method):
         return Attempt(y, k[-1], r, self.error(h, k), seen, k)
 
     def error(self, h: Value, k: list[Value]) -> Value:
-        """What `Attempt.error` wants."""
+        """Return the error estimate for `Attempt.error`."""
         return h * combine(self.tableau.error, k) if self.tableau.error else None
 
     @property
@@ -50,7 +51,7 @@ class RungeKutta(Method):
 
 
 class Kutta4(RungeKutta):
-    """Fourth order, four evaluations, no error estimate; cubic Hermite interpolation."""
+    """Classical Runge-Kutta: fourth order, four evaluations, no error estimate; cubic Hermite interpolation."""
 
     name = "rk4"
     order = evaluations = 4
@@ -67,10 +68,8 @@ class Kutta4(RungeKutta):
 
 
 class DormandPrince5(RungeKutta):
-    """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6.
-
-    It alone sees clamped laws behind an event (`forces.friction`), as it always has: recordings keep their digests.
-    """
+    """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6. Only this method
+    clamps laws behind an event (`forces.friction`), which keeps the digests of earlier recordings."""
 
     name = "dopri5"
     order = 5
@@ -93,7 +92,7 @@ class DormandPrince5(RungeKutta):
 
 
 class DormandPrince8(RungeKutta):
-    """Dormand-Prince 8(5,3) with dense output of order 7, whose three stages are computed on demand."""
+    """Dormand-Prince 8(5,3) with dense output of order 7, whose three extra stages are computed on demand."""
 
     name = "dop853"
     order = 8
@@ -132,9 +131,9 @@ class DormandPrince8(RungeKutta):
 class SemiImplicitEuler(Method):
     """Velocities first, then coordinates with the new ones; quaternions go through dq/dt = N(q) v.
 
-    Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.2 (1.9).  Its energy error stays bounded, its frequency
-    error is that of leapfrog, (w h)^2 / 24.  The dense output is a step of the method to that time, so that events
-    lie on its own solution.
+    Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.2 (1.9). Its energy error stays bounded; its relative
+    frequency error is that of leapfrog, (w h)^2 / 24. The dense output is a step of the method to that time, so that
+    events lie on the method's own solution.
     """
 
     name = "semi-implicit-euler"
@@ -146,7 +145,7 @@ class SemiImplicitEuler(Method):
         links = program.graph.links
 
         def drift(y: Value, f: Value) -> dict[str, Value]:
-            """N(q) dv/dt: gain of dq/dt per second by velocity changes."""
+            """Return N(q) dv/dt: change of dq/dt per second by velocity changes."""
             dv = f[nq : nq + nv]
             turned = [join(rates(k.joint.kind, y[k.q], dv[k.v]), dv[k.v_modes]) for k in links]
             return {"x": join(*turned, np.zeros(ny - nq))}

@@ -1,12 +1,11 @@
-"""What an integration method tells: the stages of one step, the solution inside it, and how it damps or amplifies.
+"""Interface of an integration method: stages of one step, the solution inside it, and its amplification.
 
-The texts run on floats and are traced, like all texts of the kernel.  A method sees the equations only through
-`rate(t, among, y)`, so that it serves every scene; `among` is a time inside the step, which says which piece of a
-profile is meant where two of them meet.
+The methods run on floats and are traced, like all code of the kernel. A method sees the equations only through `rate(t,
+among, y)`, so that it serves every scene; `among` is a time inside the step, which selects the piece of a profile where
+two pieces meet.
 
-What the text of a step works on: the state block X by name, and what one evaluation of the equations gives.
-
-No steps at all: the equations as they are, for statics, with the least code around them.
+The module also defines the state block X by name, the result of one evaluation of the equations, and the null method
+for statics, which takes no steps.
 """
 
 from abc import ABC, abstractmethod
@@ -36,7 +35,7 @@ SCALARS = (
 
 
 class StepState(SimpleNamespace):
-    """The block X by name: `SCALARS`, peaks and data of a method (see `Method`); M and P."""
+    """The state block X by name: `SCALARS`, peaks and data of a method (see `Method`); with M and P."""
 
     y: Value  # (ny,) state and derivative now, then at the start of the step
     f: Value
@@ -52,10 +51,8 @@ class StepState(SimpleNamespace):
 
 
 class Evaluated(Protocol):
-    """Derivative (ny,), tensions (n_ropes,) and guards (n_guards,) of one evaluation.
-
-    Where step control needs them: `drift` of the rows, longest steps `reach` and `window` between shapes.
-    """
+    """Result of one evaluation: derivative (ny,), tensions (n_ropes,) and guards (n_guards,). For step control: `drift`
+    of the constraint rows, longest steps `reach` and `window` in which shapes cannot pass each other."""
 
     dy: Value
     T: Value
@@ -66,7 +63,8 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The equations: time t inside the step, which selects the piece of a profile, and y."""
+    """The right-hand side of the equations: time t, a time inside the step that selects the piece of a profile, and
+    y."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -78,7 +76,7 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 @dataclass(frozen=True)
 class Exponents:
     """Exponents of step control: growth error^up last_error^memory, shrinkage error^down (Gustafsson's PI); growth
-    below `held` does not pay for new factors."""
+    below `held` is not worth new factors."""
 
     down: float
     up: float
@@ -90,9 +88,8 @@ class Exponents:
 class Attempt:
     """An attempted step: solution and derivative at its end, evaluation there, data of the interpolant.
 
-    `error`: estimate of the local error, as `control.ErrorControl` weighs it: one (ny,) vector, or two of a pair of
-    estimates; None without one.
-    `seen`: fraction of the step and whether a guard is below zero there, for each stage.
+    `error`: estimate of the local error for `control.ErrorControl`: one vector (ny,), a pair of them, or None. `seen`:
+    for each stage, its fraction of the step and whether a guard is negative there.
     """
 
     y: Value
@@ -106,7 +103,7 @@ class Attempt:
 
 
 class StepCode(Protocol):
-    """Native functions by name."""
+    """Native functions, called by name."""
 
     def call(self, name: str, *blocks: np.ndarray) -> None: ...
 
@@ -115,11 +112,11 @@ Build = Callable[..., Function]  # (name, part) -> native function of X and P; w
 
 
 class Method(ABC):
-    """A method; `order` of the solution; `vectors`: names of the (ny,) blocks for `interpolate`.
+    """An integration method; `order` of the solution; `vectors`: names of the (ny,) blocks for `interpolate`.
 
     Implicit methods solve their equations before `attempt` in parts of their own (`prologue`), keep numbers in
-    `scalars` and matrices in a block M of `matrices` doubles.  `evaluations` of the equations in every attempt;
-    `counted`: scalars that count what else evaluates them, and how often each does.
+    `scalars` and matrices in a block M of `matrices` doubles. `evaluations`: number of evaluations of the equations in
+    every attempt; `counted`: scalars that count further operations, and how many evaluations each takes.
     """
 
     name: str
@@ -137,24 +134,26 @@ class Method(ABC):
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | EmittedParts, ...]:
-        """Native parts before `attempt` in every step; `at`: places in X; `sizes` of the results of `rate`."""
+        """Return native parts that run before `attempt` in every step; `at`: places in X; `sizes`: of the results of
+        `rate`."""
         return ()
 
     @property
     def implicit(self) -> bool:
-        """Whether fast motions may be damped numerically."""
+        """Whether the method may damp fast motions numerically."""
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """Native functions and steps taken outside of them; `at`: places in X, `sizes` of the results of `rate`."""
+        """Return the native functions, extended by steps in Python if the method takes its steps outside native code;
+        `at`: places in X; `sizes`: of the results of `rate`."""
         return code
 
     def constants(self) -> dict[str, Value]:
-        """Constants in X, by name."""
+        """Return the constants of the method in X, by name."""
         return {}
 
     def forgotten(self) -> dict[str, float]:
-        """State of X to reset after a jump of the derivative."""
+        """Return the values of X to reset after a jump of the derivative."""
         return {}
 
     @abstractmethod
@@ -163,7 +162,7 @@ class Method(ABC):
 
     @abstractmethod
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
+        """Write the `vectors` of the attempted step to s; s.d0 is the state at its start."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
         """Compute the remaining stages of the dense output, once on first use."""
@@ -171,30 +170,31 @@ class Method(ABC):
 
     @abstractmethod
     def interpolate(self, s: StepState, x: Value) -> Value:
-        """(ny,) state at s.t0 + x s.h0 inside the last step."""
+        """Return the state (ny,) at s.t0 + x s.h0 inside the last step."""
 
     @abstractmethod
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        """Amplification matrix (n, n) of a step h for y' = J y, whose first nq components are coordinates."""
+        """Return the amplification matrix (n, n) of a step h for y' = J y, whose first nq components are
+        coordinates."""
 
 
 def combine(c: list[float], k: list[Value]) -> Value:
-    """Sum of c_i k_i without zero terms."""
+    """Return the sum of c_i k_i without zero terms."""
     return sum(a * x for a, x in zip(c, k, strict=False) if a)
 
 
 def fallen_in(r: Evaluated) -> Value:
-    """Whether a guard is below zero in an evaluation."""
+    """Return whether a guard is negative in an evaluation."""
     return any_of(g < 0.0 for g in r.G)
 
 
 def inside(s: StepState) -> Value:
-    """A time inside the piece of the profiles that begins at t; no step crosses t_stop, where the next one begins."""
+    """Return a time inside the profile piece that begins at t; no step crosses t_stop, where the next piece begins."""
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
 def length(s: StepState) -> tuple[Value, Value]:
-    """Length of the step from t, and whether it ends at the boundary."""
+    """Return the length of the step from t, and whether it ends at the boundary."""
     last = s.t + s.h >= s.t_stop - LEFT
     return select(last, s.t_stop - s.t, s.h), last
 

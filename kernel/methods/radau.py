@@ -1,10 +1,10 @@
 """Radau IIA of order 5: L-stable collocation in three stages, for stiff ropes and stiff constraints.
 
 Hairer, Wanner, Solving ODEs II, IV.8: simplified Newton iterations on the stages in the eigenbasis of A^-1, so that a
-real and a complex system are solved in place of one of three times the size, and both of the velocities alone
-(`velocity_space`; how N(q) turns is left to the iterations); starting values from the last step's polynomial; error
-estimate of order 3 filtered by the real system.  The Jacobian is kept while the iterations converge well, its part by
-velocities longer.  Heat and work are pure quadratures and stay outside the matrices.
+real and a complex system, both in the velocities alone, replace one of three times the size (`velocity_space`; the
+change of N(q) is left to the iterations); starting values from the last step's polynomial; error estimate of order 3
+filtered by the real system. The Jacobian is kept while the iterations converge well, its velocity part longer. Heat and
+work are pure quadratures and stay outside the matrices.
 """
 
 from collections.abc import Mapping
@@ -61,7 +61,8 @@ LOST = 0.95  # rate above which the iterations are given up
 
 
 class Radau5(VelocitySpace):
-    """Stages from a loop of iterations; z are stage displacements, w the same in the eigenbasis."""
+    """Radau IIA method with stages from a loop of Newton iterations; z: stage displacements, w: the same in the
+    eigenbasis."""
 
     name = "radau5"
     order = 5
@@ -97,12 +98,12 @@ class Radau5(VelocitySpace):
     # ---- what the coordinates do --------------------------------------------------------------------------
 
     def _speeds_text(self, y: Value, b: Value) -> dict[str, Value]:
-        """Velocities that move the coordinates as b does."""
+        """Return the velocities that move the coordinates as b does."""
         parts = [(speeds(k.joint.kind, y[k.q], b[k.q]), b[k.q_modes]) for k in self.program.graph.links]
         return {"x": join(*(x for pair in parts for x in pair))}
 
     def _carried_text(self, y: Value, b: Value, v: Value) -> dict[str, Value]:
-        """b plus the coordinate rates of velocities v, with zero at the places v_."""
+        """Return b plus the coordinate rates of velocities v, with zeros for the velocities, and v alone as `v_`."""
         p, q = self.program, []
         for k in p.graph.links:
             q += [b[k.q] + rates(k.joint.kind, y[k.q], v[k.v]), b[k.q_modes] + v[k.v_modes]]
@@ -110,13 +111,13 @@ class Radau5(VelocitySpace):
         return {"x": join(*q, 0.0 * v, b[last:]), "v_": join(np.zeros(p.nq), v, np.zeros(p.ny - last))}
 
     def _solved(self, s: StepState, b: Value) -> Value:
-        """(1/e - J)^-1 b of the real system."""
+        """Return (1/e - J)^-1 b of the real system."""
         g = s.e * (s.e * self._times_J_q(M=s.M, b=self._speeds(y=s.y, b=b).x).x + self._velocities(y=b).x)
         x = self._carried(y=s.y, b=b, v=self._solve(M=s.M, b_re=g, tail=[0.0]).re)
         return s.e * x.x + x.v_
 
     def _solved_complex(self, s: StepState, b: tuple[Value, Value]) -> tuple[Value, Value]:
-        """The same for the complex system."""
+        """Return (1/e - J)^-1 b of the complex system, b as real and imaginary part."""
         pushed = [self._times_J_q(M=s.M, b=self._speeds(y=s.y, b=x).x).x for x in b]
         inner = _by(s, pushed)
         g = _by(s, [x + self._velocities(y=y).x for x, y in zip(inner, b, strict=True)])
@@ -160,7 +161,7 @@ class Radau5(VelocitySpace):
         s.newton, s.turn, s.size, s.sound = 1.0, 0.0, 1.0, 0.0
 
     def _iterate(self, s: StepState, rate: Rate) -> None:
-        """One simplified Newton iteration, (IV.8.13)."""
+        """Do one simplified Newton iteration, (IV.8.13)."""
         h, among = s.of, inside(s)
         runs = [rate(s.t + c * h, among, s.y + z) for c, z in zip(C, (s.z0, s.z1, s.z2), strict=True)]
         s.fell0, s.fell1 = (select(fallen_in(r), 1.0, 0.0) if len(r.G) else 0.0 for r in runs[:2])
@@ -217,5 +218,5 @@ class Radau5(VelocitySpace):
 
 
 def _by(s: StepState, x: list[Value]) -> list[Value]:
-    """e x of the complex system."""
+    """Return the product of the complex number e and x."""
     return [s.e_re * x[0] - s.e_im * x[1], s.e_re * x[1] + s.e_im * x[0]]

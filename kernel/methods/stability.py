@@ -1,9 +1,9 @@
-"""Guards of the steps: a fixed one that the fastest mode does not allow, and energy out of nothing, are refused.
+"""Checks of steps: refuse a fixed step that is unstable for the fastest mode, and steps that create energy.
 
-Before the run, after every event and where a rope has become much shorter the scene is linearised (central differences)
-and the spectral radius of what one fixed step does to it must not exceed what the motion itself grows by.  Between
-events the balance kinetic + potential + stored - work + heat must hold, at all methods: an unstable step makes energy.
-That implicit methods take energy out of modes too fast for the step is their purpose; then they say so.
+Before the run, after every event and where a rope has become much shorter, the scene is linearised (central
+differences), and the spectral radius of a fixed step must not exceed the growth of the motion itself. Between events
+the balance kinetic + potential + stored - work + heat must hold for all methods: an unstable step creates energy.
+Implicit methods may take energy out of modes too fast for the step, which is their purpose; this is reported.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ LEAST = 1e-6  # [rad/s] of an oscillation
 
 
 def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) -> np.ndarray:
-    """(n, n) derivative of the first n components of `rate` at y (ny,)."""
+    """Return the derivative (n, n) of the first n components of `rate` at y (ny,)."""
     J = np.zeros((n, n))
     for j in range(n):
         d = DIFFERENCE * (1.0 + abs(y[j]))
@@ -36,8 +36,8 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
 
 
 def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, message: Callable[[], str]) -> None:
-    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `told`: the mode in
-    words."""
+    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: describes the
+    mode."""
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)
@@ -62,8 +62,8 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Frequency [Hz] of the slowest oscillation that a stable fixed step distorts, 0 if none; and the number of periods
-    until the worst is a tenth of a period out of phase or half damped."""
+    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts, 0 if none; and the number
+    of periods until the worst is a tenth of a period out of phase or half damped."""
     if not np.isfinite(J).all():
         return 0.0, np.inf
     bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
@@ -71,12 +71,12 @@ def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float
 
 
 def bent(method: Method, s: complex, step: float) -> bool:
-    """Whether a fixed step distorts the oscillation of an eigenvalue."""
+    """Return whether a fixed step distorts the oscillation of eigenvalue s."""
     return s.imag > LEAST and missed(method, s, step) > FOLLOWED
 
 
 def missed(method: Method, s: complex, step: float) -> float:
-    """Error of one step of an oscillation of eigenvalue s, per radian."""
+    """Return the error of one step for an oscillation of eigenvalue s, per radian."""
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
     want = np.exp(s * step)
@@ -84,11 +84,11 @@ def missed(method: Method, s: complex, step: float) -> float:
 
 
 class Balance:
-    """Kinetic + potential + stored - work + heat must stay constant.
+    """Energy balance: kinetic + potential + stored - work + heat must stay constant.
 
-    The laws' works and heats are integrated with the state, so that what any step has made or lost stays in the sum and
-    shows whenever it is read.  Switches and commands book what they change; what a user's law does not book, they do
-    not break.  `controlled`: tolerance of the steps, 0 if they are fixed; `implicit`: they may lose fast motions.
+    The works and heats of the laws are integrated with the state, so that energy created or lost in any step stays in
+    the sum and is seen at every reading. Switches and commands book their changes of energy. `controlled`: tolerance of
+    the steps, 0 if they are fixed; `implicit`: steps may lose energy of fast motions.
     """
 
     def __init__(self, controlled: float, implicit: bool) -> None:
@@ -104,19 +104,19 @@ class Balance:
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart after an event or command, from the present kinetic and other energies (parts,)."""
+        """Restart after an event or command, from the present kinetic and other energies (parts,) [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Before an event or a command."""
+        """Close the period before an event or command, with the present kinetic and other energies (parts,) [J]."""
         before, start = self._start
         changes = parts - start
         self._carried += kinetic - before + float(changes.sum())
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Share of the energy turned over that was lost or gained at a loose tolerance, when it first becomes large;
-        held: largest energy of a rope so far [J]."""
+        """Return the share of turned-over energy that was lost or gained at a loose tolerance, once, when it first
+        becomes large, else 0; `held`: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0
@@ -124,7 +124,7 @@ class Balance:
         return self.loose
 
     def _read(self, kinetic: np.ndarray, parts: np.ndarray, held: float | np.ndarray = 0.0) -> tuple[np.ndarray, ...]:
-        """What has been made since the start, and the most that was turned over, (n,) [J] each."""
+        """Return the energy created since the start and the largest turn-over so far, (n,) [J] each."""
         before, start = self._start
         changes = parts - start
         turned = np.fmax(kinetic + np.abs(changes).sum(axis=1), held)
@@ -132,11 +132,11 @@ class Balance:
         return made, np.fmax.accumulate(np.fmax(turned, self._turned))
 
     def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """Add readings of energies (n,) and (n, parts): energy turned over between readings counts."""
+        """Add readings of energies (n,) and (n, parts) [J]: energy turned over between readings counts."""
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Whether `check` has nothing new for n readings; they then count as read."""
+        """Return whether n readings give `check` nothing to report; if so, they count as read."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():
@@ -157,11 +157,11 @@ class Balance:
         return STRAYED if self.strict else MADE
 
     def check(self, where: str, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> None:
-        """Raise KernelError for energy created or lost without heat, at a reading.
+        """Raise KernelError at a reading if energy was created, or lost without heat.
 
-        kinetic (1,); parts (1, parts): potential, stored, heats, and works with the opposite sign [J]; slip (1,): what
-        an error of the size of one in every step makes up [J]; held (1,): the most that a rope has held since the last
-        reading [J], for a bounce may lie between two at which nothing moves; where: begins the sentence.
+        kinetic (1,); parts (1, parts): potential, stored, heats, and works with the opposite sign [J]; slip (1,):
+        energy [J] explained by an error of size one in every step; held (1,): largest energy of a rope since the last
+        reading [J], since a bounce may lie between two readings without motion; where: start of the message.
         """
         if not (np.isfinite(kinetic).all() and np.isfinite(parts).all()):
             raise KernelError(f"{where}: its energies are not finite; check masses, forces and initial speeds")

@@ -1,8 +1,8 @@
-"""Newton systems of implicit methods, reduced to the velocities: (I - e J_v - e^2 J_q) dv = ..., e a step's part.
+"""Newton systems of implicit methods, reduced to the velocities: (I - e J_v - e^2 J_q) dv = ..., e: part of a step.
 
-Coordinates follow velocities, q' = N(q) v, so that they are eliminated in closed form: a quarter of the numbers and an
-eighth of the operations of a matrix over both.  J_q are derivatives of the accelerations along the displacements of
-unit velocities, J_v those by velocities; both are one-sided differences (`tangent_stiffness.one_sided`).
+Coordinates follow from velocities, q' = N(q) v, and are eliminated in closed form: a quarter of the numbers and an
+eighth of the operations of a matrix over both. J_q are derivatives of the accelerations along the displacements of unit
+velocities, J_v those by velocities; both are one-sided differences (`tangent_stiffness.one_sided`).
 """
 
 from collections.abc import Mapping
@@ -25,9 +25,10 @@ MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 
 
 class VelocitySpace(Method):
-    """Jacobians at the state `z` with accelerations `here`, and factors for e = `e`, both in M.
+    """Base of methods with Newton systems over the velocities: block M holds the Jacobians at the state `z`, where the
+    accelerations are `here`, and the factors for the part `e` of a step.
 
-    `columns`: how many derivatives are due, 0, all by displacements (nv), or those by velocities, too (2 nv).
+    `columns`: number of derivatives to recompute: 0, those by displacements (nv), or also those by velocities (2 nv).
     """
 
     def __init__(self, program: Program) -> None:
@@ -47,14 +48,15 @@ class VelocitySpace(Method):
 
     @property
     def _of_jacobian(self) -> tuple[str, ...]:
-        """Vectors that it needs."""
+        """Names of the vectors that the Jacobian needs."""
         return ("z", "here", *self._along, "way", "first", "last")
 
     def constants(self) -> dict[str, Value]:
         return {"stale": 2.0, **dict(zip(("way", "first", "last"), self._reached().T, strict=True))}
 
     def _reached(self) -> np.ndarray:
-        """For each velocity (ny, 3): its number in its joint, its first coordinate, the end of its coordinates."""
+        """Return, for each velocity (ny, 3): its number in its joint, its first coordinate, the end of its
+        coordinates."""
         out = np.zeros((self.program.ny, 3))
         for k in self.program.graph.links:
             for v in range(k.v.start, k.v.stop):
@@ -64,7 +66,7 @@ class VelocitySpace(Method):
         return out
 
     def _displaced_text(self, y: Value, u: Value, w: Value) -> dict[str, Value]:
-        """State after a small displacement along u and a change w of the velocities."""
+        """Return the state after a small displacement along u and a change w of the velocities."""
         p = self.program
         first = p.nq + p.nv
         q = []
@@ -73,13 +75,14 @@ class VelocitySpace(Method):
         return {"x": join(*q, y[p.nq : first] + w, y[first:])}
 
     def _jacobian(self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]) -> While:
-        """The derivatives that are due."""
+        """Return the native loop that computes the derivatives due."""
         p = self.program
         differences = one_sided(at, rate, sizes, p.nq, p.nv, self._row, (MOVED, SPED))
         return While("differences", at["columns"], (build("ways", self._ways), differences))
 
     def _ways(self, s: StepState, rate: Rate) -> None:
-        """Coordinate rates of unit velocities, for the first velocities of all joints, then the second ones, ..."""
+        """Compute the coordinate rates of unit velocities, for the first velocities of all joints, then the second
+        ones, ..."""
         for m, name in enumerate(self._along):
             u = self._none.copy()
             for k in self.program.graph.links:
@@ -87,7 +90,8 @@ class VelocitySpace(Method):
             setattr(s, name, self._displaced(y=s.z, u=u, w=self._none).x - s.z)
 
     def _factorise(self, at: Places, e: tuple[str, ...] = ("e",), factors: FactorLayout | None = None) -> Primitive:
-        """I - e J_v - e^2 J_q and its factors; e: names of its real and, if complex, imaginary part."""
+        """Return a function that computes I - e J_v - e^2 J_q and its factors; `e`: names of its real and, if complex,
+        imaginary part."""
         n, F = self.program.nv, factors or self._real
         name = "factorise" if F.planes == 1 else "factorise_complex"
         c = LoopEmitter(name, ["X", "M"])

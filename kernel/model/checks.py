@@ -1,6 +1,6 @@
-"""What a description must fulfil before it becomes equations: names that mean one thing, numbers that mean something.
+"""Requirements on a description before it is compiled: unique names, valid numbers.
 
-Each violation is one KernelError that names the item, the field and what it should be.
+Each violation is one KernelError that names the item, the field and the requirement.
 """
 
 from collections.abc import Iterator
@@ -45,8 +45,8 @@ MOST_KEPT = 4096
 
 
 def check_description(system: System) -> System:
-    """The description in tuples and floats (see `field_types`); raises KernelError for the first item that cannot
-    be."""
+    """Return the description in tuples and floats (see `field_types`); raises KernelError for the first invalid
+    item."""
     if _checked.get(id(system)) is system:
         return system
     code, given, last = _encoded(system), system, _last[:]  # which other threads may replace
@@ -86,13 +86,14 @@ def check_description(system: System) -> System:
 
 
 def _known(x: object) -> object | None:
-    """An item that was checked before and is equal to the bit; variants of a scene share nearly all."""
+    """Return the equal item (to the bit) that was checked before, else None; variants of a scene share nearly all
+    items."""
     found = _items.get((type(x), code)) if (code := _encoded(x)) else None
     return found if found == x else None
 
 
 def _check_kind(x: Any) -> None:
-    """Additional requirements of an item by its kind."""
+    """Check the additional requirements of an item by its kind."""
     if type(x) in FORCES:
         check_force(x)
     match x:
@@ -131,7 +132,7 @@ def _check_kind(x: Any) -> None:
 
 
 def _encoded(system: object) -> bytes:
-    """Exact bytes of all numbers of a description; empty if it contains other data."""
+    """Return the exact bytes of all numbers of a description; empty if it contains other data."""
     try:
         return msgspec.msgpack.encode(system)
     except (TypeError, ValueError, OverflowError, RecursionError):
@@ -139,13 +140,13 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """A checked part of a description, which is not checked again."""
+    """Mark a part of a checked description as checked, and return it."""
     _checked[id(part)] = part
     return part
 
 
 def _check_item(x: Any) -> None:
-    """All numbers are finite and have the required sign."""
+    """Check that all numbers of an item are finite and have the required sign."""
     kind, where = type(x).__name__, f"{item_word(x)} '{x.name}'"
     for field, value in _numbers(x):
         if not isfinite(value):
@@ -162,7 +163,7 @@ def _check_item(x: Any) -> None:
 
 
 def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
-    """All numbers of a description with their fields."""
+    """Yield all numbers of a description with their fields."""
     if type(x) is float:  # as most are
         yield field, x
     elif isinstance(x, tuple):
@@ -176,7 +177,8 @@ def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
 
 
 def check_inertia(b: Body) -> None:
-    """Symmetric, and principal moments that some distribution of mass can have (without mass: a rotor's gear)."""
+    """Check that an inertia matrix is symmetric and that a mass distribution with its principal moments can exist (not
+    required of a body without mass, such as a geared rotor)."""
     I = b.inertia
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if abs(I[i][j] - I[j][i]) > UNIT * max(abs(I[i][j]), abs(I[j][i])):
@@ -205,7 +207,7 @@ def check_inertia(b: Body) -> None:
 
 
 def _remedy(b: Body, moments: list[float]) -> str:
-    """The smallest change that makes moments of inertia possible, without products."""
+    """Describe the smallest change that makes moments of inertia possible, without products of inertia."""
     if any(b.inertia[i][j] for i, j in ((0, 1), (0, 2), (1, 2))):
         return "make the largest smaller or the others larger"
     own = [b.inertia[i][i] for i in range(3)]

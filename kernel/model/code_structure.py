@@ -1,8 +1,8 @@
-"""What scenes must have in common to share machine code: everything that the traced text branches or indexes on.
+"""Key of scenes that share machine code: everything on which the traced code branches or indexes.
 
-All else (masses, places, stiffnesses) is a number in P and may differ; names stand for their places in lists, so that
-equal machines share code whatever they are called.  What is left out here and yet traced would run as another scene's
-code, so a new feature adds its line.
+All else (masses, places, stiffnesses) is a number in P and may differ; names are replaced by their places in lists, so
+that equal machines share code whatever they are called. A traced property missing here would run another scene's code,
+so each new feature adds its line.
 """
 
 from heavylift.kernel.description.mechanics import Measured, Threshold
@@ -12,19 +12,20 @@ from .quantities import lines, numbers, points
 
 
 def structure(program: Program, *method: object) -> str:
-    """Key of the machine code, equal for scenes that share it; `method`: further dependencies of the code."""
+    """Return the key of the machine code, equal for scenes that share it; `method`: further dependencies of the
+    code."""
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """What is measured: a body, or a coordinate of a joint."""
+        """Return the measured object: the number of a body, or the indices of a joint coordinate."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
 
     def of_signal(h: Threshold) -> object:
-        """Inputs of a guard's formula, and its number of values."""
+        """Return the inputs of a guard's formula, and its number of values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
         over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind

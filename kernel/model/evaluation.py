@@ -1,14 +1,13 @@
-"""The equations of a whole scene at one instant, as a list of stages: places -> laws -> rows -> accelerations.
+"""The equations of a whole scene at one instant, as a list of stages: poses -> laws -> rows -> accelerations.
 
-The one text that the float oracle runs and the tracer turns into machine code.  Each stage is a function of the
-evaluation that reads what stages before it have written.
+The same code runs on floats, as reference, and is traced into machine code. Each stage is a function of the evaluation
+that reads what earlier stages have written.
 
-The last stages of an evaluation: constraint rows, accelerations, what is watched, the derivative of the state.
+Middle stages apply forces to bodies and joints and compute the guards of laws; the last stages solve for constraint
+rows and accelerations, and collect guards and the derivative of the state.
 
-The middle stages of an evaluation: what pushes bodies and joints, and when laws change their state.
-
-Every law gives its force, the guards of its state, what it turns into heat, what it stores and, where it is driven, its
-work; so the energy accounts of a scene stay closed.
+Every law gives its force, the guards of its state, its heat and stored energy and, if it is driven, its work; so the
+energy balance of a scene stays closed.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ from .quantities import lines, names, points, scalar
 
 
 def hold_rows(x: Evaluation) -> None:
-    """Multipliers that keep loops, taut rigid ropes and closed contacts together."""
+    """Compute the multipliers that keep loops, taut rigid ropes and closed contacts together."""
     if len(x.program.constraints):
         x.rows = x.constraint_rows()
         x.rows.accelerate()
@@ -47,7 +46,7 @@ def hold_rows(x: Evaluation) -> None:
 
 
 def accelerate(x: Evaluation) -> None:
-    """Accelerations of all trees; prescribed drives carry the remaining joint forces."""
+    """Compute the accelerations of all trees; prescribed drives carry the remaining joint forces."""
     for i, (_, shared) in enumerate(x.program.instances):
         tied = i in x.program.constraints.linked
         out = x.rows.motion(i) if x.rows and tied else shared.accelerate(**x.arguments(i))
@@ -59,7 +58,7 @@ def accelerate(x: Evaluation) -> None:
 
 
 def pull_rigid_ropes(x: Evaluation) -> None:
-    """Guards and work of rigid ropes; their heat is made at once (see `constraints.row_structure`)."""
+    """Compute guards and work of rigid ropes; their heat arises in impacts (see `constraints.row_structure`)."""
     if x.rows:
         tensions = x.rows.tensions
         for name, guard in x.rows.guards().items():
@@ -68,7 +67,7 @@ def pull_rigid_ropes(x: Evaluation) -> None:
 
 
 def press_contacts(x: Evaluation) -> None:
-    """Guards, heat and forces of contacts; wrenches of all rows on bodies."""
+    """Compute guards, heat and forces of contacts, and the wrenches of all rows on bodies."""
     contacts, rows = x.program.contacts, x.rows
     slots, pushes = (rows.slots, rows.multipliers[len(rows.rows) - len(contacts.held) :]) if rows else ([], [])
     guards, heat, x.pressing = contacts.loads(slots, pushes)
@@ -82,7 +81,7 @@ def press_contacts(x: Evaluation) -> None:
 
 
 def watch_thresholds(x: Evaluation) -> None:
-    """a x + b; Python sets a and b when a threshold is armed."""
+    """Compute the guard a x + b of each threshold; a and b are parameters, set when the threshold is armed."""
     system = x.program.system
     for h in system.thresholds:
         p, at = x.numbers("threshold", h.name), points(h, system)
@@ -94,7 +93,7 @@ def watch_thresholds(x: Evaluation) -> None:
 
 
 def _value(x: Evaluation, h: Threshold, name: str) -> Any:
-    """A named value of a scene: tension, length, coordinate, angle, wind speed."""
+    """Return a named value of a scene: tension, length, coordinate, angle or wind speed."""
     if h.quantity == "angle":
         return x.turned["body", name, h.axis]
     if h.quantity in ("joint", "speed"):
@@ -108,7 +107,7 @@ def _value(x: Evaluation, h: Threshold, name: str) -> Any:
 
 
 def collect(x: Evaluation) -> None:
-    """Guards and accounts in the order of the program."""
+    """Collect guards and the derivative of the state, with the energy accounts, in the order of the program."""
     p = x.program
     waiting = {label: iter(values) for label, values in x.watched.items()}
     x.guards = [next(waiting[label]) for label in p.guards]
@@ -117,7 +116,7 @@ def collect(x: Evaluation) -> None:
 
 
 def read_signals(x: Evaluation) -> None:
-    """Value and rate of each law's signal: commanded, from the active piece of its history, or constant."""
+    """Read value and rate of each law's signal: commanded, from the active piece of its history, or constant."""
     for law in x.program.laws:
         if s := law.signal:
             if s.driven:
@@ -133,7 +132,7 @@ def read_signals(x: Evaluation) -> None:
 
 
 def weigh_rigid_ropes(x: Evaluation) -> None:
-    """Part of the weight of rigid ropes that does not act on their end bodies."""
+    """Apply the part of the weight of rigid ropes that the masses at their ends do not cover."""
     for r in x.program.system.rigid_ropes:
         height: Scalar = 0.0
         if r.mass:
@@ -182,7 +181,7 @@ def _apply(x: Evaluation, law: SharedForce) -> None:
 
 
 def drive(x: Evaluation) -> None:
-    """Servo and speed drives towards their references; prescribed joints need no force."""
+    """Apply the forces of servo and speed drives towards their references; prescribed joints need no force."""
     for d in x.program.system.drives:
         if d.kind != "prescribed":
             (i, k), (kp, kv), (ref, dref, _) = x.program.driven(d), x.numbers("drive", d.name), x.references[d.name]
@@ -195,7 +194,7 @@ def drive(x: Evaluation) -> None:
 
 
 def bend(x: Evaluation) -> None:
-    """Elasticity and damping of flexible bodies, mode by mode."""
+    """Apply elasticity and damping of flexible bodies, mode by mode."""
     for link in x.program.graph.links:
         if link.modes and link.n_modes:
             name = link.body.name
@@ -211,8 +210,8 @@ __all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
 
 class EvaluationStage(NamedTuple):
-    """A function with the fields of `instant.Evaluation` that it reads and writes, in addition to program, t, inside
-    and P."""
+    """A stage: a function with the fields of `instant.Evaluation` that it reads and writes; program, t, inside and P
+    are always available."""
 
     run: Callable[[Evaluation], None]
     reads: str
@@ -246,10 +245,8 @@ FORCES = (
 def evaluate(
     program: Program, t: Scalar, y: Array, P: Array, inside: Scalar | None = None, forces: bool = True
 ) -> Evaluation:
-    """The scene's equations at time t [s], state y, parameters P; `inside`: a time within the present step.
-
-    Without `forces` nothing is known but where the bodies are and how they move.
-    """
+    """Evaluate the scene's equations at time t [s], state y, parameters P; `inside`: a time within the present step.
+    Without `forces` only poses and velocities of the bodies are computed."""
     q, v = program.nq, program.nq + program.nv
     behind = v + len(program.accounts)
     x = Evaluation(program, t, t if inside is None else inside, P, list(y[:q]), list(y[q:v]), list(y[v:behind]))

@@ -32,7 +32,7 @@ Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin
 
 @dataclass
 class Evaluation:
-    """The evaluation of a state; its text runs on floats and is traced. Steps need `dy` and `guards`."""
+    """The evaluation of a state, on floats or traced. Steps need `dy` and `guards`."""
 
     program: Program
     t: Scalar  # [s] since the epoch
@@ -68,7 +68,7 @@ class Evaluation:
     guards: list[Scalar] = field(default_factory=list)  # in the order of the program
 
     def numbers(self, kind: str, name: str) -> Array:
-        """Its part of the parameters P."""
+        """Return the part of the parameters P of an item."""
         return self.P[self.program.parameters.at[kind, name]]
 
     @property
@@ -77,12 +77,12 @@ class Evaluation:
         return g
 
     def push(self, body: int, wrench: Array) -> None:
-        """A further wrench (6,) on a body."""
+        """Add a wrench (6,) to those on a body."""
         if body >= 0:
             self.wrenches[body] = self.wrenches[body] + wrench
 
     def arguments(self, i: int) -> dict[str, Scalars]:
-        """What the motion of the i-th tree depends on."""
+        """Return the arguments of the motion of the i-th tree."""
         tree, shared = self.program.instances[i]
         return {
             "q": self.q[tree.q],
@@ -95,18 +95,18 @@ class Evaluation:
         }
 
     def prescribed(self, i: int) -> list[Drive | None]:
-        """Drives that prescribe degrees of freedom of a tree, in their order; None: locked."""
+        """Return the drives that prescribe degrees of freedom of the i-th tree, in order; None for a locked one."""
         drives = {self.program.driven(d)[1]: d for d in self.program.system.drives if d.kind == "prescribed"}
         tree = self.program.instances[i][0]
         return [drives.get(tree.v.start + k) for k in tree.prescribed_dofs]
 
     def own(self, name: str) -> Reference:
-        """What the profile of an actuator or master asks for."""
+        """Return the reference given by the profile of an actuator or master."""
         x = self.program.profile(t=[self.t, self.inside], p=self.numbers("reference", name))
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
-        """A profile plus f(s) of the masters known so far: f = k1 s + kc cos s + ks sin s."""
+        """Return a profile plus f(s) of the masters known so far: f = k1 s + kc cos s + ks sin s."""
         ref, dref, ddref = self.own(name)
         follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
@@ -118,7 +118,7 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str) -> Reference:
-        """The wave of a drive or signal; zero for equilibria."""
+        """Return the wave of a drive or signal; zero for equilibria."""
         if self.program.at_rest:
             return 0.0, 0.0, 0.0
         amplitude, frequency, phase, rate = self.numbers("wave", name)
@@ -130,11 +130,12 @@ class Evaluation:
         return r * c, dr * c - r * s, ddr * c - 2.0 * dr * s - r * frequency * frequency * c
 
     def length_of(self, r: RigidRope) -> Reference:
-        """Length of a rigid rope, with two rates."""
+        """Return the length of a rigid rope with its first two derivatives."""
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """Constraint rows under the forces known so far; those of the accelerations once known."""
+        """Return the constraint rows under the forces known so far; later those already solved for the
+        accelerations."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:
@@ -146,7 +147,7 @@ class Evaluation:
 
     @property
     def pulls(self) -> list[Scalar]:
-        """Tensions of all ropes of straight lines, the rigid ones last [N]."""
+        """The tensions of all ropes of straight lines, the rigid ones last [N]."""
         return [*self.tensions, *(self.rows.end_tensions.values() if self.rows else ())]
 
     @property
@@ -167,12 +168,13 @@ class Evaluation:
 
     @property
     def window(self) -> Scalar:
-        """The same, for steps that it does not bound."""
+        """The value of `reach` for fixed steps, which are not shortened to it; a longer step is noted (see
+        `steps.passing`)."""
         return self.reach
 
     @property
     def drift(self) -> Scalar:
-        """Largest gap of active rows [m or rad], beyond round-off of the coordinates."""
+        """The largest gap of active rows [m or rad], beyond round-off of the coordinates."""
         widest: Scalar = 0.0
         for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
             widest = maximum(widest, gap)
@@ -182,12 +184,12 @@ class Evaluation:
     # ---- what samples ask for -----------------------------------------------------------------------------
 
     def column(self, group: str) -> list[Scalar]:
-        """The values of a group of columns of laws (see `Shown`)."""
+        """Return the values of a column group of laws' sampled quantities."""
         return [self.shown[label][i] for label, i, _ in self.program.columns[group]]
 
     @property
     def axial(self) -> list[Scalar]:
-        """What flexible bodies carry along themselves (see `multibody.dynamics.axial_loads`)."""
+        """The axial loads of flexible bodies (see `multibody.dynamics.axial_loads`)."""
         out: list[Scalar] = []
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.axial:
@@ -209,7 +211,7 @@ class Evaluation:
 
 
 def command_masters(x: Evaluation) -> None:
-    """Masters by their profiles."""
+    """Compute the commanded masters from their profiles."""
     for m in x.program.system.masters:
         value, rate, acceleration = x.own(m.name)
         s = named(f"s({m.name})", value)
@@ -218,7 +220,7 @@ def command_masters(x: Evaluation) -> None:
 
 
 def prescribe_joints(x: Evaluation) -> None:
-    """Coordinates that are given by drives."""
+    """Set the coordinates that are prescribed by drives."""
     for d in x.program.system.drives:
         if d.kind == "prescribed":
             x.references[d.name] = x.reference(d.name)
@@ -229,7 +231,7 @@ def prescribe_joints(x: Evaluation) -> None:
 
 
 def place_bodies(x: Evaluation) -> None:
-    """Poses and twists of all bodies that laws act on."""
+    """Compute poses and twists of all bodies on which laws act."""
     for i, (tree, shared) in enumerate(x.program.instances):
         if shared.ends:
             out = shared.place(q=x.q[tree.q], v=x.v[tree.v], P=x.numbers("tree", str(i)))
@@ -237,7 +239,7 @@ def place_bodies(x: Evaluation) -> None:
 
 
 def measure_angles(x: Evaluation) -> None:
-    """Attitudes that are measured or watched, over all their turns."""
+    """Compute the attitudes that are measured or guarded, counting turns."""
     for i, label in enumerate(x.program.angles):
         kind, body, axis = label
         if kind == "body":
@@ -247,7 +249,7 @@ def measure_angles(x: Evaluation) -> None:
 
 
 def measure_masters(x: Evaluation) -> None:
-    """Joint coordinates and attitudes that actuators follow."""
+    """Compute the joint coordinates and attitudes that actuators follow."""
     for m in x.program.system.measured:
         if m.kind == "joint":
             i, k = x.program.graph.coordinate(m.name, m.of, m.coordinate)
@@ -261,15 +263,15 @@ def measure_masters(x: Evaluation) -> None:
 
 
 def follow(x: Evaluation) -> None:
-    """What servos and speed drives follow."""
+    """Compute the references of servo and speed drives."""
     for d in x.program.system.drives:
         if d.kind != "prescribed":
             x.references[d.name] = x.reference(d.name)
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """sin, cos (not normalised) of the tilt of body axis w towards +y (axis 0, about -x) or +x (axis 1, about +y), and
-    sin' cos - sin cos'."""
+    """Return sin, cos (not normalised) of the tilt of body axis w towards +y (axis 0, about -x) or +x (axis 1, about
+    +y), and sin' cos - sin cos'."""
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)
     i = 1 if axis == 0 else 0
@@ -277,7 +279,7 @@ def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
 
 
 def poses_of(program: Program, row: SimpleNamespace) -> Poses:
-    """R_WB (3, 3) and p_WB (3,) of every body in a sample row."""
+    """Return the poses in a sample row as a function: body -> R_WB (3, 3) and p_WB (3,)."""
     frames = row.poses.reshape(-1, 12)
 
     def pose(body: str) -> tuple[np.ndarray, np.ndarray]:

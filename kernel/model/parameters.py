@@ -1,7 +1,7 @@
-"""Where each number of a scene lives in the parameter block P that the machine code reads.
+"""Layout of the parameter block P, which holds each number of a scene and which the machine code reads.
 
-Masses, geometry, laws, references and discrete states are run-time numbers: between native calls the simulation
-writes them, so hooking, switching and commands never compile anything.
+Masses, geometry, laws, references and discrete states are run-time numbers: between native calls the simulation writes
+them, so hooking, switching and commands never compile anything.
 """
 
 from dataclasses import dataclass
@@ -83,7 +83,8 @@ class ParameterLayout:
 
 
 def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> ParameterLayout:
-    """Numbers of equal laws and trees interleaved, so that vector calls load them at once (see `simd_batches`)."""
+    """Return the layout with numbers of equal laws and trees interleaved, so that vector calls load them at once (see
+    `simd_batches`)."""
     groups: dict[tuple[str, int], list[tuple[str, str]]] = {}
     for key, s in at.items():
         groups.setdefault((key[0], s.stop - s.start), []).append(key)

@@ -1,8 +1,8 @@
-"""A compiled description: layout of state, parameters, guards and accounts, and the functions that equal parts share.
+"""A compiled description: layout of state, parameters, guards and accounts, and the functions of equal parts.
 
-State y = [q, v, w]: coordinates, velocities, and one integral per law of the work it takes or the heat it makes.
-Equal trees and equal laws are one traced function each, called for every instance with its own numbers: code stays
-small however large the yard.
+State y = [q, v, w]: coordinates, velocities, and one integral per law of the work it takes or the heat it produces.
+Equal trees and equal laws share one traced function each, called for every instance with its own numbers: the code
+stays small however large the scene.
 """
 
 from functools import cached_property
@@ -53,8 +53,8 @@ def program_of(system: System, *how: Any) -> "Program":
 class Program:
     """A compiled system. Raises KernelError if a law names a missing part or two drives share a joint.
 
-    `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
-    hold, None for those that are engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
+    `formulation`: equations for the accelerations, see `kernel.multibody.formulations`; `locked`: names of the engaged
+    locks, None for those engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class Program:
         return traced
 
     def _label(self) -> None:
-        """Accounts, angles, guards and columns by kind and name, in the order of the state and of samples."""
+        """List accounts, angles, guards and columns by kind and name, in the order of the state and of samples."""
         s, laws = self.system, [(x.law.kind, x.name) for x in self.laws]
         bending, rigid = ([(kind, name) for name in names] for kind, names in (
             ("bending", [k.body.name for k in self.graph.links if k.n_modes]),
@@ -142,7 +142,7 @@ class Program:
                 column.append((label, i, shown))
 
     def shown(self, law: SharedForce, row: SimpleNamespace) -> np.ndarray:
-        """What a sample row holds of a law, in the order of `Answer.shown`."""
+        """Return the values of a law in a sample row, in the order of `LawOutput.shown`."""
         return np.array([getattr(row, group)[i] for group, i in self._places[law.law.kind, law.name]])
 
     def _check(self) -> None:
@@ -163,7 +163,7 @@ class Program:
             check_signal(h, s, f"threshold '{h.name}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
-        """Places in q and v of a drive's coordinate."""
+        """Return the places of a drive's coordinate in q and v."""
         return self.graph.coordinate(drive.name, drive.joint, drive.coordinate)
 
     def _check_loops(self) -> None:
@@ -197,7 +197,7 @@ class Program:
                     raise KernelError(f"contact '{c.name}': '{k.body.name}' is flexible; fix a rigid body to it there")
 
     def initial_state(self) -> np.ndarray:
-        """(ny,) state at the start of a run."""
+        """Return the state (ny,) at the start of a run."""
         y = np.zeros(self.ny)
         for k in self.graph.links:
             y[k.q.start : k.q_modes.stop] = k.q0
@@ -206,13 +206,13 @@ class Program:
 
     @cached_property
     def axial(self) -> list[int]:
-        """Flexible body of each number of `Evaluation.axial`."""
+        """Return the number of the flexible body for each number of `Evaluation.axial`."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """Each flexible body, bodies on it, and places of its vectors in `Evaluation.axial`."""
+        """Each flexible body with the bodies attached to it and the places of its vectors in `Evaluation.axial`."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:
@@ -228,7 +228,7 @@ class Program:
         return [(k, x.flexible.beam.length if x and x.flexible.beam else 0.0) for k, x in carriers]
 
     def turned_at_start(self, label: AngleLabel) -> float:
-        """Rotation by joints of an angle signal about its axis before the start [rad]."""
+        """Return the rotation by joints of an angle signal about its axis before the start [rad]."""
         kind, name, i = label
         if kind == "body":
             a, b, axis = WORLD, name, np.array(AXES[i])
@@ -240,7 +240,7 @@ class Program:
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
     def sharing(self, tree: Tree) -> str:
-        """Trees for which this is equal share their functions."""
+        """Return the key by which trees share their functions."""
         return tree.kind
 
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
@@ -262,7 +262,7 @@ class Program:
 
 
 def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
-    """Rotation and origin of a body in the initial pose, for laws that depend on it."""
+    """Return the initial poses as a function: body -> rotation and origin, for laws that depend on them."""
 
     def pose(body: str) -> tuple[Array, Array]:
         i = graph.number(body)

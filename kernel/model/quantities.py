@@ -1,7 +1,7 @@
-"""The quantities of signals: one formula each, which thresholds trace and samples compute.
+"""The quantities of signals: one formula each, traced by thresholds and computed by samples.
 
-A formula is over places of points, numbers, and values that a scene knows by name: tensions and lengths of ropes,
-coordinates, angles, speeds of wind.  What they mean says `description.signals`.
+A formula takes positions of points, numbers, and named values of a scene: tensions and lengths of ropes, coordinates,
+angles, wind speeds. `description.signals` defines the quantities.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ BOX = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # mi
 
 @dataclass(frozen=True)
 class FormulaContext:
-    """What a formula is over."""
+    """Arguments of a formula: positions, numbers and named values."""
 
     places: Places
     numbers: Scalars
@@ -75,7 +75,7 @@ def _use_by_place(x: FormulaContext) -> Any:
 
 
 def _aside(x: FormulaContext, axis: int) -> tuple[Scalar, Scalar]:
-    """Horizontal and vertical distance of a rope's lower from its upper end, weighted over its lines."""
+    """Return horizontal and vertical distance of a rope's lower end from its upper end, weighted over its lines."""
     out: Scalar = 0.0
     drop: Scalar = 0.0
     for i, share in enumerate(x.numbers):
@@ -91,7 +91,7 @@ def _off_lead(x: FormulaContext) -> Any:
 
 
 def _span(x: FormulaContext) -> Any:
-    """Length of the sum of a rope's lines by their shares."""
+    """Return the length of the vector sum of a rope's lines, weighted by their shares."""
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
     return sqrt(dx * dx + dy * dy + drop * drop)
 
@@ -137,7 +137,7 @@ class _Box:
     halves: Scalars
 
     def nearest(self, p: Scalars) -> Scalars:
-        """The point of the box nearest to another one."""
+        """Return the point of the box nearest to another point."""
         found, away = list(self.middle), [a - b for a, b in zip(p, self.middle, strict=True)]
         for axis, half in zip(self.axes, self.halves, strict=True):
             far = minimum(maximum(_dot(away, axis), -half), half)
@@ -165,7 +165,7 @@ def _dot(a: Scalars, b: Scalars) -> Any:
 
 @dataclass(frozen=True)
 class QuantityFormula:
-    """The formula of a quantity, and the signal fields that it needs."""
+    """A row of the table of quantities: formula, and the signal fields that it needs."""
 
     formula: Callable[[FormulaContext], Scalar]
     needs: tuple[str, ...] = ()
@@ -202,12 +202,12 @@ COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place
 
 
 def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
-    """The quantity from places of its `points`, `numbers`, values of its `names`, and `lines`."""
+    """Return the quantity from positions of its `points`, `numbers`, values of its `names`, and `lines`."""
     return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 
 def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
-    """Points of the formula."""
+    """Return the points whose positions the formula takes."""
     if h.quantity in LINED:
         return tuple(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b))
     given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
@@ -217,18 +217,18 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """Numbers of the formula: its own, and the shares of its lines."""
+    """Return the numbers that the formula takes: those of the signal and the shares of its lines."""
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
     return (*h.numbers, *shares)
 
 
 def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
-    """Number of lines of each of its ropes."""
+    """Return the number of lines of each rope of the signal."""
     return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
 def names(h: ScalarSignal) -> tuple[str, ...]:
-    """Names whose values the formula uses: ropes, or a single element."""
+    """Return the names whose values the formula takes: ropes, or a single element."""
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):
         return h.ropes
     if h.quantity in ("length", "pull", "reserve"):
@@ -269,7 +269,7 @@ def _places(h: ScalarSignal) -> int:
 
 
 def _lines(h: ScalarSignal, system: System) -> tuple[tuple[Line, ...], ...]:
-    """Relevant lines of its ropes, or the one from origin to point."""
+    """Return the lines of the signal's ropes that count, or the line from origin to point."""
     if not h.ropes and h.point and h.origin:
         return ((Line(h.origin, h.point),),)
     known = {rope.name: rope.lines for rope in system.straight_ropes}

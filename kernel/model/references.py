@@ -1,9 +1,9 @@
-"""What actuators follow: profiles that start at a tag, and functions of a master, continuous across every command.
+"""References of actuators: profiles that start at integer times, and functions of a master, continuous across commands.
 
-The simulation holds each actuator's present profile with its integer start time, so that the machine code sees starts
-relative to the last event and no precision is lost in long runs.  Of histories of signals P holds the piece that is
-active now, so a long record costs what a short does; their breakpoints are step boundaries: the simulation ends a step
-there, commits it and asks for the next piece, so that the integrators keep their order.
+The simulation holds each actuator's present profile with its start time in integer nanoseconds; the machine code gets
+starts relative to the last event, so that no precision is lost in long runs. P holds only the active piece of a
+signal's history, so that a long history costs no more than a short one; breakpoints are step boundaries: the simulation
+ends a step there, commits it and loads the next piece, so that the integrators keep their order.
 """
 
 from bisect import bisect_right
@@ -27,7 +27,7 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 @dataclass
 class ReferenceProfile:
-    """A profile from x0, and followed masters with coefficients."""
+    """A profile that starts at value x0, and the followed masters with their coefficients."""
 
     start_ns: int
     x0: float
@@ -36,10 +36,8 @@ class ReferenceProfile:
 
 
 class References:
-    """Profiles and masters of all drives, winches and masters, written into P.
-
-    `admit(command)` is called before a command takes effect.
-    """
+    """Profiles and followed masters of all drives, winches and masters, written into P. `admit(command)` is called
+    before a command takes effect."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -84,17 +82,17 @@ class References:
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
 
     def stand(self, epoch_ns: int) -> None:
-        """Commands are given from this time on."""
+        """Set the present time [ns], at which following commands are given."""
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Reference of an actuator at a time, own profile plus masters; measured joints are taken at their drives'
-        references."""
+        """Return the reference of an actuator at a time: its own profile plus masters; measured joints count with the
+        references of their drives."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
     def speed(self, name: str, t_ns: int) -> float:
-        """Rate of the reference at a time."""
+        """Return the rate of the reference at a time."""
         own = self.own(name, t_ns)[1]
         for m, (k1, kc, ks) in self._actuator(name).follows.items():
             s, ds = self.own(self._asked[m], t_ns)
@@ -102,7 +100,8 @@ class References:
         return own
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """A trapezoid from present value and speed; raises KernelError for an actuator that cannot be driven."""
+        """Start a trapezoid from the present value and speed; raises KernelError for an actuator that cannot be
+        driven."""
         a = self._driven(name)
         self._check_start(name, start_ns)
         x0, v0 = self.own(name, start_ns)
@@ -114,7 +113,7 @@ class References:
         a.start_ns, a.x0, a.move = start_ns, x0, move
 
     def _check_start(self, name: str, start_ns: int) -> None:
-        """Raise KernelError for a start in the past, or in the future of a moving actuator."""
+        """Raise KernelError for a start in the past, or in the future of an actuator that moves until then."""
         now = self._epoch_ns
         if not isinstance(start_ns, int | np.integer):
             raise KernelError(f"'{name}': start {start_ns!r}; it must be a whole number of nanoseconds")
@@ -131,19 +130,19 @@ class References:
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
     def moves(self, name: str, t_ns: int) -> bool:
-        """Whether an actuator moves, or follows a master that does."""
+        """Return whether an actuator moves, or follows a master that does."""
         a = self._actuator(name)
         masters = [self._masters[m] for m in a.follows]
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
 
     def set_value(self, name: str, t_ns: int, value: float) -> None:
-        """Set a constant value at once, as for a sling hooked with a new length."""
+        """Set a constant value at once, such as the new length of a sling being hooked."""
         a = self._actuator(name)
         self.admit("set_value")
         a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
-        """Follow k1 s + kc cos s + ks sin s of a master ("" = none) without a jump; now: values of masters."""
+        """Follow k1 s + kc cos s + ks sin s of a master ("": none) without a jump; `now`: values of the masters."""
         a = self._driven(name)
         if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
@@ -160,19 +159,19 @@ class References:
         a.x0 += before - after
 
     def take(self, other: "References") -> None:
-        """Continue the moves of equally named actuators."""
+        """Take over the motions of equally named actuators of another scene."""
         for name in self.actuators.keys() & other.actuators.keys():
             a = other.actuators[name]
             follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
             self.actuators[name] = ReferenceProfile(a.start_ns, a.x0, a.move, follows)
 
     def stop(self, t_ns: int) -> None:
-        """Stop all actuators; followers keep following."""
+        """Stop the profiles of all actuators; followers keep following."""
         for name, a in self.actuators.items():
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
     def write(self, epoch_ns: int) -> None:
-        """Bring P up to date; times become seconds since the epoch."""
+        """Write the profiles, followed masters and histories into P, with times in seconds since the epoch."""
         self._epoch_ns = epoch_ns
         rows = list[float]()
         for a in self.actuators.values():
@@ -188,7 +187,8 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Times since the epoch [s] of changes of acceleration and of history slopes, sorted, later than `after`."""
+        """Return the times since the epoch [s] at which an acceleration or the slope of a history changes, sorted,
+        later than `after`."""
         out = set(self.histories.breaks(epoch_ns, after))
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -202,7 +202,8 @@ class References:
         return sorted(out)
 
     def rest(self, epoch_ns: int) -> float:
-        """Time since the epoch [s] after which nothing is driven; inf during an endless move or a clock."""
+        """Return the time since the epoch [s] after which nothing is driven; inf during an endless move or with a
+        clock."""
         if ("clock", "") in self._at:
             return inf
         moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
@@ -215,7 +216,7 @@ class References:
 
 
 class Histories:
-    """Histories of all forces; a piece is (local start [s], value there, slope)."""
+    """Time histories of all signals; a piece is (local start [s], value there, slope)."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:
         self._P = P
@@ -225,7 +226,7 @@ class Histories:
                 self._all.append((parameters.at["signal", name], [round(t * 1e9) for t in s.times], s))
 
     def write(self, epoch_ns: int, t: float = 0.0) -> None:
-        """Write the pieces that begin at or before local time t into P."""
+        """Write into P the pieces that are active at local time t."""
         now = epoch_ns + round(t * 1e9)
         for at, times, s in self._all:
             i = bisect_right(times, now) - 1
@@ -235,13 +236,13 @@ class Histories:
             self._P[at] = [(times[first] - epoch_ns) * 1e-9, s.values[first], slope]
 
     def breaks(self, epoch_ns: int, after: float) -> list[float]:
-        """The next breakpoint of each history in local seconds, later than `after`."""
+        """Return the next breakpoint of each history in local seconds, later than `after`."""
         now = epoch_ns + round(after * 1e9)
         following = ((times, bisect_right(times, now)) for _, times, _ in self._all)
         return [(times[i] - epoch_ns) * 1e-9 for times, i in following if i < len(times)]
 
     def end(self, epoch_ns: int) -> float:
-        """Local time after which nothing changes [s]."""
+        """Return the local time after which no history changes [s]."""
         return max(((times[-1] - epoch_ns) * 1e-9 for _, times, _ in self._all), default=-inf)
 
 

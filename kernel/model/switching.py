@@ -1,7 +1,7 @@
-"""Discrete states of laws: what changes when a guard has fallen or a command says so.
+"""Discrete states of laws, and their changes when a guard becomes negative or by command.
 
-Coordinates and velocities are never touched.  Elastic energy that a law still holds when it lets go (a rope that
-slackens under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation books it.
+Coordinates and velocities do not change. Elastic energy that a law still stores when it releases (a rope that slackens
+under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation books it.
 """
 
 from collections.abc import Callable
@@ -24,8 +24,8 @@ ROPES = ("rope", "rigid", ReevingLaw.kind)  # kinds of numbers that ropes have
 
 @dataclass(frozen=True)
 class StateChange:
-    """A state change: `what` is taut, slack, closed, open, stick, slip, bent or reached, for a lock locked or freed;
-    `value` by law."""
+    """A state change: `what` is taut, slack, closed, open, stick, slip, bent or reached, or for a lock locked or freed;
+    the meaning of `value` depends on the law."""
 
     name: str
     what: str
@@ -48,7 +48,7 @@ class Switches:
         self.admit: Callable[[str], None] = lambda command: None
 
     def fire(self, guard: int, row: SimpleNamespace) -> StateChange:
-        """Switch the law behind a fallen guard."""
+        """Switch the law of a guard that has become negative, and return the change."""
         what, name = label = self._program.guards[guard]
         if what == "threshold":
             self._disarm(name)
@@ -81,7 +81,8 @@ class Switches:
         return self._P[self._at["threshold", name]]
 
     def set_brake(self, name: str, engaged: bool, row: SimpleNamespace) -> None:
-        """Close a brake where the joint stands, or open it; one that is closed already keeps its place."""
+        """Close a brake at the joint's present position, or release it; a brake that is closed already keeps its
+        position."""
         if name not in self._brakes:
             raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
         self.admit("set_brake")
@@ -90,25 +91,25 @@ class Switches:
             p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name][0]], 0.0]
 
     def rope_numbers(self, name: str) -> np.ndarray:
-        """EA, damping, hooked, taut and lines of a rope; raises KernelError for an unknown name."""
+        """Return the numbers of a rope: EA, damping, hooked, taut and lines; raises KernelError for an unknown name."""
         if name not in self._ropes:
             raise KernelError(f"'{name}': no rope of this name; there are {', '.join(self._ropes) or 'none'}")
         return self._P[self._at["rope", name]]
 
     def rigid_numbers(self, name: str) -> np.ndarray | None:
-        """hooked, taut and lines of a rigid rope, if this is one."""
+        """Return the numbers of a rigid rope: hooked, taut and lines; None if it is not rigid."""
         return self._P[self._at["rigid", name]] if ("rigid", name) in self._at else None
 
     def reeving(self, name: str) -> Reeving | None:
-        """A rope over sheaves, if this is one."""
+        """Return a rope over sheaves; None if it is not one."""
         return next((r for r in self._program.system.reevings if r.name == name), None)
 
     def reeving_numbers(self, name: str) -> np.ndarray:
-        """Numbers of a rope over sheaves (see `ReevingAt`)."""
+        """Return the numbers of a rope over sheaves (see `ReevingAt`)."""
         return self._P[self._at[ReevingLaw.kind, name]]
 
     def unhook(self, name: str) -> None:
-        """Let a rope go."""
+        """Unhook a rope."""
         if (reeving := self.reeving(name)) is not None:
             ReevingLaw().take_off(reeving, self.reeving_numbers(name))
             return

@@ -32,10 +32,11 @@ Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... b
 
 @dataclass(frozen=True)
 class Tangent:
-    """Native functions of a scene: `sizes` of the results of `rate`, the first the derivative (ny,); G: guards.
+    """Native functions of a scene; `sizes` of the results of `rate`, the first the derivative (ny,); G: guards.
 
-    `abreast`: freedoms of a joint at most; so many evaluations tell how velocities move the coordinates, of all joints
-    at once.  Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
+    `abreast`: largest number of degrees of freedom of a joint; as many evaluations give the coordinate rates of unit
+    velocities, for all joints at once. Block J: per velocity the derivative of all accelerations (nv,), then whether a
+    guard became negative.
     """
 
     nq: int
@@ -46,19 +47,20 @@ class Tangent:
 
     @cached_property
     def factors(self) -> FactorLayout:
-        """Layout of an (n, n) matrix over free degrees of freedom at the start of block M."""
+        """Layout of an (n, n) matrix over free degrees of freedom, at the start of block M."""
         return FactorLayout(self.n, 1, 0)
 
     @property
     def work(self) -> int:
-        """Size of the block of `rate`: state, results, displacements."""
+        """Size of the work block of `rate`: state, results, displacements."""
         return self.sizes["dy"] + sum(self.sizes.values()) + self.abreast * self.nq
 
     def functions(self, rate: Rate) -> list[Primitive]:
-        """`tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), and `solve_tangent`(M, b, tail, x).
+        """Return `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), and `solve_tangent`(M, b,
+        tail, x).
 
-        order: two weights; columns (nv, 4): a step, 0 where the column is left alone, and where it displaces q: by
-        which of the first evaluations, from where, to where.
+        order: two weights; columns (nv, 4): the difference step, 0 for a column to skip, and how it displaces q: number
+        of the first evaluation to use, first and last coordinate.
         """
         c = LoopEmitter("factorise_tangent", ["M"])
         self.factors.factorise(c)
@@ -160,11 +162,12 @@ class Tangent:
 def one_sided(
     at: Places, rate: Rate, sizes: Mapping[str, int], nq: int, nv: int, row: int, steps: tuple[float, float]
 ) -> Primitive:
-    """Native function `one_sided`(X, P, M): derivatives of the accelerations at the state z, `row` apart in M.
+    """Return the native function `one_sided`(X, P, M): derivatives of the accelerations at the state z, `row` apart in
+    M.
 
-    By one-sided differences of `steps`, first by displacements, then, where X asks for more than nv columns, by
-    velocities.  X has at z the accelerations `here`, the time `now` with one `within` its step, `ways` (of unit
-    velocities of several joints, so many states) and, of each displacement, its way, first and last coordinate.
+    One-sided differences of `steps`, first by displacements, then, if X asks for more than nv columns, by velocities. X
+    holds the state z with its accelerations `here`, the time `now` with a time `within` its step, the coordinate rates
+    `way0`, ... of unit velocities of several joints each, and for each displacement its way, first and last coordinate.
     """
     ny, distances = sizes["dy"], at["way0"].start
     c = LoopEmitter("one_sided", ["X", "P", "M"])
@@ -243,15 +246,15 @@ class KineticShares:
         self._velocities = coordinate_names(program.graph)[1]
 
     def energy(self, shape: np.ndarray) -> float:
-        """Kinetic energy of an oscillation with complex velocities, or twice that of real ones [J]."""
+        """Return the kinetic energy of an oscillation with complex velocities, or twice that of real ones [J]."""
         return float(sum((shape[at].conj() @ H @ shape[at]).real for _, at, H in self._parts))
 
     def momenta(self, shape: np.ndarray) -> dict[str, np.ndarray]:
-        """Linear momentum (3,) of each rigid body, for complex velocities [kg m/s]."""
+        """Return the linear momentum (3,) of each rigid body, for complex velocities [kg m/s]."""
         return {name: G @ shape[at] for name, at, G in self._momenta}
 
     def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
-        """Shares of bodies and of joint velocities, largest first."""
+        """Return the shares of bodies and of joint velocities in the kinetic energy, largest first."""
         bodies: dict[str, float] = {}
         joints = np.zeros(len(shape))
         for name, at, H in self._parts:

@@ -1,4 +1,4 @@
-"""The traced functions that equal parts of a scene share: profiles, trees of one kind; of laws see `forces.table`.
+"""Traced functions shared by equal parts of a scene: profiles, and trees of one kind (for laws see `forces.table`).
 
 Each instance calls them with its own numbers.
 """
@@ -20,7 +20,7 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 @dataclass(frozen=True)
 class SharedTree:
-    """The functions of one kind of tree; `ends`: bodies that laws act on; `opened`: for constraint rows on `held`."""
+    """The functions of one kind of tree; `ends`: bodies on which laws act; `opened`: for constraint rows on `held`."""
 
     ends: tuple[int, ...]
     held: tuple[int, ...]
@@ -39,7 +39,7 @@ MOST = 64
 def shared_tree(
     key: str, k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str
 ) -> SharedTree:
-    """The functions of trees for which `key` is equal, of any scene: the last ones are kept."""
+    """Return the functions of trees with equal `key`, from any scene; the last ones are kept."""
     made = k, formulation, key
     found = _made.pop(made, None) or tree_functions(k, tree, ends, held, formulation)
     _made[made] = found
@@ -49,10 +49,10 @@ def shared_tree(
 
 
 def profile(t: Array, p: Array) -> Outputs:
-    """Reference, rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`.
+    """Return reference, rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `description.profile`.
 
-    t: now, and a time within the present step: the acceleration jumps where two pieces meet, which says what piece is
-    meant.
+    t: now, and a time within the present step, which selects the piece where two pieces meet, since the acceleration
+    jumps there.
     """
     now, inside = t
     start, x0, v0, a1, d1, cruise, a2, d2 = p
@@ -70,7 +70,8 @@ def profile(t: Array, p: Array) -> Outputs:
 
 
 def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
-    """Placement of the bodies that laws act on, accelerations, and poses with energies of one kind of tree."""
+    """Trace the functions of one kind of tree: poses of the bodies on which laws act, accelerations, poses with
+    energies."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)
     limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None

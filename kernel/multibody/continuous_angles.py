@@ -1,9 +1,9 @@
-"""Angles that go on beyond half a turn: a rotation shows them within +-180 degrees, an integral says in which turn.
+"""Angles over several turns: a rotation gives them within +-180 degrees, an integral selects the turn.
 
-Each has a place in the state behind the accounts, whose derivative is the angle's rate; the angle is what the rotation
-shows plus the whole turns that bring it next to that integral.  So it is exact, whatever the integral's error below
-half a turn, and it has a history that goes where the state goes: into dense output, snapshots and islands.
-At the start the turns are those of the joints in between whose axes are parallel to the angle's.
+Each has a place in the state behind the energy accounts, whose derivative is the angle's rate; the angle is that of the
+rotation plus the whole turns that bring it nearest to the integral. So it is exact as long as the integral's error is
+less than half a turn, and its history is part of the state: of dense output, snapshots and islands. At the start the
+turns are those of the joints in between whose axes are parallel to the angle's.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,17 +28,17 @@ Poses = Callable[[str], tuple[Array, Array]]
 
 
 def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
-    """The angle [rad] equal to `wrapped` modulo 2 pi, nearest to its integral."""
+    """Return the angle [rad] equal to `wrapped` modulo 2 pi, nearest to its integral."""
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 
 
 def starting(wrapped: float, turned: float) -> float:
-    """The angle equal to `wrapped` modulo 2 pi, nearest to the joints' rotation `turned`."""
+    """Return the angle [rad] equal to `wrapped` modulo 2 pi, nearest to the joints' rotation `turned`."""
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
 
 def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.ndarray | None, float]]:
-    """World axis and angle of each joint between a and b; None for a joint, or bending, without fixed axis."""
+    """Yield world axis and angle of each joint between a and b; None for a joint, or bending, without fixed axis."""
 
     def path(body: str) -> list[int]:
         i, out = graph.number(body), list[int]()
@@ -67,7 +67,7 @@ def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.n
 
 
 def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
-    """The common world axis of all joints between a and b, if there is only one."""
+    """Return the common world axis of all joints between a and b, None if there is no single one."""
     axes = [axis for axis, _ in between(graph, poses, a, b)]
     first = axes[0] if axes else None
     if first is None or any(x is None or np.linalg.norm(np.cross(x, first)) > PARALLEL for x in axes):
@@ -76,6 +76,6 @@ def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
 
 
 def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
-    """Rotation of b against a by joints about a world axis [rad]."""
+    """Return the rotation of b against a by joints about a world axis [rad]."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

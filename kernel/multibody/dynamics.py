@@ -2,10 +2,10 @@
 
 World axes about the root body's origin, so that with the path matrix T the recursions are sums along paths: composite
 inertias and wrenches as the twists of `kinematics`, H_kl = S_l^T I^c S_k for l on the path of k (Featherstone 2008,
-chapters 5 and 6).  Sign of (d) as corrected: f_c,i = f_B,i - f_e,i + sum over children f_c,j.  H = L^T D L without
-fill-in along the paths (sections 6.5 and 8.6): what is zero is never written down.  Inverse dynamics (section 5.3):
-(a), (b) are `kinematics` plus the accelerations along the paths, (c), (d) are `composites`, (e) projects on the joints.
-The text runs on floats (oracle) and on symbols (machine code).
+chapters 5 and 6). Sign of (d) as corrected: f_c,i = f_B,i - f_e,i + sum over children f_c,j. H = L^T D L without
+fill-in along the paths (sections 6.5 and 8.6): structural zeros do not appear in the code. Inverse dynamics (section
+5.3): (a), (b) are `kinematics` plus the accelerations along the paths, (c), (d) are `composites`, (e) projects on the
+joints. The code runs on floats (reference) and on symbols (machine code).
 """
 
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ class LtdlFactors:
     D_inverse: dict[int, Scalar]
 
     def half(self, b: list[Scalar]) -> list[Scalar]:
-        """L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
+        """Return L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
         y = dict(zip(self.dofs, b, strict=True))
         for k in reversed(self.dofs):
             for i in self.paths[k]:
@@ -42,7 +42,7 @@ class LtdlFactors:
         return [y[k] for k in self.dofs]
 
     def back(self, y: list[Scalar]) -> list[Scalar]:
-        """L^-1 D^-1 y: the second half of a solution."""
+        """Return L^-1 D^-1 y: the second half of a solution."""
         x: dict[int, Scalar] = {}
         for k, y_k in zip(self.dofs, y, strict=True):
             t = y_k * self.D_inverse[k]
@@ -52,7 +52,7 @@ class LtdlFactors:
         return [x[k] for k in self.dofs]
 
     def solve(self, b: list[Scalar]) -> list[Scalar]:
-        """H^-1 b over the free degrees of freedom."""
+        """Return H^-1 b over the free degrees of freedom."""
         return self.back(self.half(b))
 
 
@@ -81,14 +81,14 @@ class Equations:
     factors: LtdlFactors
 
     def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Array:
-        """(n_v,) from those of the free degrees of freedom and the given ones."""
+        """Return all accelerations (n_v,) from those of the free and of the prescribed degrees of freedom."""
         values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
             zip(self.tree.prescribed_dofs, a_ref, strict=True)
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
     def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Array]:
-        """Accelerations without further forces, and forces of prescribed joints."""
+        """Return the accelerations without further forces, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
             -self.rhs[k] + sum((h * a[l] for l, h in self.given(k).items()), 0.0) for k in self.tree.prescribed_dofs
@@ -96,7 +96,7 @@ class Equations:
         return dict(enumerate(a)), np.array(reaction)
 
     def given(self, k: int) -> dict[int, Scalar]:
-        """Row k of H, of a prescribed degree of freedom, over the free ones."""
+        """Return row k of H, of a prescribed degree of freedom, over the free ones."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 
@@ -104,7 +104,7 @@ class Equations:
 def equations_of_motion(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> Equations:
-    """Fig. 6 (a)-(e) up to the linear system of the joint accelerations; arguments as of `dynamics`."""
+    """Set up Fig. 6 (a)-(e) as the linear system of the joint accelerations; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, F = composites(tree, K, W)
     H = joint_space_inertia(tree, K, I)
@@ -115,17 +115,16 @@ def equations_of_motion(
 def dynamics(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """dq/dt, dv/dt and the forces of prescribed joints; W: (6,) wrench on each body about the tree's point.
-
-    tau: (n_v,) joint forces of springs, drives, brakes and stops [N or N m].
-    """
+    """Return dq/dt, dv/dt and the forces of prescribed joints; W: wrench (6,) on each body about the tree's point. tau:
+    (n_v,) joint forces of springs, drives, brakes and stops [N or N m]."""
     x = equations_of_motion(tree, q, v, tau, W, g, a_ref)
     motion, reaction = x.solution(a_ref)
     return join(*x.K.dq), np.array(list(motion.values())), reaction
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Composite inertia I^c per body, and the wrench of its joint for zero accelerations (Fig. 6 (c), (d))."""
+    """Return the composite inertia I^c per body, and the wrench of its joint for zero accelerations (Fig. 6 (c),
+    (d))."""
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:
@@ -139,9 +138,10 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
 
 
 def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
-    """(n_v,) S^T F: the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
+    """Yield S^T F (n_v,): the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
 
-    A mode feels its own body (equation (8) of `flexible.attachment`) and what that carries.
+    The force on a mode comes from its own body (equation (8) of `flexible.attachment`) and from the bodies that this
+    carries.
     """
     for i, b in enumerate(tree.bodies):
         for S in K.S[i][: b.v.stop - b.v.start]:
@@ -153,7 +153,7 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
 
 
 def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
-    """H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError for a motion without inertia."""
+    """Return H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError for a motion without inertia."""
     H: dict[tuple[int, int], Scalar] = {}
     for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
         mode = k - tree.bodies[i].v_modes.start
@@ -175,7 +175,7 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
 def _mode_inertia(
     tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, int], Scalar], k: int, mode: int
 ) -> None:
-    """Row of a mode: the body's own deformation, and all that it carries."""
+    """Fill the row of a mode in H: the deformation of its body, and the bodies that this carries."""
     i = tree.body_of_dof[k]
     b, own = tree.bodies[i], elastic(tree, K, i)
     moved = {j: I[j] @ K.carried[j][mode] for j, child in enumerate(tree.bodies) if child.parent == i}
@@ -209,7 +209,7 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
-    """Poses, twists and accelerations of all bodies (gravity as upward acceleration of the ground)."""
+    """Return poses, twists and accelerations of all bodies (gravity as upward acceleration of the ground)."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
     X: list[Array] = []  # what the accelerations of the joints add
     for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
@@ -225,8 +225,8 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
 
 
 def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
-    """For every flexible body in its axes: forces (3,) of the bodies on it [N], acceleration (3,) of its frame less
-    gravity [m/s2], angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
+    """Return for every flexible body, in its axes: forces (3,) of the bodies on it [N], acceleration (3,) of its frame
+    less gravity [m/s2], angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)
     out: list[Array] = []
@@ -240,10 +240,10 @@ def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Sc
 
 
 def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Array, list[Array]]:
-    """Joint forces tau (n_v,) for accelerations dv, and the wrenches of joints on bodies.
+    """Return the joint forces tau (n_v,) for accelerations dv, and the wrenches of joints on bodies.
 
-    W: (6,) wrench on each body, the result likewise (6,) per body, [moment; force] in world axes about the tree's
-    point [N m, N].  Prescribed joints count like all others: tau is what their drives must bring.
+    W: wrench (6,) on each body; the result has likewise (6,) per body, [moment; force] in world axes about the tree's
+    point [N m, N]. Prescribed joints are treated as all others: tau is the effort required of their drives.
     """
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)

@@ -1,7 +1,7 @@
-"""From a list of bodies and joints to the graph of the paper: regular numbering, path matrix T, trees.
+"""The graph of the paper from a list of bodies and joints: regular numbering, path matrix T, trees.
 
-T (rows bodies, columns joints) has T_ki = 1 where joint i lies on the path from the ground to body k: the paper's
-eq. (5), the unsigned transpose of Wittenburg's (2008), T = (I - P)^-1 for parents before children.  The joints whose
+T (rows bodies, columns joints) has T_ki = 1 where joint i lies on the path from the ground to body k: the paper's eq.
+(5), the unsigned transpose of Wittenburg's (2008), T = (I - P)^-1 for parents before children. The joints whose
 constraint forces act on body i with a minus sign are the *set* of first ones to the right of column i over the rows k
 with T_ki = 1 (the paper's steps d-h); as a matrix, row i of T^-T.
 """
@@ -32,7 +32,7 @@ class Freedoms(ABC):
     @property
     @abstractmethod
     def n_modes(self) -> int:
-        """0 where the body is rigid."""
+        """The number of modes; 0 for a rigid body."""
 
     @property
     def q_modes(self) -> slice:
@@ -76,7 +76,7 @@ class Graph:
     loops: tuple[Joint, ...] = ()  # joints that close loops
 
     def number(self, body: str) -> int:
-        """Link number of a body, -1 for the ground; raises KeyError."""
+        """Return the link number of a body, -1 for the ground; raises KeyError."""
         return -1 if body == WORLD else self._numbers[body]
 
     @cached_property
@@ -96,10 +96,8 @@ class Graph:
         raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
-        """A point of a law that may stand on a station (see `flexible.tracks`): from there instead of from the body.
-
-        Raises KernelError where it belongs to another station: stations are part of the compiled scene.
-        """
+        """Return a point of a body in the frame of its station, if the body is one (see `flexible.tracks`). Raises
+        KernelError if the point belongs to another station: stations are part of the compiled scene."""
         link = self.links[self.number(body)] if body != WORLD else None
         on = self.links[link.parent] if link and link.parent >= 0 else None
         if not link or not on or not on.modes or not body.startswith(f"{on.body.name}@"):
@@ -114,10 +112,8 @@ class Graph:
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
     def coordinate(self, law: str, joint: str, name: str = "") -> tuple[int, int]:
-        """Index of a joint coordinate in q and of its rate in v; the name is optional for a single coordinate.
-
-        Raises KernelError, naming the law that asks, where nothing can act along it.
-        """
+        """Return the index of a joint coordinate in q and of its rate in v; the name is optional for a single
+        coordinate. Raises KernelError, naming the law, if nothing can act along it."""
         link = self.joint(joint)
         kind, has = link.joint.kind, JOINTS[link.joint.kind].actable
         if not has:
@@ -131,16 +127,14 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Ranges of link numbers, one per body on the ground."""
+        """Return the ranges of link numbers, one per body on the ground."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 
 
 def build_graph(system: System, modes: "Mapping[str, FlexibleModes] | None" = None) -> Graph:
-    """Number bodies depth first from the ground in the given order; `modes` of flexible ones.
-
-    Raises KernelError naming the body or joint for duplicate, missing or unreachable bodies.
-    """
+    """Number bodies depth-first from the ground in the given order; `modes`: those of flexible bodies. Raises
+    KernelError naming the body or joint for duplicate, missing or unreachable bodies."""
     bodies = _by_name(system.bodies, "body")
     joints = _by_name(system.joints, "joint")
     for name, joint in joints.items():
@@ -165,7 +159,7 @@ def build_graph(system: System, modes: "Mapping[str, FlexibleModes] | None" = No
 
 
 def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> list[tuple[str, int]]:
-    """Bodies reachable from the ground with parents' numbers, without recursion."""
+    """Return the bodies reachable from the ground with the numbers of their parents, without recursion."""
     children: dict[str, list[str]] = {}
     for body in bodies:
         if body in carrier:
@@ -180,7 +174,8 @@ def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> li
 
 
 def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[str]) -> str:
-    """Why the first unreachable body hangs on nothing: no joint carries it, or a circle of joints."""
+    """Describe why the first unreachable body is not connected to the ground: no joint carries it, or a circle of
+    joints."""
     body = next(b for b in bodies if b not in found)
     above: list[str] = []
     while body in carrier and body not in above:
@@ -194,7 +189,7 @@ def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[s
 
 
 def path_matrix(parents: list[int]) -> np.ndarray:
-    """(n, n) T of a regular numbering (parents[i] < i, -1 = ground)."""
+    """Return T (n, n) of a regular numbering (parents[i] < i, -1 = ground)."""
     n = len(parents)
     T = np.eye(n, dtype=int)
     for i, p in enumerate(parents):
@@ -204,7 +199,8 @@ def path_matrix(parents: list[int]) -> np.ndarray:
 
 
 def children_of(T: np.ndarray, i: int) -> list[int]:
-    """Joints to subtract in body i's equation: first 1 right of column i, over the rows k with T_ki = 1, as a set."""
+    """Return the joints to subtract in body i's equation: the set of first ones right of column i, over the rows k with
+    T_ki = 1."""
     first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
     return sorted(j for j in first if j is not None)
 
@@ -231,7 +227,7 @@ def _check_start(joint: Joint) -> None:
 
 
 def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
-    """Names of all coordinates q and velocities v: joint and component, body and mode."""
+    """Return the names of all coordinates q and velocities v: joint and component, body and mode."""
     q: list[str] = []
     v: list[str] = []
     for k in graph.links:

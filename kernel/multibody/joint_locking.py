@@ -1,16 +1,16 @@
-"""Joints locked in mid-run: what the impulse that stops them does to their trees.
+"""Joint locking and fixed joints.
 
-A locked joint is a prescribed one at rest: its velocities leave the free degrees of freedom of a *variant* of the
-scene's code, while layouts of state and parameters stay.  Stopped in motion, an impulse L on the prescribed degrees
-of freedom changes the velocities of the whole tree at once, H dv = G^T L with dv = -v on the locked ones and 0 on the
-driven ones (Featherstone 2008, section 11.7).  The work of L is -v L / 2 of heat in a lock, v L of a drive's work.
-Closed loops and rigid ropes add their impulse by a projection in the same metric, so that both make the one impulse.
+Joints locked during a run: a locked joint is a prescribed one at rest: its velocities leave the free degrees of freedom
+of a *variant* of the scene's code, while layouts of state and parameters stay. If it is locked in motion, an impulse L
+on the prescribed degrees of freedom changes the velocities of the whole tree at once, H dv = G^T L with dv = -v on the
+locked ones and 0 on the driven ones (Featherstone 2008, section 11.7). The work of L is -v L / 2 of heat in a lock, v L
+of a drive's work. Closed loops and rigid ropes add their impulses by a projection in the same metric, so that both act
+as one impulse.
 
-Masses that a fixed joint holds: they belong to the rigid body that carries them, before anything is traced.
-
-The body that is held stays where it is, for the laws that act on it and for its pose, but without mass or inertia: of
-its own inertia and of what moves it nothing is left in the code.  Sums of rigid-body inertias about the common centre
-of mass (Featherstone 2008, section 2.14).
+Fixed joints: the mass of a body behind a fixed joint is added to the rigid body that carries it, before anything is
+traced. The body keeps its pose, also for laws that act on it, but has no mass or inertia, so that the code contains
+neither its inertia nor its equations. Sums of rigid-body inertias about the common centre of mass (Featherstone 2008,
+section 2.14).
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ from .trees import Tree, TreeBody, with_numbers
 
 
 def lock_of(system: System, name: str) -> Lock:
-    """The lock of this name; raises KernelError for an unknown name."""
+    """Return the lock of this name; raises KernelError for an unknown name."""
     for lock in system.locks:
         if lock.name == name:
             return lock
@@ -57,7 +57,8 @@ def check_locks(system: System, graph: Graph) -> None:
 
 
 def halt_function(k: int, tree: Tree) -> Function:
-    """Velocities after the locked joints of a kind of tree have stopped, and the impulses of all prescribed ones."""
+    """Return a function for one kind of tree: velocities after the locked joints have stopped, and the impulses of all
+    prescribed joints."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
 
     def halt(q: Array, v: Array, P: Array) -> Outputs:
@@ -80,7 +81,7 @@ def halt_function(k: int, tree: Tree) -> Function:
 
 
 def merged(tree: Tree) -> Tree:
-    """The tree with fixed bodies merged into their carriers; numbers are floats."""
+    """Return the tree with bodies behind fixed joints merged into their carriers; numbers are floats."""
     bodies = list(tree.bodies)
     for i in reversed(range(len(bodies))):
         b = bodies[i]
@@ -98,7 +99,7 @@ def merged(tree: Tree) -> Tree:
 
 
 def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
-    """The parent with the mass of its child, in the parent's frame."""
+    """Return the parent with the mass of its child added, in the parent's frame."""
     R_PB = exact(child.R_PJ) @ exact(child.R_CJ).T
     com = exact(child.p_PJ) - R_PB @ exact(child.p_CJ) + R_PB @ exact(child.com)
     inertia = exact(parent.inertia) + R_PB @ exact(child.inertia) @ R_PB.T
@@ -108,7 +109,8 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
 
 
 def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
-    """Mass, centre and inertia about it of point masses; `inertia` (3, 3): sum of their own."""
+    """Return the total mass, centre and inertia about it of `parts` (mass, centre); `inertia` (3, 3): sum of their
+    own."""
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
     for m, x in parts:

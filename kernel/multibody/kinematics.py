@@ -1,13 +1,13 @@
-"""Kinematics of one tree: places, twists and bias accelerations from the root outwards, the paper's Fig. 6 (a), (b).
+"""Kinematics of one tree: poses, twists and bias accelerations from the root outwards, the paper's Fig. 6 (a), (b).
 
 World axes about the root body's origin, so that sums along paths need no transformations: V = T^T S qd with the path
-matrix T (Featherstone 2008, chapter 5).  A flexible body carries its children at deformed
-stations.  The text runs on floats (oracle) and on symbols (machine code).
+matrix T (Featherstone 2008, chapter 5). A flexible body carries its children at deformed stations. The code runs on
+floats (reference) and on symbols (machine code).
 
-Every body alone: Newton's and Euler's equations before any joint is thought of (the paper's Fig. 6 (c)).
+Single bodies: Newton's and Euler's equations without joints (the paper's Fig. 6 (c)).
 
-A body in water moves some of it along: its added mass, a symmetric 6x6 matrix in body axes, stands beside its own
-inertia (Kirchhoff's equations; Newman, Marine Hydrodynamics, 1977, section 4.13), but gravity does not pull on it.
+A body in water moves some of it along: its added mass, a symmetric 6x6 matrix in body axes, is added to its own inertia
+(Kirchhoff's equations; Newman, Marine Hydrodynamics, 1977, section 4.13), but has no weight.
 """
 
 from dataclasses import dataclass, field
@@ -27,9 +27,9 @@ class Kinematics:
     """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V, bias
     acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
 
-    A mode does not move the floating frame: its column in S is zero.  `modes`: coordinates, rates and accelerations of
-    a flexible body (the latter 0, as those of the joints in A); `carried`: the columns of its modes at the joint of a
-    body that it carries.
+    A mode does not move the floating frame: its column in S is zero. `modes`: coordinates, rates and accelerations of a
+    flexible body (accelerations 0, as those of the joints in A); `carried`: the columns of its parent's modes at the
+    joint of a body on a flexible one.
     """
 
     o: Array
@@ -48,10 +48,8 @@ Base = tuple[Array, Array, Array, Array]  # R, r, V, A of what a root stands on
 
 
 def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), base: Base | None = None) -> Kinematics:
-    """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,).
-
-    `base`: the body that the root stands on if that is not the ground; r then counts from the point of its tree.
-    """
+    """Evaluate Fig. 6 (a), (b) with zero accelerations except those of the prescribed joints, a_ref (n_prescribed,).
+    `base`: the body that carries the root, if that is not the ground; r then counts from the point of its tree."""
     ground = (exact(np.eye(3)), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
     K = Kinematics(o=np.zeros(3), g=g)
     prescribed = iter(a_ref)
@@ -98,7 +96,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
 
 
 def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
-    """Column (6,) of degree of freedom k on the path of body i, as motion of body i."""
+    """Return the column (6,) of degree of freedom k on the path of body i, as motion of body i."""
     on = tree.body_of_dof[k]
     b = tree.bodies[on]
     mode = k - b.v_modes.start
@@ -110,26 +108,26 @@ def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
 
 
 def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
-    """The deformable part of flexible body i at these places and motions."""
+    """Return the deformable part of flexible body i at these poses and motions."""
     return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
 
 
 def added_inertia(A: Array, r: Array, R: Array) -> Any:
-    """Added mass (6, 6) in world axes about the tree's point, r from it to the body's origin."""
+    """Return the added mass (6, 6) in world axes about the tree's point, r from it to the body's origin."""
     T = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     return mirror(T.T @ A @ T)
 
 
 def body_inertia(tree: Tree, K: Kinematics, i: int) -> Any:
-    """Inertia (6, 6) of a rigid body about the tree's point, world axes, including added mass."""
+    """Return the inertia (6, 6) of a rigid body about the tree's point, world axes, including added mass."""
     b = tree.bodies[i]
     J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
     return J if b.added is None else J + added_inertia(b.added.A, K.r[i], K.R[i])
 
 
 def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """M (6, 6) and p (6,) per body: M x + p is the sum of its joint wrenches, x (6,) its acceleration beyond the bias
-    K.A, world axes about the tree's point; W: (6,) applied wrenches."""
+    """Return M (6, 6) and p (6,) per body: M x + p is the sum of its joint wrenches. x (6,): its acceleration beyond
+    the bias K.A; world axes about the tree's point; W: applied wrenches (6,)."""
     M, p = [], []
     for i, b in enumerate(tree.bodies):
         J = body_inertia(tree, K, i)

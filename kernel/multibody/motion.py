@@ -1,9 +1,9 @@
-"""What a row of the joint table does: place, rates, velocity columns and bias of one joint, on floats and symbols.
+"""Motion of one joint by its row of the joint table: pose, rates, velocity columns and bias, on floats and symbols.
 
-A chain of elementary motions is a chain of massless links: motion i turns about or slides along an axis that the ones
-before it carry along, S_i in world axes about the tree's point.  The joint's twist is the sum of S_i times its speed,
-and its acceleration at zero coordinate accelerations, beyond that of its parent and V_P x V_J, is the sum over j < i
-of (S_j u_j) x (S_i u_i) (Featherstone 2008, section 4.4, with S as a product of one-axis joints).
+A chain of elementary motions is a chain of massless links: motion i turns about or slides along an axis that the
+motions before it carry, S_i in world axes about the tree's point. The joint's twist is the sum of S_i times its speed,
+and its acceleration at zero coordinate accelerations, beyond that of its parent and V_P x V_J, is the sum over j < i of
+(S_j u_j) x (S_i u_i) (Featherstone 2008, section 4.4, with S as a product of one-axis joints).
 """
 
 from typing import Any, Protocol
@@ -22,7 +22,7 @@ from heavylift.kernel.description.mechanics import JOINTS, Joint, JointKind, Joi
 
 
 class Jointed(Protocol):
-    """A body with its joint (`trees.TreeBody`), in numbers or symbols."""
+    """Interface of a body with its joint (`trees.TreeBody`), in numbers or symbols."""
 
     @property
     def kind(self) -> JointKind: ...
@@ -33,7 +33,7 @@ class Jointed(Protocol):
 
 
 def axes_of(joint: Joint) -> np.ndarray:
-    """(1, 3) the axis, or (3, 3) axis, second and axis x second."""
+    """Return the axes of a joint: (1, 3) its axis, or (3, 3) axis, second and axis x second."""
     axis = np.array(joint.axis, float)
     if JOINTS[joint.kind].axes < 3:
         return axis[None]
@@ -42,7 +42,7 @@ def axes_of(joint: Joint) -> np.ndarray:
 
 
 def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Array, Array]:
-    """Rotation R_JB (3, 3) and place p_JB (3,) [m] of the child in the joint frame; axes as of `axes_of`."""
+    """Return rotation R_JB (3, 3) and position p_JB (3,) [m] of the child in the joint frame; axes as of `axes_of`."""
     joint = JOINTS[kind]
     if joint.quaternion is not None:
         return quaternion_matrix(*q[joint.quaternion :]), q[: joint.quaternion] if joint.quaternion else np.zeros(3)
@@ -59,7 +59,7 @@ def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Arra
 
 
 def rates(kind: JointKind, q: Array, v: Array) -> Any:
-    """(n_q,) dq/dt."""
+    """Return dq/dt (n_q,) for velocities v."""
     i = JOINTS[kind].quaternion
     if i is None:
         return v
@@ -67,7 +67,7 @@ def rates(kind: JointKind, q: Array, v: Array) -> Any:
 
 
 def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
-    """Velocities (n_v,) for coordinate rates, as nearly as the joint allows."""
+    """Return the velocities (n_v,) for coordinate rates, as nearly as the joint allows."""
     i = JOINTS[kind].quaternion
     if i is None:
         return rate
@@ -81,10 +81,8 @@ def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
 
 
 def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) -> tuple[list[Any], Any]:
-    """Velocity columns S, each (6,), and the bias (6,) of the joint (None if structurally zero).
-
-    World axes about the tree's point; r (3,) from that point to the child's origin [m].
-    """
+    """Return the velocity columns S, each (6,), and the bias (6,) of the joint (None if structurally zero). World axes
+    about the tree's point; r (3,) from that point to the child's origin [m]."""
     joint = JOINTS[b.kind]
     if joint.quaternion is not None:
         slides = [_column(False, r, e) for e in R_WB.T] if joint.quaternion else []
@@ -111,5 +109,5 @@ def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) 
 
 
 def _column(turns: bool, r: Array, e: Array) -> Array:
-    """(6,) twist of a unit turn about, or slide along, direction e through the child's origin."""
+    """Return the twist (6,) of a unit turn about, or slide along, direction e through the child's origin."""
     return join(e, cross(r, e)) if turns else join(np.zeros(3), e)

@@ -1,12 +1,12 @@
-"""Which joints of a graph form its spanning tree, and which close its loops.
+"""Choice of the joints that form the spanning tree of a graph, and of those that close its loops.
 
-The tree grows from the ground, one body at a time (Prim 1957).  A body should be carried by a joint on which a spring,
-stop, brake or drive acts or which something measures (its coordinates must be states), else by that with the fewest
-freedoms, so that the joints left over have the fewest rows; joints that carry their body so come first, then those near
-the ground, then those whose parent has no mass, which may not end a branch, then those with start values, then by their
-geometry: names decide only where joints are equal in all that.
-A joint left over closes a loop.  Where only a joint's child is within reach,
-the joint is turned round: one along a single axis is the same joint, coordinate by coordinate, with the axis reversed.
+The tree grows from the ground, one body at a time (Prim 1957). A body should be carried by a joint on which a spring,
+stop, brake or drive acts or which is measured (its coordinates must be states), else by the joint with the fewest
+degrees of freedom, so that the joints left over have the fewest rows. Preferred are joints that carry their body in
+this sense, then joints near the ground, then those whose parent has mass (a massless body may not end a branch), then
+those with start values, then by geometry: names decide only between joints that are equal in all this. A joint left
+over closes a loop. If only a joint's child can be reached, the joint is reversed: one along a single axis is the same
+joint, coordinate by coordinate, with the axis reversed.
 """
 
 from collections.abc import Collection, Mapping
@@ -17,10 +17,8 @@ from heavylift.kernel.errors import KernelError
 
 
 def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
-    """The joint that carries each body, and the joints that close loops, in the order of the list.
-
-    Raises KernelError for a joint that joins a body to itself, and for a loop in which no joint can be cut.
-    """
+    """Return the joint that carries each body, and the joints that close loops, in the order of the list. Raises
+    KernelError for a joint that connects a body to itself, and for a loop in which no joint can be cut."""
     waiting = list(joints.values())
     for j in waiting:
         if j.parent == j.child:
@@ -69,7 +67,7 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
 
 
 def _own(j: Joint, massive: Collection[str]) -> tuple[object, ...]:
-    """Sort key of joints of equal rank, independent of names."""
+    """Return the sort key of joints of equal rank, independent of names."""
     return (
         j.parent in massive,
         not (j.q0 or j.v0),
@@ -88,7 +86,7 @@ def _own(j: Joint, massive: Collection[str]) -> tuple[object, ...]:
 
 
 def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
-    """The joint with parent and child exchanged; raises KernelError if its coordinates would differ."""
+    """Return the joint with parent and child exchanged; raises KernelError if its coordinates would differ."""
     if JOINTS[j.kind].axes > 1 or JOINTS[j.kind].quaternion is not None or {j.parent, j.child} & set(flexible):
         raise KernelError(
             f"joint '{j.name}': only this joint holds its parent '{j.parent}', and a joint carries its child; "
@@ -101,7 +99,7 @@ def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
 
 
 def _acted_on(system: System) -> dict[str, str]:
-    """Joints whose coordinates are used by an element, with its name."""
+    """Return the joints whose coordinates an element uses, with the name of the element."""
     laws: list[JointSpring | Stop | Brake | Drive | Lock] = [*system.springs, *system.stops, *system.brakes]
     laws += [*system.drives, *system.locks]
     acted = {x.joint: x.name for x in laws}

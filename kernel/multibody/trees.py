@@ -27,7 +27,8 @@ _PARTS = (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """A (6, 6): momentum [angular; linear] of the water about the body's origin, of the body's twist, in body axes."""
+    """Added mass A (6, 6): maps the twist of a body to the momentum [angular; linear] of the water about the body's
+    origin, in body axes."""
 
     A: Array
 
@@ -36,10 +37,9 @@ class AddedMass:
 class TreeBody(Freedoms):
     """A link with numbers as floats or symbols; parent, q and v count within the tree.
 
-    axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given, by a
-    drive or, if `locked`, as zero.
-    `elastic` (`flexible.reduction.Elastic`) makes it flexible.
-    `place` (`flexible.attachment.Place`, or `Track` of a slider) is where its joint sits on a flexible parent.
+    `axes`: (1, 3), or (3, 3) if the joint has a second axis; `prescribed`: which of its velocities are given, by a
+    drive or, if `locked`, as zero; `elastic`: `flexible.tracks.ReducedBody` of a flexible body; `place`: position of
+    its joint on a flexible parent (`flexible.attachment.Place`, or `Track` of a slider).
     """
 
     name: str
@@ -84,7 +84,7 @@ class Tree:
 
     @cached_property
     def kind(self) -> str:
-        """What must agree for two trees to share code: joints, numbering and the places of 0, 1 and -1."""
+        """Key that is equal for trees that share code: joints, numbering and the positions of 0, 1 and -1."""
         bodies = self.bodies
         return repr([(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, _pattern(b)) for b in bodies])
 
@@ -95,8 +95,8 @@ class Tree:
 
     @cached_property
     def places(self) -> list[int]:
-        """Places of the parameters among all numbers: interleaved for equal bodies, so that vector calls load them at
-        once (see `simd_batches`)."""
+        """Positions of the parameters among all numbers: interleaved for equal bodies, so that vector calls load them
+        at once (see `simd_batches`)."""
         depths: list[int] = []
         leaders: dict[tuple[int, str, int], int] = {}
         places: list[tuple[int, int, int, int]] = []
@@ -115,7 +115,7 @@ class Tree:
 
     @property
     def dof_paths(self) -> list[list[int]]:
-        """Degrees of freedom between each one and the ground, nearest first."""
+        """For each degree of freedom, those between it and the ground, nearest first."""
         paths: list[list[int]] = []
         last: list[int | None] = []
         for b in self.bodies:
@@ -146,7 +146,7 @@ class Tree:
 
 
 def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()) -> list[Tree]:
-    """The trees of a graph; `prescribed`: the velocities (numbers in v) that drives give; `locked`: joints."""
+    """Return the trees of a graph; `prescribed`: velocities (indices of v) given by drives; `locked`: joints."""
     out = []
     for numbers_ in graph.trees():
         links = [graph.links[i] for i in numbers_]
@@ -184,7 +184,7 @@ def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()
 
 
 def _added(body: Body) -> AddedMass | None:
-    """What is given linear before angular, angular before linear."""
+    """Return a body's added mass with angular before linear components."""
     if body.added is None:
         return None
     A = np.array(body.added, float)
@@ -200,7 +200,7 @@ def _elastic(link: Link) -> Any:
 
 
 def _place(graph: Graph, link: Link) -> Any:
-    """Place of a joint on a flexible parent; raises KernelError for a slider on anything but a beam."""
+    """Return the place of a joint on a flexible parent; raises KernelError for a slider on anything but a beam."""
     joint = link.joint
     on = graph.links[link.parent].modes if link.parent >= 0 else None
     if on is None:
@@ -218,23 +218,23 @@ def _place(graph: Graph, link: Link) -> Any:
 
 
 def _values(body: TreeBody) -> list[Any]:
-    """All numbers of a body, field by field."""
+    """Return all numbers of a body, field by field."""
     parts = [p for name in _PARTS if (p := getattr(body, name)) is not None]
     return [getattr(body, f) for f in _FIELDS] + [getattr(p, f.name) for p in parts for f in fields(p)]
 
 
 def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
-    """Structure and parameters in a fixed order."""
+    """Return structural numbers and parameters of bodies in a fixed order."""
     return [x for b in bodies for value in _values(b) for x in np.ravel(value).tolist()]
 
 
 def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
-    """Parameters of a tree from `all_numbers` of an equal tree, in the order of `with_numbers`."""
+    """Return the parameters of a tree from `all_numbers` of an equal tree, in the order of `with_numbers`."""
     return [every[i] for i in tree.places]
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
-    """The tree with replaced parameters, in traced text symbols."""
+    """Return the tree with other parameters, symbols in traced code."""
     given = iter([x for _, x in sorted(zip(tree.places, values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:
@@ -254,11 +254,11 @@ def with_numbers(tree: Tree, values: Any) -> Tree:
 
 
 def _pattern(body: TreeBody) -> list[str]:
-    """The places of 0, 1 and -1 among the numbers of each field."""
+    """Return the positions of 0, 1 and -1 among the numbers of each field."""
     fields_ = (np.ravel(value).tolist() for value in _values(body))
     return ["".join(f"{x:+.0f}" if structural(x) else "x" for x in field) for field in fields_]
 
 
 def structural(x: float) -> bool:
-    """Whether a number is structural, not a parameter."""
+    """Return whether a number is part of the structure (0, 1 or -1) and not a parameter."""
     return x in (0.0, 1.0, -1.0)

@@ -1,17 +1,17 @@
 """One run of a compiled scene: steps, located events, commands, samples, in integer time.
 
-simulation           the life of a run, made of the parts that follow
-events               located, looked at, taken
-commands                  what may be commanded of a run, and of whom
+simulation           the run as a whole, made of the following parts
+events               events: located, previewed, taken
+commands             commands to a run and their receivers
 integrator           steps: tentative, committed, forced to an instant
 recorder             samples, checked on the way; rests
 held_rows            constraint rows: closed at the start, impulses at events
-snapshots            all that the future depends on, to go on from
-call_protocol           which calls may follow upon each other
-shared_loads         the warning of loads that rigid bodies do not determine
+snapshots            complete states from which a run can continue
+call_protocol        the allowed sequence of calls
+shared_loads         warning of loads that rigid bodies do not determine
 native               native functions and state: step, location, sample
-assembly, impacts    loops closed at the start and kept closed; what happens in no time at an event
-safeguards           what is refused, calmed or warned of
+assembly, impacts    loops closed at the start and kept closed; impulses at events
+safeguards           refusals, damping and warnings
 """
 
 from typing import TYPE_CHECKING

@@ -1,12 +1,11 @@
-"""The order in which a simulation may be called, and the sentence for what is called out of turn.
+"""The order in which a simulation may be called, and the errors for calls out of order.
 
     start -> [settled] -> run ... -> [going on] -> interrupt -> [paused] -> commands -> [stopped] -> settle -> [settled]
                                                 -> fire -> [fired] -> commands -> [stopped] -> settle -> [settled]
 
-Commands belong to the instant at which the simulation stands: after `start`, `fire`, `interrupt` or `settle`.
-`fire` and commands change what forces act, so that `settle` must follow before time goes on (`run` calls it after an
-interrupt without any).  Else a later state would be taken for that of the command, or the command would act at some
-later event only.
+Commands act at the present time of the simulation: after `start`, `fire`, `interrupt` or `settle`. `fire` and commands
+change the forces, so `settle` must follow before time goes on (`run` calls it after an interrupt without commands).
+Otherwise a later state would be taken for that of the command, or the command would act only at some later event.
 """
 
 from collections.abc import Sequence
@@ -18,7 +17,7 @@ NEW, SETTLED, GOING, PAUSED, FIRED, STOPPED = "new", "settled", "going on", "pau
 
 
 class CallProtocol:
-    """`phase`: one of those above."""
+    """The state of the call sequence; `phase`: one of those above."""
 
     def __init__(self) -> None:
         self.phase = NEW
@@ -29,7 +28,7 @@ class CallProtocol:
             raise KernelError("the simulation has been started and has gone on; build another one to begin again")
 
     def check_begun(self) -> None:
-        """Raise KernelError before `start`."""
+        """Raise KernelError if the simulation was not started."""
         if self.phase == NEW:
             raise KernelError("the simulation has no state yet; start it first")
 
@@ -43,7 +42,8 @@ class CallProtocol:
             )
 
     def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
-        """Whether an interrupt has nothing to do; raises KernelError out of sequence, or for an invalid time."""
+        """Return whether an interrupt has nothing to do; raises KernelError for a call out of order or an invalid
+        time."""
         self.check_begun()
         check_time(t_ns)
         if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:
@@ -61,7 +61,7 @@ class CallProtocol:
             )
 
     def command(self, what: str, epoch_ns: int) -> None:
-        """Register a command; raises KernelError if it is not allowed."""
+        """Register a command; raises KernelError if commands are not allowed now."""
         self.check_standing(what, epoch_ns)
         self.phase = STOPPED
 
@@ -73,13 +73,13 @@ def check_time(t_ns: int) -> None:
 
 
 def check_present(t_ns: int, present_ns: int) -> None:
-    """Raise KernelError for a time too early for commands."""
+    """Raise KernelError for a time before the present one."""
     if t_ns < present_ns:
         raise KernelError(f"time {t_ns} ns: it lies before the present, {present_ns} ns")
 
 
 def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:
-    """The error for an interrupt behind a subscribed event."""
+    """Return the error for an interrupt at a time after a subscribed event."""
     what = ", ".join(f"'{name}'" for name in dict.fromkeys(names))
     return KernelError(
         f"time {t_ns} ns: an event of {what} at {event_ns} ns comes before; call fire() and settle() first"

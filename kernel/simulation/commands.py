@@ -1,9 +1,9 @@
-"""Commands to a simulation that stands between two stretches, and what they do to the laws.
+"""Commands to a simulation that stands at an instant, and their effect on the laws.
 
-They are given after `interrupt` or `fire` and before `settle` (see `simulation`), at the time of the epoch.  Energy
-that a law gives up by a command becomes its heat, so that the balance stays closed.
+They are given after `interrupt` or `fire` and before `settle` (see `simulation`), at the time of the epoch. Energy that
+a law loses by a command becomes its heat, so that the balance stays closed.
 
-A simulation takes them, or islands, which pass each on to the one that it is for.
+The receiver is a simulation, or islands, which pass each command on to the island concerned.
 """
 
 from abc import ABC, abstractmethod
@@ -51,10 +51,8 @@ class CommandSwitches:
         references.admit = switches.admit = self.admit
 
     def admit(self, what: str) -> None:
-        """Register a command; it may undo an event at the same time, so that `settle` checks again.
-
-        Raises KernelError where the simulation does not stand (see `call_order`).
-        """
+        """Register a command; it may undo an event at the same time, so that `settle` checks again. Raises KernelError
+        if commands are not allowed now (see `call_protocol`)."""
         self._order.command(what, self._native.epoch)
         self._events.forget()
 
@@ -64,7 +62,7 @@ class CommandSwitches:
         self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
     def set_brake(self, brake: str, engaged: bool) -> None:
-        """Close a brake where its joint stands, or open it."""
+        """Close a brake at the present position of its joint, or release it."""
         self._standing("set_brake")
         row = self._native.row()
         self.switches.set_brake(brake, engaged, row)
@@ -74,10 +72,8 @@ class CommandSwitches:
         self._order.check_standing(what, self._native.epoch)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """Lock a joint in its position, or free it; the event holds the lost energy [J].
-
-        In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
-        """
+        """Lock a joint in its position, or release it; the event holds the energy lost [J]. A moving joint is stopped
+        by an impulse; released, it continues without a jump. Returns None if nothing changed."""
         self._standing("set_lock")
         lock_of(self._native.program.system, lock)
         if engaged == (lock in self._native.program.locked):
@@ -102,7 +98,7 @@ class CommandSwitches:
         return event
 
     def _kept(self, row: SimpleNamespace) -> float:
-        """Kinetic energy plus heat minus work: invariant under impulses."""
+        """Return kinetic energy plus heat minus work, which impulses do not change."""
         signs = [1.0 if what == "heat" else -1.0 for what, _ in self._native.program.accounts]
         return fsum([float(row.kinetic), *(s * float(x) for s, x in zip(signs, row.accounts, strict=True))])
 
@@ -152,7 +148,7 @@ class CommandSwitches:
             native.use(native.program.locked)
 
     def _hook_over(self, rope: Reeving, a: Vector | None, b: Vector | None, L0: float | None) -> None:
-        """Hook a rope over sheaves or edges, with its contacts at the time."""
+        """Hook a rope over sheaves or edges, with the contacts that it has at this time."""
         native, where, p = self._native, self._where(rope.name), self.switches.reeving_numbers(rope.name)
         if p[ReevingAt.TAUT] >= 0.0:
             raise KernelError(f"{where}: it is hooked already; unhook it first")
@@ -174,7 +170,8 @@ class CommandSwitches:
                 counted[i] = row.turned[i]  # what it turned while it was off is no turn
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
-        """New ends of a rope's first line in the form of its numbers: on a flexible body from their station."""
+        """Return new ends a and b of a rope's first line in the form in which P holds them: in the frame of the station
+        if the body is flexible."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}
         lines |= {r.name: Line(r.a, r.b) for r in system.reevings}
@@ -190,13 +187,13 @@ class CommandSwitches:
         return f"rope '{rope}' at {self._native.epoch * 1e-9:.3f} s"
 
     def _too_short(self, rope: str) -> float:
-        """By how much a rope is shorter than the distance of its ends [m]."""
+        """Return by how much a rope is shorter than the distance of its ends [m]."""
         row, system = self._native.row(), self._native.program.system
         elastic, rigid = ([r.name for r in ropes] for ropes in (system.ropes, system.rigid_ropes))
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
 
     def masters_now(self) -> list[float]:
-        """Values of masters and measured scalars at the epoch."""
+        """Return the values of masters and measured scalars at the epoch."""
         native, program = self._native, self._native.program
         values = [self.references.own(m.name, native.epoch)[0] for m in program.system.masters]
         row = native.row()
@@ -218,13 +215,13 @@ def _is_place(p: object) -> bool:
 
 
 def _moving_drive(program: Program, v: np.ndarray) -> str:
-    """The first moving prescribed drive, "" if there is none."""
+    """Return the first prescribed drive that moves, "" if there is none."""
     drives = (d for d in program.system.drives if d.kind == "prescribed")
     return next((d.name for d in drives if v[program.driven(d)[1]] != 0.0), "")
 
 
 class LiftRowsView(Protocol):
-    """Times [ns] and rows of one of several lifts, which `method` shows: what events have changed in it alone."""
+    """Rows recorded after events of one lift among several: times [ns] and rows, with `method` for their layout."""
 
     name: str
     method: Stepping
@@ -232,16 +229,16 @@ class LiftRowsView(Protocol):
 
 
 class CommandTarget(ABC):
-    """Interface of commands; each raises KernelError for an unknown name and out of sequence."""
+    """Interface of the receiver of commands; each raises KernelError for an unknown name and out of order."""
 
     @property
     def alone(self) -> Sequence[LiftRowsView]:
-        """Lifts whose events leave rows of their own."""
+        """The rows of the lifts whose events are recorded separately; empty if the scene has only one lift."""
         return ()
 
     @abstractmethod
     def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
-        """The command switches of the simulation with a law."""
+        """Return the commands of the simulation that has this law."""
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """Command a trapezoid from present value and speed (see `References.set_profile`)."""
@@ -253,14 +250,12 @@ class CommandTarget(ABC):
         self._addressed("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:
-        """Close a brake where its joint stands, or open it."""
+        """Close a brake at the present position of its joint, or release it."""
         self._addressed("set_brake", "brake", brake).set_brake(brake, engaged)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """Lock a joint in its position, or free it; the event holds the lost energy [J].
-
-        In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
-        """
+        """Lock a joint in its position, or release it; the event holds the energy lost [J]. A moving joint is stopped
+        by an impulse; released, it continues without a jump. Returns None if nothing changed."""
         return self._addressed("set_lock", "lock", lock).set_lock(lock, engaged)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
@@ -279,5 +274,5 @@ class CommandTarget(ABC):
         self._addressed("watch", "threshold", threshold).switches.watch(threshold, value, rising)
 
     def unwatch(self, threshold: str) -> None:
-        """Stop reporting it."""
+        """Stop reporting a threshold."""
         self._addressed("unwatch", "threshold", threshold).switches.unwatch(threshold)

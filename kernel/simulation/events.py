@@ -1,7 +1,7 @@
-"""Events: located inside a step, looked at beforehand, then taken: the laws behind fallen guards switch in fixed order.
+"""Events: located inside a step, previewed, then taken: the laws of negative guards switch in fixed order.
 
-A guard that falls stops the run; the step is done again up to the next whole nanosecond, where it is seen what has
-fallen.  Until they are taken all of that can be taken back.
+A guard that becomes negative stops the run; the step is repeated up to the next whole nanosecond, where the guards are
+evaluated again. Until the events are taken, all of this can be undone.
 """
 
 from math import ceil
@@ -25,8 +25,8 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 
 class Events:
-    """`fallen`: guards of the located event, `t_ns`: its time; `before`: X before the location; `log`: events with
-    times [ns]; `instant`: consecutive events at one time."""
+    """Located and past events of a run. `fallen`: guards of the located event; `t_ns`: its time; `before`: X before the
+    location; `log`: events with times [ns]; `instant`: number of consecutive events at one time."""
 
     def __init__(
         self, native: NativeState, integrator: Integrator, switches: Switches, held: HeldRows, step: float
@@ -48,13 +48,13 @@ class Events:
 
     @property
     def present_ns(self) -> int:
-        """Earliest time at which commands are possible."""
+        """The earliest time [ns] at which commands are possible."""
         native = self._native
         X = native.X if self.before is None else self.before
         return native.reached_ns(float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]]))
 
     def start(self) -> None:
-        """Set states from the initial pose."""
+        """Set the discrete states of the initial pose."""
         native = self._native
         row, switched = None, list[object]()
         for i in self._below():
@@ -66,7 +66,7 @@ class Events:
                 switched.append(found)
 
     def look(self) -> None:
-        """Guards below zero after a jump are immediate events."""
+        """Make guards that are negative after a jump immediate events."""
         self.fallen = self._below()
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
@@ -74,7 +74,8 @@ class Events:
         return [i for i, x in enumerate(self._native.part("G").tolist()) if x < 0.0]
 
     def locate(self) -> None:
-        """A guard fell in the tentative step: find the next nanosecond and the fallen guards there."""
+        """Locate a guard that became negative in the tentative step: find the next nanosecond and the negative guards
+        there."""
         native = self._native
         t_ns = native.epoch + max(0, ceil((native["t0"] + native["hi"] * native["h0"]) * 1e9))
         self.before = native.X.copy()
@@ -86,11 +87,11 @@ class Events:
             self.before = None
 
     def forget(self) -> None:
-        """Nothing has been located."""
+        """Discard the located event."""
         self.before, self.fallen, self.t_ns = None, [], FOREVER_NS
 
     def take_back(self) -> None:
-        """Back to the start of the tentative step."""
+        """Return to the start of the tentative step."""
         if self.before is not None:
             self._native.X[:] = self.before
             self.forget()
@@ -98,7 +99,7 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """Fallen guards and their time, once the step to them is committed; raises KernelError for too many events."""
+        """Commit the step to the event; return its guards and its time. Raises KernelError for too many events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
         self._integrator.commit()
@@ -108,14 +109,14 @@ class Events:
         return fallen, t_ns
 
     def preview(self) -> list[StateChange]:
-        """The result of the located event; does not change the state."""
+        """Return the state changes of the located event, without changing the state."""
         P, X = self._native.P.copy(), self._native.X.copy()
         events = self.switch(self.fallen, self.t_ns)
         self._native.P[:], self._native.X[:] = P, X
         return events
 
     def switch(self, fallen: list[int], t_ns: int) -> list[StateChange]:
-        """Switch the laws behind fallen guards in fixed order, then all rigid ropes and contacts together."""
+        """Switch the laws of negative guards in fixed order, then all rigid ropes and contacts together."""
         native, guards = self._native, self._native.program.guards
         row = native.row()
         limits = [guards[i][1] for i in fallen if guards[i][0] == "bending"]
@@ -134,14 +135,14 @@ class Events:
         return bending + events
 
     def heat(self, before: SimpleNamespace) -> None:
-        """Energy released by laws in a switch becomes their heat; energy gained comes from it."""
+        """Book the energy that switched laws released as their heat; energy gained is taken from it."""
         native = self._native
         first = native.program.nq + native.program.nv
         stored = native.method.row_layout.at["stored"]
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events; note a beam at its first limit, and damp a rattling rope."""
+        """Log events; note a beam at its first limit, and calm a rope that switches too often."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:
@@ -151,7 +152,7 @@ class Events:
                 self._calm(e.name, t_ns, hertz)
 
     def _calm(self, rope: str, t_ns: int, hertz: float) -> None:
-        """Continue a rope without events, damped."""
+        """Continue a rope without events, with critical damping."""
         native, p, i = self._native, self._switches.rope_numbers(rope), self._elastic.index(rope)
         nq = native.program.nq
         mass = moved_mass(p, i, slice(nq, nq + native.program.nv), native.state.copy(), native.rate)

@@ -1,4 +1,4 @@
-"""The constraint rows of a run: loops closed at the start, kept in steps, and met by impulses at events."""
+"""Constraint rows of a run: loops closed at the start and kept closed in steps, impulses at events."""
 
 import numpy as np
 from heavylift.kernel.constraints.row_structure import RigidAt
@@ -16,7 +16,7 @@ TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 
 
 class HeldRows:
-    """Loops, rigid ropes and contacts of a run; all but the decision at an event is native."""
+    """Loops, rigid ropes and contacts of a run; all but the decisions at events is native code."""
 
     def __init__(self, native: NativeState, references: References) -> None:
         self._native, self._references = native, references
@@ -33,12 +33,12 @@ class HeldRows:
             self._pivots = native.part("pivot").copy()
 
     def measure(self) -> None:
-        """Take the present rows as those of the start."""
+        """Record the present independence of the rows as that of the start."""
         if len(self._native.program.constraints):
             self._pivots = self._native.close(self._native.state.copy())[3]
 
     def check_start(self) -> None:
-        """Raise KernelError for a hooked rigid rope that is too short, or overlapping shapes."""
+        """Raise KernelError for a hooked rigid rope that is too short, or for overlapping shapes."""
         native = self._native
         for r, slack in zip(native.program.system.rigid_ropes, native.row().slack, strict=True):
             if r.hooked and slack < -TOO_SHORT:
@@ -50,7 +50,7 @@ class HeldRows:
             self._contacts.check_start(native.state)
 
     def check(self) -> None:
-        """Raises KernelError if a constraint has been lost in the steps that count."""
+        """Raise KernelError if a constraint has been lost in committed steps."""
         native = self._native
         if not len(native.program.constraints):
             return
@@ -58,7 +58,7 @@ class HeldRows:
             raise error
 
     def locked(self, t: float) -> KernelError | None:
-        """Why no step was found, if rows are the reason."""
+        """Return the error if constraint rows are the reason that no step was found, else None."""
         native = self._native
         if not len(native.program.constraints):
             return None
@@ -67,7 +67,8 @@ class HeldRows:
         return locked(native.program, self._pivots, pivot, t, self._moving() if apart else [])
 
     def torn(self, rope: str) -> str:
-        """Why the states of a rigid rope switch endlessly, as part of a sentence, or ""."""
+        """Describe why the states of a rigid rope switch endlessly, as part of a sentence; "" if no drive is the
+        cause."""
         native, system = self._native, self._native.program.system
         row = len(native.program.constraints.of) + [r.name for r in system.rigid_ropes].index(rope)
         movable = bool(native.instant().constraint_rows().movable[row])
@@ -82,7 +83,7 @@ class HeldRows:
     # ---- events -------------------------------------------------------------------------------------------
 
     def resolve(self, fallen: list[int], t_ns: int) -> list[StateChange]:
-        """The next set of rigid ropes and contacts, all together."""
+        """Determine the next set of active rigid ropes and contacts together; return the changes."""
         native = self._native
         if not native.program.contacts.sites:
             return self._ropes()
@@ -95,7 +96,7 @@ class HeldRows:
         return after.events
 
     def _ropes(self) -> list[StateChange]:
-        """Impulses of rigid ropes and loops, and the ropes that become taut; returns changes."""
+        """Apply the impulses of rigid ropes and loops, and set the ropes that become taut; return the changes."""
         native = self._native
         p, ropes, at = native.program, native.program.system.rigid_ropes, native.program.parameters.at
         after = resolve(p, native["t"], native.among(), native.state.copy(), native.P)
@@ -116,7 +117,7 @@ class HeldRows:
         return [StateChange(r.name, "taut" if b else "slack", x) for r, a, b, x in changes if a != b]
 
     def _onto_rows(self) -> None:
-        """Places and speeds that the rows allow."""
+        """Project positions and velocities onto the constraint rows."""
         self._set_state(self._native.close(self._native.state.copy())[0])
 
     def _set_state(self, y: np.ndarray) -> None:

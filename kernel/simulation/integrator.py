@@ -1,7 +1,7 @@
 """Steps between events: tentative until they are committed, forced to an instant, taken back.
 
-Local time is float seconds since the last event or command (the epoch); a new *stretch* begins at each of them, so
-precision does not fade in long runs.
+Local time is float seconds since the last event or command (the epoch); each begins a new *stretch* of local time, so
+that long runs do not lose precision.
 """
 
 import numpy as np
@@ -59,10 +59,8 @@ class Integrator:
                 ends.append(0.5 * (self.native["t"] + ends[-1]))
 
     def forced(self, t: float) -> bool:
-        """A forced step to local time t; step control is not changed.
-
-        False where it has no solution: all is as it was, but the next step goes half as far.
-        """
+        """Take a forced step to local time t, without a change of step control. Returns False if it has no solution:
+        the state is then restored, but the next step goes half as far."""
         native = self.native
         if self._solved(t):
             return True
@@ -73,7 +71,7 @@ class Integrator:
         return False
 
     def _solved(self, t: float) -> bool:
-        """Whether such a step succeeds; otherwise the state is restored."""
+        """Take a forced step and return whether it has a solution; if not, the state is restored."""
         native = self.native
         h, error, t_stop = native["h"], native["error"], native["t_stop"]
         if t <= native["t"]:
@@ -95,7 +93,7 @@ class Integrator:
         return "sound" not in self.native.at or self.native["sound"] > 0.0
 
     def take_back(self) -> None:
-        """Back to the start of the tentative step."""
+        """Return to the start of the tentative step."""
         native = self.native
         for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
             native.X[native.at[name]] = native.X[native.at[old]]
@@ -111,7 +109,7 @@ class Integrator:
         self._references.write(t_ns)
 
     def pass_break(self) -> None:
-        """Commit and recompute the derivative between two pieces of a profile or history."""
+        """Commit, and recompute the derivative between two pieces of a profile or history."""
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])
@@ -119,7 +117,7 @@ class Integrator:
         native.call("refresh")
 
     def note_peaks(self) -> None:
-        """The present tensions count among the peaks."""
+        """Include the present tensions in the peaks."""
         native = self.native
         T, peak, when = (native.part(name) for name in ("T", "peak", "peak_time"))
         if (higher := peak < T).any():
@@ -128,13 +126,13 @@ class Integrator:
             np.maximum(native.part("top"), T, out=native.part("top"))
 
     def check_pace(self, patience: StepBudget) -> None:
-        """Raises KernelError if the run stops making progress."""
+        """Raise KernelError if the run stops making progress."""
         native = self.native
         if patience.ends(native.attempts, native.now):
             raise too_slow(self._name, native.now, native["h0"], fastest_mode_text(native))
 
     def failure(self) -> KernelError:
-        """Why there is no next step."""
+        """Return the error that explains why there is no next step."""
         native = self.native
         p, t = native.program, native.now
         if self._fixed:

@@ -1,7 +1,7 @@
-"""The samples of a run: rows of the native table become those of the run, and are checked on the way.
+"""Samples of a run: rows of the native table become rows of the run, and are checked on the way.
 
-Samples lie on a grid of integer nanoseconds and are numbered; events leave a row of their own.  All samples of a rest
-are one row, turned into as many as there are when somebody asks.
+Samples lie on a grid of integer nanoseconds and are numbered; events have rows of their own. All samples of a rest are
+stored as one row, and repeated on demand.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ from heavylift.kernel.simulation.safeguards.step_check import EnergyCheck, StepC
 
 
 class SampleRecorder:
-    """`rows`: times [ns] and rows; `number` of the next periodic sample; `steps`: check of fixed steps; `rested`: a
-    past rest: first sample without row [ns], end [ns], row."""
+    """Recorder of a run's samples. `rows`: times [ns] and rows; `number`: that of the next periodic sample; `steps`:
+    check of fixed steps; `rested`: a past rest: first sample without row [ns], end [ns], row."""
 
     def __init__(self, native: NativeState, sample_ns: int, tolerance: float, step: float | None) -> None:
         self._native, self.sample_ns, self._step = native, sample_ns, step
@@ -27,11 +27,11 @@ class SampleRecorder:
 
     @property
     def next_ns(self) -> int:
-        """Time of the next periodic sample [ns]."""
+        """The time of the next periodic sample [ns]."""
         return self.number * self.sample_ns
 
     def drain(self) -> None:
-        """Take the samples that native code has written."""
+        """Move the samples that native code has written to `rows`."""
         native = self._native
         if native["row"] > 0.0:
             rows = native.table[: int(native["row"])].copy()
@@ -51,7 +51,7 @@ class SampleRecorder:
             native.notes.append(Note(t_ns, message))
 
     def _notable(self, rows: np.ndarray) -> np.ndarray:
-        """Rows (n, columns) that may need a message, apart from energies."""
+        """Return which rows (n, columns) may need a message, apart from energies."""
         native = self._native
         at, program = native.method.row_layout.at, native.program
         if self.steps:
@@ -60,7 +60,7 @@ class SampleRecorder:
         return notable | compressed(native, rows) if program.compressible else notable
 
     def _take(self, rows: np.ndarray) -> None:
-        """Samples (n, columns) without anything notable, unless their energies are."""
+        """Take samples (n, columns) without anything notable, unless their energies are."""
         if not len(rows):
             return
         if not self.energy.fine(rows):
@@ -75,7 +75,7 @@ class SampleRecorder:
         self.number += len(rows)
 
     def _look(self, rows: np.ndarray) -> None:
-        """Samples (n, columns) one by one."""
+        """Check and take samples (n, columns) one by one."""
         for row in rows:
             self.energy.see(row[None])
             self.keep(self.next_ns, row)
@@ -104,8 +104,7 @@ class SampleRecorder:
     # ---- rests --------------------------------------------------------------------------------------------
 
     def rest(self, t_ns: int) -> None:
-        """Samples of a scene at rest up to t_ns, all one row, for `unroll`; raises KernelError for compression that
-        lasts."""
+        """Record a rest up to t_ns as one row, for `unroll`; raises KernelError for compression that lasts."""
         first = self.next_ns
         if first > t_ns:
             return
@@ -123,7 +122,7 @@ class SampleRecorder:
                 return
 
     def unroll(self, start_ns: int = 0) -> bool:
-        """Write the next samples of a rest from a time on as rows; whether more remain."""
+        """Write the next samples of a rest from a time on as rows; return whether more remain."""
         if self.rested is None:
             return False
         first, end, row = self.rested

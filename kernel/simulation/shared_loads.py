@@ -1,8 +1,8 @@
-"""A note where a run records loads that rigid bodies do not determine: loops or rigid ropes that hold one thing twice.
+"""Note on loads that rigid bodies do not determine: loops or rigid ropes that hold the same motion twice.
 
-The pivots of the rows' elimination tell at almost no cost whether rows repeat each other; only then is it asked which
-joints and ropes share a load (see `reactions.joint_reactions`).  Repeated rows without load, such as those across the
-plane of a planar linkage, are not worth a word.
+The pivots of the rows' elimination show at almost no cost whether rows are redundant; only then are the joints and
+ropes determined that share a load (see `reactions.joint_reactions`). Redundant rows without load, such as those across
+the plane of a planar linkage, cause no note.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ NAMED = 6
 
 
 def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
-    """Add the note, once for each set of taut ropes; `looked`: the sets that were looked at."""
+    """Add the note, once for each set of taut ropes; `looked`: the sets checked so far."""
     p = native.program
     c = p.constraints
     n, at = len(c.of) + len(c.ropes), p.parameters.at
@@ -41,7 +41,7 @@ def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
 
 
 def _sharing(native: NativeState) -> list[str]:
-    """Joints and ropes of groups with undetermined loads."""
+    """Return the joints and ropes of groups with undetermined loads."""
     from heavylift.kernel.model.reactions.joint_reactions import reactions
 
     found = reactions(native, least=False)

@@ -1,14 +1,14 @@
 """Runs one compiled system in integer time: steps, located events, samples.
 
-Event times are rounded up to the next nanosecond and the state is integrated to that nanosecond.  Steps depend on the
+Event times are rounded up to the next nanosecond and the state is integrated to that nanosecond. Steps depend on the
 history of commands and state events only: `run(until)` never cuts a step, the one that passes `until` stays tentative,
 and a command inside it discards it.
 
-    next_ns        when something is known to happen: a located event, or the end of the tentative step
-    run(until)     commit steps up to `until`; stops at an event that somebody subscribed to
-    fire()         take the located event: integrate to it, switch the laws, return what happened
+    next_ns        time of the next located event, or of the end of the tentative step
+    run(until)     commit steps up to `until`; stops at a subscribed event
+    fire()         take the located event: integrate to it, switch the laws, return the events
     interrupt(t)   integrate to t, so that commands (see `commands`) can be given
-    settle()       after events and commands: new derivative, guards that the jump has made true
+    settle()       after events and commands: new derivative; guards that are negative after the jump become events
 
 Its parts: `native` (state and machine code), `recorder` (samples), `integrator` (steps), `events`, and the commands.
 """
@@ -74,28 +74,29 @@ class Simulation(CommandTarget):
 
     @property
     def program(self) -> Program:
-        """The system with the locks that hold now."""
+        """The program with the joints that are locked now."""
         return self.native.program
 
     @property
     def method(self) -> Stepping:
-        """Native functions, and the columns of a sample row."""
+        """The native functions, and the columns of a sample row."""
         return self.native.method
 
     @property
     def epoch(self) -> int:
-        """Time of the last event or command [ns]."""
+        """The time of the last event or command [ns]."""
         return self.native.epoch
 
     def __getitem__(self, name: str) -> float:
-        """A scalar of X."""
+        """Return a scalar of the state block X."""
         return self.native[name]
 
     def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
         return self.commands
 
     def start(self) -> None:
-        """Find the discrete states of the initial pose, take the first sample; raises KernelError the second time."""
+        """Find the discrete states of the initial pose and take the first sample; raises KernelError after the first
+        steps."""
         native = self.native
         self.order.check_new(native.epoch)
         self.references.write(0)
@@ -114,7 +115,7 @@ class Simulation(CommandTarget):
 
     @property
     def next_ns(self) -> int:
-        """Time of the located event or of the end of the tentative step; FOREVER_NS if nothing moves."""
+        """The time [ns] of the located event or of the end of the tentative step; FOREVER_NS if nothing moves."""
         if self.events.fallen:
             return self.events.t_ns
         if self.still:
@@ -123,21 +124,21 @@ class Simulation(CommandTarget):
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is a subscribed event."""
+        """Whether `next_ns` is the time of a subscribed event."""
         return bool(self.events.fallen) and not self.subscribed.isdisjoint(self.events.names)
 
     @property
     def present_ns(self) -> int:
-        """Earliest time at which commands are possible."""
+        """The earliest time [ns] at which commands are possible."""
         return self.events.present_ns
 
     @property
     def now(self) -> float:
-        """Time reached by steps [s]."""
+        """The time reached by steps [s]."""
         return self.native.now
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Commit steps up to `until_ns`; `pause` is called every 25 ms of work."""
+        """Commit steps up to `until_ns` or a subscribed event; `pause` is called every 25 ms of work."""
         if self.order.phase == PAUSED:  # without a command in between
             self.settle()
         self.order.check_settled("run", self.epoch)
@@ -160,7 +161,7 @@ class Simulation(CommandTarget):
             pause()
 
     def _advance(self, horizon: float) -> None:
-        """Steps up to local time `horizon` in one native call, and what stopped them."""
+        """Take steps up to local time `horizon` in one native call, and handle the reason why it ended."""
         native, done = self.native, self.native.attempts % SPELL
         if not done:
             self.integrator.check_pace(self.events.patience)
@@ -181,12 +182,13 @@ class Simulation(CommandTarget):
             self.still = True
 
     def preview(self) -> list[StateChange]:
-        """The result of the next `fire`; does not change the state."""
+        """Return the events of the next `fire`, without changing the state."""
         self.order.check_settled("preview", self.epoch)
         return self.events.preview()
 
     def fire(self) -> list[StateChange]:
-        """Integrate to the located event and switch all fallen guards in fixed order."""
+        """Integrate to the located event and switch the laws of all negative guards in fixed order; return the
+        events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
@@ -199,10 +201,8 @@ class Simulation(CommandTarget):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Integrate to t_ns for commands; `pause` is called as in `run`.
-
-        Raises KernelError for a time before steps that are committed, or behind an event that somebody subscribed to.
-        """
+        """Integrate to t_ns for commands; `pause` is called as in `run`. Raises KernelError for a time before committed
+        steps, or after a subscribed event."""
         if self.order.stands_at(t_ns, self.epoch):
             return
         check_present(t_ns, self.present_ns)
@@ -221,7 +221,7 @@ class Simulation(CommandTarget):
         self.order.phase = PAUSED
 
     def _rest(self, t_ns: int, pause: Callable[[], None]) -> None:
-        """Samples of a scene at rest up to t_ns, without integration."""
+        """Record the samples of a scene at rest up to t_ns, without integration."""
         self.still = False
         self.integrator.note_peaks()
         try:
@@ -235,13 +235,13 @@ class Simulation(CommandTarget):
             pause()
 
     def _end_stretch(self, t_ns: int) -> None:
-        """The committed state at t_ns is the last one before a jump."""
+        """End the stretch of local time: the committed state at t_ns is the last one before a jump."""
         self.recorder.energy.end(self.now)
         self.integrator.new_stretch(t_ns)
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """Time [ns] and row of the next sample, and the row of all following ones, while nothing moves and no command
-        comes; does not change the state."""
+        """Return the time [ns] of the next sample and its row, which is also that of all following ones, while nothing
+        moves and no command comes; None if something moves. Does not change the state."""
         native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
         if not self.still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):
@@ -254,11 +254,11 @@ class Simulation(CommandTarget):
         return self.recorder.next_ns, row
 
     def shown(self, t_ns: int) -> np.ndarray:
-        """The row at a time within the tentative step, or at rest; does not change the state."""
+        """Return the row at a time within the tentative step, or at rest, without changing the state."""
         return self.native.shown(t_ns, self.events.before, self.still)
 
     def settle(self) -> None:
-        """Recompute derivative and guards after a jump; fallen guards are immediate events."""
+        """Recompute derivative and guards after a jump; guards that are negative become immediate events."""
         native, program = self.native, self.program
         self.order.check_standing("settle", self.epoch)
         if self.order.phase == STOPPED:  # by a command; else it was done where the stretch begins
@@ -290,11 +290,12 @@ class Simulation(CommandTarget):
         return self.native.rate(y)[0][nq : nq + self.program.nv]
 
     def snapshot(self) -> Snapshot:
-        """All state that the future depends on (see `snapshots`)."""
+        """Return all state on which the future depends (see `snapshots`)."""
         self.order.check_begun()
         return kept(self, self.native)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from the snapshot of a simulation of the same system and options, bit for bit; start this one first."""
+        """Continue from a snapshot of a simulation of the same system and options, bit for bit; this one must be
+        started."""
         self.order.check_begun()
         go_on(self, self.native, snapshot)

@@ -1,7 +1,7 @@
-"""A simulation between two calls as plain numbers, and a simulation that goes on from them bit for bit.
+"""Snapshots: a simulation between two calls as plain numbers, from which another continues bit for bit.
 
-Step size and its history, the tentative step, armed guards and modes are in X, P and M; beside them stand laws with
-their starts, accounts and the number of the next sample.
+Step size and its history, the tentative step, armed guards and modes are in X, P and M; in addition snapshots hold the
+references with their starts, the log and notes, and the number of the next sample.
 """
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ def _part(run: object, path: str) -> object:
 
 
 def read(run: object, table: Table) -> Snapshot:
-    """State of the parts of a run, without copies."""
+    """Return the state of the parts of a run, without copies."""
     parts = {path: _part(run, path) for path in table}
     return {
         path: {name: getattr(x, name) for name in table[path] or vars(x)} for path, x in parts.items() if x is not None
@@ -65,13 +65,13 @@ def write(run: object, state: Snapshot) -> None:
 
 
 def copied(state: Snapshot) -> Snapshot:
-    """Nothing shared with a run; a tenth of the time of `deepcopy`."""
+    """Return a copy that shares nothing with a run, in a tenth of the time of `deepcopy`."""
     state = loads(dumps(state, -1))
     return state
 
 
 def kept(run: object, native: NativeState) -> Snapshot:
-    """All that the future of a simulation depends on."""
+    """Return all state on which the future of a simulation depends."""
     variant = {"locked": sorted(native.program.locked), "calm": sorted(native.calm)}
     return copied({"state": read(run, KEPT), "variant": variant, "scene": _scene(native)})
 
@@ -86,7 +86,7 @@ def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
 
 
 def mark(run: object) -> Snapshot:
-    """What a run changes between events, for `back`; cheaper than a snapshot."""
+    """Return the state that a run changes between events, for `back`; cheaper than a snapshot."""
     return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
 
 
@@ -96,7 +96,7 @@ def back(run: object, marked: Snapshot) -> None:
 
 
 def foreign() -> KernelError:
-    """The error for a snapshot of something else."""
+    """Return the error for a snapshot of another scene."""
     return KernelError(
         "the snapshot was not taken from this scene with these options; restore it in a simulation of the same system, "
         "method, tolerance and sample period"
@@ -104,7 +104,7 @@ def foreign() -> KernelError:
 
 
 def _scene(native: NativeState) -> str:
-    """Key of a scene with options: names, start numbers, places in X, method, steps, samples."""
+    """Return the key of a scene with options: names, initial numbers, layout of X, method, steps, samples."""
     p, o = native.program, native.options
     names = [[b.name for b in p.system.bodies], [k.joint.name for k in p.graph.links], p.guards, p.accounts]
     layout = [o.method, o.step, o.sample_ns, native["tol"], native["h_max"], list(native.at)]

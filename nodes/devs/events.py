@@ -1,10 +1,10 @@
-"""Superdense time, and what crosses the border of a node at it.
+"""Superdense time, and the events that cross the border of a node.
 
 A tag (t, k) is the k-th instant at t whole nanoseconds, so that 0.1 s and 0.3 s meet exactly and the microstep orders
-what happens without letting time pass (Manna and Pnueli; adevs `sd_time`, Lingua Franca).  `after` is the only sum: a
-wait of zero costs one microstep, a positive wait starts at k = 0.  An event is one message on an out port of a coupled
-model; its total order is that of its fields, (t, k, source, port, index): no clock, process or arrival order enters.
-Whatever implements `Steppable` can be a node: the local `Simulator` of one model or several, and the mechanics kernel.
+events without letting time pass (Manna and Pnueli; adevs `sd_time`, Lingua Franca). `after` is the only sum: a wait of
+zero takes one microstep, a positive wait starts at k = 0. An event is one message on an out port of a coupled model;
+its total order is that of its fields, (t, k, source, port, index): no clock, process or arrival order enters. Whatever
+implements `Steppable` can be a node: the local `Simulator` of one or several models, and the mechanics kernel.
 """
 
 import warnings
@@ -38,24 +38,24 @@ FOREVER = Tag(NEVER, 0)
 
 
 def tag_of(instant: Instant) -> Tag:
-    """The tag of an instant, in a third of the time that `Tag(*instant)` takes."""
+    """Return the tag of an instant, in a third of the time of `Tag(*instant)`."""
     return tuple.__new__(Tag, instant)
 
 
 def succ(tag: Tag) -> Tag:
-    """The next microstep at the same time."""
+    """Return the next microstep at the same time."""
     return tag if tag[0] == NEVER else tuple.__new__(Tag, (tag[0], tag[1] + 1))
 
 
 def after(tag: Tag, wait: int) -> Tag:
-    """The tag that lies `wait` [ns] after `tag`; zero costs one microstep; forever stays."""
+    """Return the tag `wait` [ns] after `tag`; a wait of zero takes one microstep; FOREVER stays."""
     if wait == 0:
         return succ(tag)
     return tuple.__new__(Tag, (tag[0] + wait, 0)) if wait < NEVER - tag[0] else FOREVER
 
 
 def beyond(wait: int) -> str:
-    """The error for a wait [ns] beyond the end of time."""
+    """Return the error message for a wait [ns] beyond the end of time."""
     long = wait if wait <= NEVER else f"2**{wait.bit_length() - 1} or more"
     return (
         f"hold_in({long}) [ns] ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to "
@@ -64,22 +64,22 @@ def beyond(wait: int) -> str:
 
 
 def seconds(t: float) -> int:
-    """Nanoseconds of a time in seconds, rounded to the nearest."""
+    """Return a time in seconds as nanoseconds, rounded to the nearest."""
     return round(t * 1e9)
 
 
 def us(microseconds: float) -> int:
-    """Nanoseconds of a time in microseconds, rounded to the nearest."""
+    """Return a time in microseconds as nanoseconds, rounded to the nearest."""
     return round(microseconds * 1e3)
 
 
 def ms(milliseconds: float) -> int:
-    """Nanoseconds of a time in milliseconds, rounded to the nearest."""
+    """Return a time in milliseconds as nanoseconds, rounded to the nearest."""
     return round(milliseconds * 1e6)
 
 
 def ns(t: float) -> int:
-    """The former name of `seconds`."""
+    """Deprecated: the former name of `seconds`."""
     warnings.warn(f"ns({t!r}) reads as nanoseconds; write seconds({t!r})", DeprecationWarning, stacklevel=2)
     return seconds(t)
 
@@ -100,22 +100,22 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
     @property
     def tag(self) -> Tag:
-        """The tag at which it is sent and received."""
+        """The tag at which the event is sent and received."""
         return tag_of((self.t, self.k))
 
     @property
     def order(self) -> Order:
-        """Its place in the total order."""
+        """The place of the event in the total order."""
         return self.t, self.k, self.source, self.port, self.index
 
     @property
     def value(self) -> Message:
-        """A new copy of the message."""
+        """Return a new copy of the message."""
         return decode(self.type, self.payload)
 
 
 class AtomicResult(msgspec.Struct, frozen=True):
-    """Result of an atomic at the end of a run: path, class name, bytes of the message."""
+    """Result of an atomic model at the end of a run: path, class name, bytes of the message."""
 
     path: str
     type: str
@@ -123,12 +123,12 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
     @property
     def value(self) -> Message:
-        """A new copy of the message."""
+        """Return a new copy of the message."""
         return decode(self.type, self.payload)
 
 
 class Slack(msgspec.Struct, frozen=True):
-    """The least time by which outputs of a port were scheduled in advance: its possible lookahead."""
+    """The shortest time by which outputs of a port were scheduled in advance: its largest possible lookahead."""
 
     port: str  # path of the atomic's port
     declared_ns: int
@@ -137,7 +137,7 @@ class Slack(msgspec.Struct, frozen=True):
 
 
 class Steppable(Protocol):
-    """The model of a node. `outputs` is pure; only `advance` changes the state."""
+    """Interface of a node's model. `outputs` is pure; only `advance` changes the state."""
 
     @property
     def lookahead(self) -> Mapping[str, int]:
@@ -146,34 +146,36 @@ class Steppable(Protocol):
 
     @property
     def slack(self) -> list[Slack]:
-        """Observed lookaheads so far."""
+        """The lookaheads observed so far."""
 
     @property
     def last(self) -> Tag:
-        """Tag of the last transition; before the first one (-1, 0)."""
+        """The tag of the last transition; (-1, 0) before the first one."""
 
     def results(self, end: Tag) -> Mapping[str, Message]:
-        """Results of its atomics at the end of a run, by path."""
+        """Return the results of the node's atomics at the end of a run, by path."""
 
     @property
     def next_time(self) -> Tag:
-        """Tag of the next internal transition; FOREVER when passive."""
+        """The tag of the next internal transition; FOREVER when passive."""
 
     @property
     def quiet(self) -> Tag:
-        """Earliest tag at which it can send an event without input: next_time unless its output is empty."""
+        """The earliest tag at which the node can send an event without input: next_time, or later if its output is
+        empty."""
 
     def start(self) -> None:
         """Set the initial state at (0, 0)."""
 
     def outputs(self) -> list[Event]:
-        """Outputs of next_time to other nodes, in total order."""
+        """Return the outputs at next_time to other nodes, in total order."""
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Execute the transitions at `tag` <= next_time; may continue below `until` as long as nothing is sent."""
+        """Execute the transitions at `tag` <= next_time. May continue with later tags below `until` as long as no event
+        is sent."""
 
     def among(self) -> list[Event]:
-        """Events on ports without receivers in other nodes since the last call, in total order."""
+        """Return the events between models of the node, or without receiver, since the last call, in total order."""
 
 
 @runtime_checkable
@@ -181,7 +183,7 @@ class Keepable(Protocol):
     """A `Steppable` whose state can be saved between two tags and restored in another one."""
 
     def snapshot(self) -> bytes:
-        """All state that the future depends on; raises HeavyliftError if part of it cannot be saved."""
+        """Return all state on which the future depends; raises HeavyliftError if part of it cannot be saved."""
 
     def restore(self, snapshot: bytes) -> None:
-        """Go on from a snapshot of the same model, after `start`."""
+        """Continue from a snapshot of the same model, after `start`."""

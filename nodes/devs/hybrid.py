@@ -1,8 +1,8 @@
 """A hybrid atomic: between its transitions a state of real numbers follows an ordinary differential equation.
 
-A guard that falls through zero is an event, located to the first whole nanosecond at which it is not positive. From
-one transition to the next nothing is kept but the state at the former, so that snapshots stay small: what lies between
-is integrated again, by the same steps. Nothing but IEEE arithmetic enters, so runs are equal to the last bit.
+A guard that falls through zero is an event, located to the first whole nanosecond at which it is not positive. Only the
+state at the last transition is stored, so that snapshots stay small: the motion after it is integrated again, by the
+same steps. Only IEEE arithmetic is used, so runs are equal to the last bit.
 
 Dormand-Prince 5(4) with dense output: Hairer, Norsett, Wanner, Solving ODEs I, II.4 to II.6.
 """
@@ -31,12 +31,13 @@ ALONE = 1e-14  # [s] steps that are shorter lead nowhere
 
 
 class Hybrid(Atomic):
-    """An atomic with continuous state. Override `start`, `flow`, and if needed `guards`, `tell`, `fell`, `heard`; each
-    of start, fell, heard calls `go`.
+    """An atomic with continuous state. Override `start`, `flow`, and if needed `guards`, `tell`, `fell`, `heard`;
+    `start`, `fell` and `heard` must call `go`.
 
-    Two events of a guard within a quarter of a step are seen as none, unless the first one begins the step: `longest`
-    [s] bounds steps, `tolerance` the error of each, relative to 1 + |x|; `horizon` [s]: how far it looks ahead at once.
-    What lies between events is not recorded; an atomic that asks it now and then can have it say `present` by a port.
+    Two events of a guard within a quarter of a step are not seen, unless the first one begins the step: `longest` [s]
+    bounds steps, `tolerance` the error of each, relative to 1 + |x|; `horizon` [s]: how far it integrates ahead at
+    once. The motion between events is not recorded; to record it, let another atomic ask for `present` and send it by a
+    port.
     """
 
     tolerance, longest, horizon = 1e-10, 0.1, 10.0
@@ -49,18 +50,18 @@ class Hybrid(Atomic):
         return super()._port_name(name)
 
     def flow(self, x: State) -> Sequence[float]:
-        """dx/dt [1/s]; a zero vector means rest until an input arrives."""
+        """Return dx/dt [1/s]; a zero vector means rest until an input arrives."""
         raise ModelError("the model defines no flow()")
 
     def guards(self, x: State) -> Sequence[float]:
-        """Guard functions; an event occurs when one of them falls through zero. Their number is constant."""
+        """Return the guard functions, a constant number; an event occurs when one of them falls through zero."""
         return ()
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send the output of an event of these guards; `ahead` is the state at it."""
+        """Send the output of an event of the guards `which`; `ahead` is the state at it."""
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Handle an event of these guards: `state` is the state at it."""
+        """Handle an event of the guards `which`; `state` is the state at it."""
         raise ModelError("a guard fell, but the model defines no fell()")
 
     def heard(self, x: Bag) -> None:
@@ -68,7 +69,7 @@ class Hybrid(Atomic):
         raise ModelError("an input arrived, but the model defines no heard()")
 
     def go(self, *x: float) -> None:
-        """Go on from this state."""
+        """Continue from this state."""
         if not all(map(isfinite, x)):
             raise ModelError(f"go{x}: the state must be finite numbers")
         self.state: State = tuple(map(float, x))
@@ -79,7 +80,7 @@ class Hybrid(Atomic):
             self.passivate()
 
     def at(self, e: int) -> State:
-        """The state e [ns] after the last transition, up to the next one."""
+        """Return the state e [ns] after the last transition, up to the next one."""
         if e <= 0 or not any(self.flow(self.state)):
             return self.state
         for step in _steps(self.flow, self.state, self.tolerance, self.longest):
@@ -93,12 +94,12 @@ class Hybrid(Atomic):
         return self.at(self.now.t - self._last)
 
     def output(self) -> None:
-        """Send an event's output by `tell`; the end of the prediction sends nothing."""
+        """Send an event's output by `tell`; the end of the integration horizon sends nothing."""
         if self.fallen:
             self.tell(self.fallen)
 
     def internal(self) -> None:
-        """Handle an event by `fell`; at the end of the prediction continue it."""
+        """Handle an event by `fell`; at the end of the integration horizon continue."""
         self.state, which = self.ahead, self.fallen
         if which:
             self._check_crowd(which)
@@ -107,7 +108,7 @@ class Hybrid(Atomic):
             self.go(*self.state)
 
     def _check_crowd(self, which: tuple[int, ...]) -> None:
-        """Raise ModelError if events of guards accumulate at the resolution of time."""
+        """Raise ModelError if events of guards accumulate within the resolution of time."""
         many, later, last, guards = self._crowd
         close = 0 <= last >= self.now.t - RESOLVED
         many, later = (many + 1, 0) if close else (many, later + 1)
@@ -126,7 +127,8 @@ class Hybrid(Atomic):
         self.heard(x)
 
     def _next(self) -> tuple[State, tuple[int, ...], int]:
-        """State, guards and time [ns] of the next event or of the end of the prediction; 0 if there is none."""
+        """Return state, guards and time [ns] of the next event or of the end of the horizon; time 0 if there is
+        none."""
         before = self._guards(self.state)
         if not before or not any(self.flow(self.state)):
             return self.state, (), 0
@@ -156,7 +158,8 @@ class Hybrid(Atomic):
     def _falls(
         self, step: "_Step", last: int, before: Sequence[float], t: int, now: Sequence[float]
     ) -> tuple[int, tuple[int, ...]] | None:
-        """The first time [ns] in (last, t] at which guards have fallen, and their indices."""
+        """Return the first time [ns] in (last, t] at which guards have become negative or zero, and their indices; None
+        if there is none."""
         if len(now) != len(before):
             raise ModelError(f"guards() gave {len(before)} numbers and then {len(now)}; give always as many")
         found = dict[int, int]()
@@ -173,7 +176,7 @@ class Hybrid(Atomic):
         return (at, tuple(i for i in found if found[i] == at)) if found else None
 
     def _first(self, step: "_Step", i: int, low: int, high: int) -> int:
-        """The first time [ns] at which guard i is not positive: positive at `low`, not at `high`."""
+        """Return the first time [ns] at which guard i is not positive: positive at `low`, not at `high`."""
         while high - low > 1:
             middle = (low + high) // 2
             if self._guards(step.at(middle))[i] > 0:
@@ -192,23 +195,23 @@ class _Step(NamedTuple):
 
     @property
     def begin(self) -> int:
-        """[ns], rounded up."""
+        """The beginning of the step [ns], rounded up."""
         return ceil(self.t0 * 1e9)
 
     @property
     def end(self) -> int:
-        """[ns], rounded up."""
+        """The end of the step [ns], rounded up."""
         return ceil((self.t0 + self.h) * 1e9)
 
     def at(self, t: int) -> State:
-        """The state at a time [ns]."""
+        """Return the state at a time [ns]."""
         u = (t * 1e-9 - self.t0) / self.h
         w = 1.0 - u
         return tuple(a + u * (b + w * (c + u * (d + w * e))) for a, b, c, d, e in zip(*self.d, strict=True))
 
 
 def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_Step]:
-    """Accepted steps from x, without end."""
+    """Yield accepted steps from x, without end."""
     A, error, dense = DormandPrince5.tableau.A, DormandPrince5.tableau.error, DormandPrince5.dense
     t, f = 0.0, _flowing(flow, x)
     h = min(longest, 0.01 * _norm(x, [1.0] * len(x)) / max(_norm(f, [1.0] * len(x)), 1e-5))
@@ -240,11 +243,11 @@ def _flowing(flow: Flow, x: State) -> State:
 
 
 def _combined(weights: Sequence[float], k: Sequence[State]) -> Iterator[float]:
-    """Sums of the stages, each number by itself."""
+    """Yield the weighted sum of the stages for each component."""
     return (sum(w * s for w, s in zip(weights, column, strict=False)) for column in zip(*k, strict=True))
 
 
 def _norm(x: Sequence[float], size: Sequence[float]) -> float:
-    """Root mean square; infinite if it is not finite."""
+    """Return the root mean square of x / size; infinite if it is not finite."""
     squares = [(a / b) * (a / b) for a, b in zip(x, size, strict=True)]
     return sqrt(fsum(squares) / len(squares)) if all(map(isfinite, squares)) else float("inf")

@@ -1,10 +1,10 @@
-"""What travels: frozen messages and their canonical bytes.
+"""Messages between models: frozen structs and their canonical bytes.
 
-A message is a frozen struct whose fields are immutable all the way down (checked when the class is
-defined), so that receivers inside one node may share it, and no receiver can change what another one sees.
-At the border of a node it becomes bytes and every receiver decodes its own copy. Canonical bytes =
-MessagePack map in field order. The class name identifies the type in a recording; two classes of one name
-are refused. What is sent is what its bytes say (`ports`), so that no receiver sees where a tree was cut.
+A message is a frozen struct whose fields are immutable all the way down (checked when the class is defined), so that
+receivers inside one node may share it, and no receiver can change what another one sees. At the border of a node it
+becomes bytes, and every receiver decodes its own copy. Canonical bytes = MessagePack map in field order. The class name
+identifies the type in a recording; two classes with one name are refused. Receivers always get the message as its bytes
+represent it (`ports`), so that the division of a tree into nodes has no effect.
 """
 
 import os
@@ -31,7 +31,7 @@ _SCALARS = frozenset(PLAIN)
 
 @typing.dataclass_transform(frozen_default=True, field_specifiers=(msgspec.field,))
 class _MessageType(msgspec.StructMeta):
-    """Registers message classes by name and refuses mutable fields."""
+    """Metaclass of messages: registers classes by name and refuses mutable fields."""
 
     def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, object], **config: object) -> None:
         super().__init__(name, bases, namespace)
@@ -65,13 +65,13 @@ _HALVES = re.compile("[\ud800-\udfff]").search  # of characters, which no text m
 
 
 def _place(cls: type) -> tuple[str, str]:
-    """Where a class is defined; a script imported again under its own name counts as the same place."""
+    """Return where a class is defined; a script imported again under its own name counts as the same place."""
     file: str | None = getattr(sys.modules.get(cls.__module__), "__file__", None)
     return os.path.realpath(file) if file else cls.__module__, cls.__qualname__
 
 
 def _left(cls: type) -> bool:
-    """Whether a class belongs to an earlier version of its module, in which its name is now missing or different."""
+    """Return whether a class belongs to an earlier version of its module, whose present version has no such class."""
     found: object = sys.modules.get(cls.__module__)
     for part in cls.__qualname__.split("."):
         found = getattr(found, part, None)
@@ -90,11 +90,11 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
         return _unpickled, (cls.__module__, cls.__name__, encode(self))
 
     def __deepcopy__(self, memo: object) -> typing.Self:
-        """The message itself: it is immutable."""
+        """Return the message itself: it is immutable."""
         return self
 
     def __plain__(self) -> bool:
-        """Whether its fields certainly equal what its bytes decode to; False if that is open."""
+        """Return whether the fields certainly equal what their bytes decode to; False if this must be checked."""
         return True
 
     def __post_init__(self) -> None:
@@ -118,13 +118,13 @@ def _changeable(x: object) -> bool:
 
 
 def hints_of(cls: type) -> dict[str, object]:
-    """Types of a struct's fields with their annotations."""
+    """Return the types of a struct's fields with their annotations."""
     hints = typing.get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
     return {name: hints[name] for name in cls.__struct_fields__}  # type: ignore[attr-defined]
 
 
 def _plain(self: Message) -> bool:
-    """Default `__plain__` of a class, replaced on first use by a compiled one."""
+    """Replace `__plain__` of the class by a compiled check on first use, and call it."""
     cls = type(self)
     cls.__plain__ = _compiled({f"m.{name}": hint for name, hint in hints_of(cls).items()})  # type: ignore[assignment, method-assign]
     return self.__plain__()
@@ -135,7 +135,7 @@ class _Opaque(Exception):
 
 
 def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
-    """Compile a check of message fields; a loop over fields would cost more than the rest of sending."""
+    """Compile a check of message fields, since a loop over fields would cost more than the rest of sending."""
     names: dict[str, object] = {"halves": _HALVES}
     try:
         text = " and ".join(_check(x, hint, names) for x, hint in hints.items())
@@ -145,7 +145,7 @@ def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
 
 
 def _check(x: str, hint: object, names: dict[str, object]) -> str:
-    """An expression that is true if x arrives unchanged; raises _Opaque."""
+    """Return an expression that is true if x arrives unchanged; raises _Opaque if there is none."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         return f"({' or '.join(_check(x, arg, names) for arg in args)})"
@@ -207,7 +207,7 @@ def shown(hint: object) -> str:
 
 
 def message_type(name: str) -> type[Message]:
-    """The message class of that name."""
+    """Return the message class of that name; raises ModelError if it is not known."""
     try:
         return _REGISTRY[name]
     except KeyError:
@@ -215,7 +215,7 @@ def message_type(name: str) -> type[Message]:
 
 
 def encode(value: Message) -> bytes:
-    """Canonical bytes of a message."""
+    """Return the canonical bytes of a message."""
     return _ENCODER.encode(value)
 
 
@@ -235,7 +235,7 @@ def _unpickled(module: str, name: str, payload: bytes) -> Message:
 
 
 def decoder(cls: type[Message]) -> "msgspec.msgpack.Decoder[Any]":
-    """The decoder of a class; raises ModelError if its field types are ambiguous."""
+    """Return the decoder of a class; raises ModelError if its field types are ambiguous."""
     if cls not in _DECODERS:
         try:
             _DECODERS[cls] = msgspec.msgpack.Decoder(cls)

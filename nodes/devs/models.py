@@ -3,12 +3,11 @@
     X, Y    the ports In, Out                            delta_ext   external(e, x)
     S       the attributes, set by start()               delta_int   internal()
     ta      hold_in(ns), passivate()                     delta_con   confluent(x)
-    lambda  output(): sends, and changes nothing            result()     what a run tells of it in the end
+    lambda  output(): sends, and changes nothing            result()     its result at the end of a run
 
-`hold_in` counts from the tag of the transition that calls it; in `start()` it counts from before (0, 0),
-so that `hold_in(0)` there speaks at (0, 0). An `external` that calls neither leaves the schedule as it
-was; `internal` must call one of them. A coupled model has children and couplings only; flattening
-dissolves it.
+`hold_in` counts from the tag of the transition that calls it; in `start()` it counts from before (0, 0), so that
+`hold_in(0)` there sends at (0, 0). An `external` that calls neither leaves the schedule unchanged; `internal` must call
+one of them. A coupled model has children and couplings only; flattening dissolves it.
 """
 
 import re
@@ -46,7 +45,7 @@ IDLE = Present()  # of models that no simulator has
 
 
 def out_of_reach(path: str, name: str) -> ModelError:
-    """The error for an attribute that models of a run must not access."""
+    """Return the error for an attribute that models of a run must not access."""
     root = path.partition(".")[0]
     return ModelError(
         f"{path}.{name} is out of reach: in a run each child of {root} is a node of its own; send messages, or put "
@@ -58,7 +57,7 @@ _DECLARED: dict[type, list[tuple[str, In[Message] | Out[Message]]]] = {}
 
 
 def _declared(cls: type["Model"]) -> list[tuple[str, In[Message] | Out[Message]]]:
-    """The ports declared by a class and its bases."""
+    """Return the ports declared by a class and its bases."""
     if cls not in _DECLARED:
         found = ((key, x) for base in reversed(cls.__mro__) for key, x in vars(base).items())
         _DECLARED[cls] = [(key, x) for key, x in found if isinstance(x, In | Out)]
@@ -86,20 +85,20 @@ class Model:
 
     @property
     def path(self) -> str:
-        """Names from the root down to this model, joined by dots."""
+        """The names from the root down to this model, joined by dots."""
         path, known, above = self._path or self.name, self._path, self.parent
         while not known and above is not None:  # no recursion: nests may be deep
             path, known, above = f"{above._path or above.name}.{path}", above._path, above.parent
         return path
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
-        """Add an in port that only this instance has."""
+        """Add an in port to this instance only."""
         port: InPort[M] = InPort(self, self._port_name(name), checked_type(type))
         self.ports[name] = port
         return port
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an out port that only this instance has, with its lookahead [ns]."""
+        """Add an out port to this instance only, with its lookahead [ns]."""
         if not isinstance(lookahead, int) or not 0 <= lookahead <= NEVER:
             big = isinstance(lookahead, int) and lookahead > 0
             message = "2**63 ns or more, where time ends" if big else f"{lookahead!r} is not a number of ns >= 0"
@@ -118,7 +117,7 @@ class Model:
 
 @lru_cache(4096)
 def _wrong(name: str) -> str:
-    """Why a name is invalid for a port; "" if it is valid."""
+    """Return why a name is invalid for a port; "" if it is valid."""
     if not _NAME.fullmatch(name):
         return f"{name!r} cannot name a port: use letters, digits, _ and - only"
     if hasattr(Atomic, name) or name in ("name", "parent", "ports", "children", "couplings"):
@@ -127,7 +126,7 @@ def _wrong(name: str) -> str:
 
 
 class Atomic(Model):
-    """A model with behaviour: override `start`, `external`, `output`, `internal`, maybe `confluent`."""
+    """A model with behaviour: override `start`, `external`, `output`, `internal`, and if needed `confluent`."""
 
     __slots__ = ("_index", "_last", "_more", "_place", "_plain", "_port", "_set", "_t", "_value", "_wait")
 
@@ -146,11 +145,11 @@ class Atomic(Model):
 
     @property
     def now(self) -> Tag:
-        """The present tag, for laws and logging."""
+        """The present tag."""
         return Tag(*self._present.now)
 
     def hold_in(self, wait: int) -> None:
-        """Schedule the next internal transition `wait` [ns] after this tag (0: at the next microstep)."""
+        """Schedule the next internal transition `wait` [ns] after the present tag (0: at the next microstep)."""
         if type(wait) is not int:
             raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use seconds(1.5)")
         if not 0 <= wait <= NEVER:
@@ -167,22 +166,23 @@ class Atomic(Model):
         """Set the initial state at (0, 0); without a schedule the model is passive."""
 
     def external(self, e: int, x: Bag) -> None:
-        """Take the bag x that arrives e [ns] after the last transition."""
+        """Handle the bag x of inputs, which arrives e [ns] after the last transition."""
         raise ModelError("an input arrived, but the model defines no external()")
 
     def output(self) -> None:
-        """Send what leaves now; called before `internal`, changes nothing, may be called more than once."""
+        """Send the outputs of the present tag; called before `internal`, must not change the state, may be called
+        twice."""
 
     def internal(self) -> None:
-        """Move on at the scheduled tag."""
+        """Do the transition at the scheduled tag."""
         raise ModelError("the scheduled tag came, but the model defines no internal()")
 
     def result(self) -> Message | None:
-        """Result of this model at the end of a run (`now`); must not change the state."""
+        """Return the result of this model at the end of a run (`now`), if it has one; must not change the state."""
         return None
 
     def confluent(self, x: Bag) -> None:
-        """Confluent transition: by default `internal`, then `external`."""
+        """Do the confluent transition: by default `internal`, then `external`."""
         self.internal()
         self.external(0, x)
 
@@ -197,11 +197,11 @@ class Coupled(Model):
 
     @property
     def couplings(self) -> list[tuple[Port[Message], Port[Message]]]:
-        """Sources and targets in the order of connection."""
+        """The couplings (source, target) in the order of connection."""
         return list(self._coupled)
 
     def add(self, child: Child) -> Child:
-        """Add a child; its name must be new here."""
+        """Add a child, whose name must be new in this model, and return it."""
         self._change("add", lambda: self._add(child))
         return child
 
@@ -210,7 +210,7 @@ class Coupled(Model):
         self._change("remove", lambda: self._remove(name))
 
     def _reachable(self, name: str) -> None:
-        """Refuse access to parents of the models of a run."""
+        """Raise ModelError for access from a running model to one that is not part of its node."""
         present = self._present
         if self.parent is None and not present.node and (present.busy or present.speaker is not None):
             raise out_of_reach(self.path, name)
@@ -262,11 +262,12 @@ class Coupled(Model):
         return super().add_out(name, type)
 
     def connect(self, source: Port[Message], target: Port[Message]) -> None:
-        """Couple a child's or the own source to a child's or the own target (EIC, IC or EOC, by owner)."""
+        """Couple a port of a child or of this model to a port of a child or of this model (EIC, IC or EOC, by
+        owners)."""
         self._change("connect", lambda: self._connect(source, target))
 
     def disconnect(self, source: Port[Message], target: Port[Message]) -> None:
-        """Undo a coupling."""
+        """Remove a coupling."""
         self._change("disconnect", lambda: self._disconnect(source, target))
 
     def _disconnect(self, source: Port[Message], target: Port[Message]) -> None:
@@ -281,7 +282,7 @@ class Coupled(Model):
         self._coupled[source, target] = None
 
     def _fault(self, source: Port[Message], target: Port[Message]) -> str:
-        """What is wrong with a coupling, "" if nothing."""
+        """Return what is wrong with a coupling, "" if nothing."""
         for port in (source, target):
             if port.owner is not self and port.owner.parent is not self:
                 return f"{port!r} is neither a port of {self.path} nor of its children"

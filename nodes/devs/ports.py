@@ -1,15 +1,13 @@
 """Typed ports: declared on the class, bound to each model.
 
-`command = In(HoistCommand)` and `done = Out(HoistDone, lookahead=ms(10))` are the X and Y of the DEVS. On
-an instance the same name is the bound port: the key of the bag and the thing that sends. Lookahead L [ns]
-is a promise: after a transition at t, no output that was not already scheduled leaves by this port before
-t + L. It is checked, not added.
+`command = In(HoistCommand)` and `done = Out(HoistDone, lookahead=ms(10))` are X and Y of the DEVS. On an instance the
+same name is the bound port: the key of the bag, or the port that sends. Lookahead L [ns] is a promise: after a
+transition at t, no output that was not already scheduled leaves by this port before t + L. It is checked, not added.
 
-A message as each receiver gets it, whether it shares the sender's process or not: what its bytes say.
-
-An annotation alone keeps nothing out of a field. What arrives otherwise than it was sent is refused, with its field:
-text in an int, NumPy's scalars, ints of more than 64 bits, halves of characters, a derived message where its base is
-declared. An int in a float field arrives as that float.
+Every receiver gets a message as its bytes represent it, whether it shares the sender's process or not. Annotations
+alone do not restrict a field, so a message that would arrive changed is refused, with the field: text in an int, NumPy
+scalars, ints of more than 64 bits, lone surrogates, a derived message where its base is declared. An int in a float
+field arrives as that float.
 """
 
 from collections.abc import ItemsView, Iterator, Mapping, ValuesView
@@ -28,7 +26,7 @@ M = TypeVar("M", bound=Message)
 
 
 def travelling(value: M, port: object) -> M:
-    """The message as its receiver gets it; raises ModelError that names port and field if it would change."""
+    """Return the message as its receiver gets it; raises ModelError that names port and field if it would change."""
     cls = type(value)
     read = decoder(cls)
     if value.__plain__():
@@ -43,7 +41,7 @@ def travelling(value: M, port: object) -> M:
 
 
 def _same(a: object, b: object) -> bool:
-    """Equality with NaN equal to NaN."""
+    """Return whether values are equal, with NaN equal to NaN."""
     if isinstance(a, float) and isnan(a):
         return isinstance(b, float) and isnan(b)
     if isinstance(a, msgspec.Struct):
@@ -54,7 +52,7 @@ def _same(a: object, b: object) -> bool:
 
 
 def _misfit(value: msgspec.Struct, within: str = "") -> str:
-    """What is wrong with the first field that would arrive otherwise."""
+    """Describe the first field that would arrive changed."""
     for name, hint in hints_of(type(value)).items():
         x = getattr(value, name)
         try:
@@ -78,7 +76,7 @@ Bound = TypeVar("Bound")
 
 
 class Said(Protocol):
-    """What a port sees of the present tag (`models.Present`)."""
+    """Part of `models.Present` that a port uses: messages sent at the present tag."""
 
     sources: "list[Port[Message]]"
     values: list[Message]
@@ -88,7 +86,7 @@ class Said(Protocol):
 
 
 class Owner(Protocol):
-    """What is asked of the model of a port (`models.Model`)."""
+    """Part of `models.Model` that a port uses."""
 
     name: str
 
@@ -130,7 +128,7 @@ class Port(Generic[Carried]):
 
 
 class InPort(Port[Carried]):
-    """A bound in port: a key of the bag."""
+    """A bound in port: a key of the bag of inputs."""
 
     __slots__ = ()
 
@@ -175,7 +173,7 @@ class _Declared(Generic[Bound]):
     @overload
     def __get__(self, model: "Owner", owner: type) -> Bound: ...
     def __get__(self, model: "Owner | None", owner: type) -> Self | Bound:
-        """The declaration, or the bound port of an initialised model."""
+        """Return the declaration, or the bound port of an initialised model."""
         if model is not None:
             raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
         return self
@@ -198,7 +196,7 @@ class Out(_Declared[OutPort[M]], Generic[M]):
 
 @cache
 def checked_type(type: type[M]) -> type[M]:
-    """The type, after checking that a port can carry it."""
+    """Return the type, after checking that a port can carry it."""
     if not issubclass(type, Message):
         raise ModelError(f"a port cannot carry {type!r}: derive it from Message")
     decoder(type)
@@ -206,7 +204,7 @@ def checked_type(type: type[M]) -> type[M]:
 
 
 class Bag(Protocol):
-    """Inputs at one tag: messages in order for each in port; x[port] is empty for a port without input."""
+    """Inputs at one tag: for each in port its messages in order; x[port] is empty for a port without input."""
 
     def __getitem__(self, port: InPort[M], /) -> list[M]: ...
     def __contains__(self, port: object, /) -> bool: ...
@@ -221,7 +219,7 @@ class Bag(Protocol):
 
 
 class Arrived(dict[InPort[Message], list[Message]]):
-    """The bag that a model gets."""
+    """The bag of inputs as a dict, as models receive it."""
 
     __slots__ = ()
 

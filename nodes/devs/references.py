@@ -1,6 +1,6 @@
-"""References to code: `package.module:name` or `path/to/file.py:name`, perhaps with arguments; read and imported.
+"""References to code: `package.module:name` or `path/to/file.py:name`, optionally with arguments; parsed and imported.
 
-Whether that code may run is checked before, by `heavylift.kernel.trust`.
+Callers check before, by `heavylift.kernel.trust`, whether the code may run.
 """
 
 import ast
@@ -13,7 +13,8 @@ _importing: list[str] = []
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Module or file, name, positional and keyword arguments of a reference; raises ModelError if it is invalid."""
+    """Return module or file, name, positional and keyword arguments of a reference; raises ModelError if it is
+    invalid."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
         raise ModelError(f"{reference!r} names no model: its name has bytes that are no UTF-8; rename the file")
@@ -53,5 +54,5 @@ def imported(where: str) -> ModuleType:
 
 
 def importing() -> str:
-    """The module that is being imported for its model, or ""."""
+    """Return the module that is being imported for its model, or ""."""
     return _importing[-1] if _importing else ""

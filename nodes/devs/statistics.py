@@ -1,7 +1,7 @@
-"""Statistics that an atomic gathers in its state, and the random numbers that it draws.
+"""Statistics of an atomic, kept in its state, and random streams.
 
     self.waits.add(seconds)                   Tally: of observations, each of which counts once
-    self.length.set(len(queue), self.now)     TimeWeighted: of what holds until it changes
+    self.length.set(len(queue), self.now)     TimeWeighted: of a value that holds until it changes
     self.random = stream(self.seed, self.path)
 
 Law and Kelton, Simulation Modeling and Analysis, 1.4; mean and variance in one pass after Welford (1962).
@@ -16,7 +16,7 @@ from .events import Tag
 
 
 class Tally:
-    """Count, mean, least and most of observations; NaN and infinities while there are none."""
+    """Count, mean, minimum and maximum of observations; NaN and infinities while there are none."""
 
     def __init__(self) -> None:
         self.count, self.mean, self.least, self.most = 0, nan, inf, -inf
@@ -52,7 +52,7 @@ class TimeWeighted:
         self._area = 0.0  # [ns] times value
 
     def set(self, value: float, now: Tag) -> None:
-        """Set the value at a time; raises ModelError if it is not finite or the time is earlier than the last
+        """Set the value at a time; raises ModelError if the value is not finite or the time is before the last
         change."""
         if not isfinite(value):
             raise _no_observation(value)
@@ -63,7 +63,7 @@ class TimeWeighted:
             self.most = value
 
     def mean(self, now: Tag) -> float:
-        """Time average until now; NaN before time has passed."""
+        """Return the time average until now; NaN before time has passed."""
         area = self._until(now)
         return area / (now.t - self.since) if now.t > self.since else nan
 
@@ -74,7 +74,7 @@ class TimeWeighted:
 
 
 def stream(seed: int, name: str) -> Random:
-    """An independent random stream for each seed and name, such as the path of an atomic."""
+    """Return an independent random stream for each seed and name, such as the path of an atomic."""
     return Random(f"{seed}/{name}")
 
 

@@ -1,12 +1,12 @@
-"""Checks of a lift: each row of the table of limits, and all else that was found, with a state.
+"""Checks of a lift: each row of the table of limits, and all other findings, with a state.
 
 red        beyond the limit
-undecided  the error of the value reaches across the limit
+undecided  the error interval of the value includes the limit
 amber      not checked, assumed by heavylift, of unknown error, or a warning
 green      checked: value and error within the limit
 none       cannot occur in this scene: a row without a colour
 
-The line of a verdict counts them.
+`line_of` summarises them as the verdict.
 """
 
 from __future__ import annotations
@@ -38,10 +38,11 @@ COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line
 def checks_of(
     plan: Plan, uses: Sequence[Use], others: Iterable[Check], errors: Errors | None, shapeless: Iterable[str]
 ) -> list[Check]:
-    """All checks, worst state first, then in the order of the table of limits from hook to ground.
+    """Return all checks, worst state first, then in the order of the table of limits from hook to ground.
 
-    `uses` are the worst of each limit, `others` what was found besides them; `errors` those of a run (None: of a path
-    at rest, which has none); `shapeless`: what has no shape, so that no clearance is known of it.
+    `uses`: the highest utilisation of each limit; `others`: findings without a limit; `errors`: error estimates of a
+    run (None for an equilibrium path, which has none); `shapeless`: objects without a shape, whose clearance is
+    unknown.
     """
     others = sorted(others, key=lambda x: (round(x.t or 0.0, 2), x.quantity, x.subject))
     known = {(x.quantity, x.subject) for x in others}  # which has one row
@@ -81,7 +82,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
 
 
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
-    """State of a limit, which amber it is, and a sentence."""
+    """Return the state of a limit, the reason for amber, and a sentence."""
     limit = use.limit
     name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements
@@ -104,10 +105,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Error of a value [its unit]; None if it is not known.
-
-    What was measured of the use counts; else, of a load that ropes carry, what was of their tensions.
-    """
+    """Return the error of a value [its unit]; None if it is not known. The measured error of the utilisation counts;
+    for a load carried by ropes, otherwise the errors of their tensions."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)
@@ -123,12 +122,12 @@ def error_of(use: Use, errors: Errors) -> float | None:
 
 
 def state_of(checks: Iterable[Check]) -> State:
-    """The worst state; checks that cannot occur do not count."""
+    """Return the worst state; checks that cannot occur do not count."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 
 def line_of(checks: Sequence[Check]) -> str:
-    """The verdict in one line: worst state, number of checks by state, and the worst check in words."""
+    """Return the verdict in one line: worst state, number of checks by state, and the worst check in words."""
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:
@@ -141,8 +140,8 @@ def line_of(checks: Sequence[Check]) -> str:
 
 
 def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...]]:
-    """Rows below `HEAD`, worst first: for each quantity and state the subject with the highest utilisation; `every`:
-    all subjects."""
+    """Return the rows below `HEAD`, worst first: for each quantity and state the subject with the highest utilisation;
+    `every`: all subjects."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
         alone = every or check.quantity == "factor"
@@ -167,7 +166,7 @@ def _row(group: list[Check]) -> tuple[str, ...]:
 
 
 def _size(check: Check) -> float:
-    """Size by which checks of a kind are compared."""
+    """Return the size by which checks of a kind are compared."""
     value = check.value or 0.0
     if abs(value) < NOISE.get(check.unit, 0.0):
         return 0.0
@@ -175,7 +174,7 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """The checks with the highest utilisation, one of a quantity, as lines of text."""
+    """Return the checks with the highest utilisation, one per quantity, as lines of text."""
     found: dict[str, Check] = {}
     for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
         if check.use and " to " not in check.allowed:
@@ -189,7 +188,7 @@ def governing(checks: Sequence[Check]) -> list[str]:
 
 
 def open_checks(checks: Sequence[Check]) -> list[str]:
-    """Undecided and amber checks as lines of text, each kind once, with what would decide it."""
+    """Return undecided and amber checks as lines of text, each kind once, with what would decide it."""
     kinds: dict[str, list[Check]] = {}
     for check in checks:
         if check.state in ("undecided", "amber") and check.why != WARNED:

@@ -1,7 +1,8 @@
-"""The factor sheet: from the load at rest of each hook, sling, shackle and lug to its design load, factor by factor.
+"""The factor sheet: from the static load of each hook, sling, shackle and lug to its design load, factor by factor.
 
-A practice fills the factors whose clause was read; every other one that a lift needs and nobody gives is a limit
-without a value, which is amber.  In a run what was simulated counts without the dynamic factor, if it is more.
+A practice (standard) supplies the factors of its known clauses; every other factor that a lift needs and that is not
+given becomes a limit without a value, which is amber. In a run, the simulated load counts without the dynamic factor,
+if it is larger.
 """
 
 from __future__ import annotations
@@ -74,8 +75,8 @@ def design_limits(
     states: Sequence[StaticState],
     lateral: Mapping[Key, float],
 ) -> Iterator[RatedLimit]:
-    """Design limits of all parts, and a row for each missing factor; `uses`, `states`: of the path at rest, `aside`:
-    increase of utilisation at the corners of the centre-of-mass box."""
+    """Yield the design limits of all parts, and a row for each missing factor. `uses`, `states`: of the equilibrium
+    path; `lateral`: increase of utilisation at the corners of the centre-of-mass box."""
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
     strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
     for quantity, base in BASES.items():
@@ -117,7 +118,7 @@ def design_limits(
 
 
 def _rigging(plan: Plan, rope: str) -> float:
-    """Mass of the slings on a hook and their shackles, two each, as far as known from gear [kg]."""
+    """Return the mass of the slings on a hook and their shackles, two each, as far as known from the gear list [kg]."""
     hook = next((hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope), None)
     ties = [*ties_on(plan.machines, hook)] if hook else []
     total = 0.0
@@ -131,7 +132,7 @@ def _rigging(plan: Plan, rope: str) -> float:
 
 
 def _lift(plan: Plan, limit: RatedLimit) -> Lift | None:
-    """The load that a part carries."""
+    """Return the load that a part carries; None if there is none."""
     for machine in plan.machines:
         for cargo in machine.cargo:
             held: dict[str, list[str]] = {}
@@ -172,7 +173,7 @@ def _value(
     states: Sequence[StaticState],
     lateral: Mapping[Key, float],
 ) -> tuple[float | None, str]:
-    """A factor and its source; None and the remedy if it is missing."""
+    """Return a factor and its source; None and the remedy if it is missing."""
     clause = clauses.get(name, Clause("no practice"))
     own = getattr(given, f"{name}_factor" if name in ("cog", "tilt") else name)
     if name == "wind":
@@ -198,7 +199,7 @@ def _value(
 
 
 def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
-    """Factor for wind on a load: resultant of wind force and weight over the weight."""
+    """Return the factor for wind on a load: the resultant of wind force and weight over the weight."""
     if given.wind is None:
         return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"
     if not given.wind * given.area:
@@ -211,8 +212,8 @@ def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
 def tilted(
     plan: Plan, hooks: Sequence[str], limit: RatedLimit, states: Sequence[StaticState], sine: float, rise: float
 ) -> float | None:
-    """Increase of a part's load on two hooks when the load tilts by an angle, or one hook is higher by `rise` [m] if
-    that is more (0027/ND, B.1.2, plumb ropes), at the state of its largest static load."""
+    """Return the increase of a part's load on two hooks when the load tilts, at the state of its largest static load.
+    `sine`: of the tilt angle; `rise` [m]: one hook higher, if that gives more (0027/ND, B.1.2, plumb ropes)."""
     most: tuple[float, float] | None = None
     for state in (x for x in states if not x.grounded):
         ends = [_end(plan, state, hook) for hook in hooks]
@@ -240,7 +241,7 @@ def tilted(
 
 
 def _on(plan: Plan, rope: str) -> set[str]:
-    """A hook and its slings."""
+    """Return a hook rope and its slings."""
     hook = next(hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope)
     return {rope, *(tie.rope for tie in ties_on(plan.machines, hook))}
 
@@ -249,8 +250,8 @@ Vector = tuple[float, float, float]
 
 
 def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | None:
-    """Suspension point of the load on a hook, and its centre of mass, in the world [m]: the common point of its slings,
-    else the mean of its lugs."""
+    """Return suspension point and centre of mass of the load on a hook, in the world [m]. The suspension point is the
+    common point of its slings, else the mean of its lugs."""
     lugs, places = lug_places(plan.machines), list[tuple[Vector, Vector]]()
     hook = next(hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope)
     body = ""
@@ -270,5 +271,5 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 
 def product(limit: RatedLimit, *, dynamic: bool) -> float:
-    """Product of the factors of a limit; for a simulated load, `dynamic`, without the dynamic factor."""
+    """Return the product of the factors of a limit; for a simulated load (`dynamic`) without the dynamic factor."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

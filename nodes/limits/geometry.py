@@ -1,4 +1,4 @@
-"""Whether a block can be what the scene says: its lugs on it, its centre of mass in it, and as heavy as it is big."""
+"""Plausibility of a block: lugs on it, centre of mass inside it, and a mass that fits its volume."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DENSITIES = 20.0, 7850.0  # of all that is in the box of a block [kg/m3]: of lig
 
 
 def outside(half: Vector, p: Vector) -> float:
-    """Distance of a point from a box with these half edges about the origin [m]; 0 inside."""
+    """Return the distance of a point from a box with these half edges about the origin [m]; 0 inside."""
     return hypot(*(max(0.0, abs(x) - h) for x, h in zip(p, half, strict=True)))
 
 
@@ -46,7 +46,7 @@ def _of(cargo: Cargo) -> Iterator[Check]:
 
 
 def _densities(plan: Plan) -> Iterator[Check]:
-    """Warnings for lifted bodies with an implausible density."""
+    """Yield warnings for lifted bodies with an implausible density."""
     known = plan.machines
     masses = {body.name: body.mass for m in known for body in m.system.bodies if body.flexible is None}
     low, high = DENSITIES
@@ -64,8 +64,8 @@ def _densities(plan: Plan) -> Iterator[Check]:
 
 
 def passes_through(a: Vector, b: Vector, half: Vector) -> float:
-    """Length of the part of a straight line from a to b that is inside a box of these half edges around the origin [m]
-    (the slab method: Kay and Kajiya 1986, Ray tracing complex scenes)."""
+    """Return the length of the part of a straight line from a to b that is inside a box of these half edges around the
+    origin [m] (slab method: Kay and Kajiya 1986, Ray tracing complex scenes)."""
     first, last = 0.0, 1.0
     for p, q, h in zip(a, b, half, strict=True):
         d = q - p

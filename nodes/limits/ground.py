@@ -1,12 +1,12 @@
-"""What a machine presses on the ground: statics of all that its joints hold together, as columns over n instants.
+"""Loads of a machine on the ground: statics of all bodies that its joints connect, as columns over n instants.
 
-Its weights and the pulls of ropes make one force with a place on the ground; inertia of the machine itself and wind on
-it are not in it.  That force V [N] at x, y [m] from the middle of the base is shared by
+Weights and rope pulls give one resultant force with its position on the ground; inertia of the machine itself and wind
+on it are not included. That force V [N] at x, y [m] from the middle of the base is shared by
 
     two tracks    by the lever between them; below each along its length by the trapezoid of a rigid body on springs,
                   or by the triangle beyond the middle third
-    four corners  V/4 (1 +- 2x/l +- 2y/w), as of a rigid base on equal springs; where one would be pulled, by the
-                  other three, which need no stiffness
+    four corners  V/4 (1 +- 2x/l +- 2y/w), as of a rigid base on equal springs; if one corner would be pulled, by the
+                  other three, whose loads do not depend on stiffness
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PARTS = 24  # of the way that a machine slews between two instants of a path at 
 
 
 def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corner: str) -> Column:
-    """Load of a corner of a base (length, width) (n,) [N]."""
+    """Return the load of a corner of a base (length, width) (n,) [N]."""
     (along, across), u, v = CORNERS[corner], 2.0 * x / base[0], 2.0 * y / base[1]
     a, b = along * u, across * v
     four = V / 4.0 * (1.0 + a + b)
@@ -45,7 +45,8 @@ def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corn
 
 
 def track_pressure(V: Column, x: Column, y: Column, base: tuple[float, float], breadth: float, side: str) -> Column:
-    """Largest pressure (n,) [Pa] below a track of a base (length, track distance); infinite beyond tipping."""
+    """Return the largest pressure (n,) [Pa] below a track of a base (length, track distance); infinite beyond
+    tipping."""
     length, apart = base
     own, e = np.clip(V / 2.0 * (1.0 + 2.0 * SIDES[side] * y / apart), 0.0, V), np.abs(x)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -54,13 +55,14 @@ def track_pressure(V: Column, x: Column, y: Column, base: tuple[float, float], b
 
 
 def distance_to_tipping(x: Column, y: Column, base: tuple[float, float], *, lifts: bool) -> Column:
-    """Which part of the way from the middle to where it tips, or to where one corner `lifts`, the force is (n,)."""
+    """Return the position of the force as a fraction (n,) of the distance from the middle to tipping, or, with `lifts`,
+    to where one corner loses contact."""
     u, v = np.abs(2.0 * x / base[0]), np.abs(2.0 * y / base[1])
     return np.asarray(u + v if lifts else np.maximum(u, v))
 
 
 def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
+    """Return pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
     if machine is None or footing is None:
@@ -73,7 +75,7 @@ def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | Non
 
 
 def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y: Column) -> Column:
-    """The quantity of a limit from the resultant force on the ground [N] and its position [m]."""
+    """Return the quantity of a limit from the resultant force on the ground [N] and its position [m]."""
     base = footing.length, footing.width
     if limit.quantity == "uplift":
         return distance_to_tipping(x, y, base, lifts=footing.kind == "wheels")
@@ -91,7 +93,7 @@ def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y
 def _slewed(
     machine: Mechanism | None, signals: SignalColumns, V: Column, x: Column, y: Column
 ) -> Iterator[tuple[Column, Column, Column]]:
-    """Resultant force and position; for a path at rest also while the machine slews."""
+    """Yield resultant force and position; on an equilibrium path also for positions while the machine slews."""
     yield V, x, y
     actuators = machine.actuators if machine and not signals.dynamic else ()
     for slewer in (a.name for a in actuators if a.verb == "slew" and a.name in signals.lengths):
@@ -102,8 +104,8 @@ def _slewed(
 
 
 def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
-    """Resultant force on the ground (n,) [N] and its position in the frame of the base (n,) [m]; None if a body or rope
-    is not recorded."""
+    """Return the resultant force on the ground (n,) [N] and its position in the frame of the base (n,) [m]; None if a
+    body or rope is not recorded."""
     footing = machine.footing
     assert footing is not None
     middle = place(signals, Point(footing.body, footing.at))
@@ -124,7 +126,7 @@ def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[C
 
 
 def _forces(plan: Plan, machine: Mechanism, signals: SignalColumns) -> Iterator[tuple[Column | None, Column | None]]:
-    """Points (n, 3) [m] and forces (n, 3) [N] of its weights, and of ropes to other bodies."""
+    """Yield points (n, 3) [m] and forces (n, 3) [N] of the machine's weights, and of ropes to other bodies."""
     own, n = standing(machine), len(signals.t)
     for body in (body for body in machine.system.bodies if body.name in own):
         weight = np.zeros((n, 3))
@@ -138,7 +140,7 @@ def _forces(plan: Plan, machine: Mechanism, signals: SignalColumns) -> Iterator[
 
 
 def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None, Column | None]:
-    """Point and force of a rope line at its first end."""
+    """Return point and force of a rope line at its first end."""
     a, b = place(signals, line.a), place(signals, line.b)
     if a is None or b is None:
         return a, None
@@ -148,7 +150,7 @@ def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None,
 
 
 def standing(machine: Mechanism) -> set[str]:
-    """Bodies that joints connect with the base of a machine."""
+    """Return the bodies that joints connect with the base of a machine."""
     footing = machine.footing
     pairs = [
         (j.parent, j.child) for j in machine.system.joints if j.kind != "free" and WORLD not in (j.parent, j.child)

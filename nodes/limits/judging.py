@@ -1,7 +1,7 @@
-"""Judges the table of limits on what happened or would happen: the worst of each row, and what is beyond it.
+"""Evaluates the table of limits on an equilibrium path or a run: the highest utilisation of each row, and violations.
 
-Two judgements stand apart: loads against what may be carried (working load or chart), and the largest tension of a run
-against the breaking force over the product of partial factors; a path at rest has no such peak.
+Two checks are separate: loads against working loads or charts, and the largest tension of a run against the breaking
+force over the product of partial factors; an equilibrium path has no such peak.
 """
 
 from __future__ import annotations
@@ -24,15 +24,13 @@ ELSEWHERE = ("clearance",)  # checked by who looks at shapes
 
 
 def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
-    """The worst of each limit on the equilibrium path."""
+    """Return the highest utilisation of each limit on the equilibrium path."""
     return uses_of(plan, [signals_of(states)])
 
 
 def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
-    """The highest utilisation of each limit; a Use without value for a limit without data.
-
-    Parts follow one another in time, each begins with the last instant of the one before it.
-    """
+    """Return the highest utilisation of each limit; a Use without value for a limit without data. `parts` follow one
+    another in time; each begins with the last instant of the one before it."""
     peaks = ("sling peak", "rope peak")
     found: list[_Worst] = []
     for i, signals in enumerate(parts):
@@ -56,7 +54,7 @@ class _Worst:
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
     def see(self, plan: Plan, signals: SignalColumns) -> None:
-        """The next instants."""
+        """Add the samples of the next part."""
         limit = self._limit
         reading = read(plan, limit, signals)
         if reading is None:
@@ -102,7 +100,7 @@ class _Worst:
         return -values if self._limit.least else values
 
     def _made(self, signals: SignalColumns, value: float, t: float, k: int | None, x: float | None = None) -> Use:
-        """The use at sample k, or between samples (None), at x of the chart."""
+        """Return the use at sample k, or between samples (None), at x of the chart."""
         limit = self._limit
         if x is not None:
             action = _action(signals, k)
@@ -111,7 +109,7 @@ class _Worst:
         return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k), tolerance=self._tolerance)
 
     def use(self) -> Use:
-        """The worst of all that was seen."""
+        """Return the highest utilisation of all samples added."""
         exact, found = self._exact, self._first[0][1] if self._first else None
         if (rest := self._limit.rest) and self._dynamic:
             value = rest.value * product(self._limit, dynamic=False)

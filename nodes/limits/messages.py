@@ -25,12 +25,12 @@ REFUSED: tuple[Quantity, ...] = (  # a scene beyond them at rest cannot be run
 
 
 def percent(use: float) -> str:
-    """Utilisation in per cent, with enough digits to show on which side of 100 % it is."""
+    """Return the utilisation in per cent, with enough digits to show on which side of 100 % it is."""
     return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
 
 
 def shown(limit: RatedLimit, value: float | None) -> str:
-    """A value of a limit's quantity for people."""
+    """Return a value of a limit's quantity as text."""
     if value is None:
         return ""
     match limit.unit:
@@ -53,7 +53,7 @@ def shown(limit: RatedLimit, value: float | None) -> str:
 
 
 def bound(use: Use) -> float:
-    """The limit of a use; of two limits the one on its side."""
+    """Return the limit of a use; of two limits the one on the side of the value."""
     limit = use.limit
     if limit.between is not None and use.value is not None:
         low, high = limit.between

@@ -1,7 +1,7 @@
-"""The signal that a limit names: one row for each quantity, of the kernel's table of quantities.
+"""The signal of a limit, from the kernel's table of quantities: one row for each quantity.
 
-Of loads that is what hangs below the hook blocks [kg]; of parts of a hook rope what the one at its upper end carries:
-at the drum in hoisting, or the most loaded one, which is the same in hoisting and the dead end in lowering.
+Loads are the mass below the hook blocks [kg]. For the parts of a hook rope it is the force in the part at its upper
+end: at the drum in hoisting, or in the most loaded part, which is the same in hoisting and the dead end in lowering.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ OF_TENSIONS = ("load", "tension", "use", "pull", "reserve")  # kinds of which a 
 
 
 def hooks_of(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Hooks by the names of their ropes."""
+    """Return the hooks by the names of their ropes."""
     return {hook.rope: hook for machine in machines for hook in machine.hooks}
 
 
 def signal_of(limit: RatedLimit, machines: Sequence[Mechanism], gravity: float) -> ScalarSignal | None:
-    """The signal of a limit, with gravity [m/s2]; None for quantities of several signals: sling angle with changing
-    lugs, strongest wind, clearance."""
+    """Return the signal of a limit, with gravity [m/s2]; None for quantities of several signals: sling angle with
+    changing lugs, strongest wind, clearance."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
     if kind and not limit.elements:
         return None
@@ -91,7 +91,7 @@ def _lead(hook: Hoist, quantity: Quantity) -> float:
 
 
 def origin(machines: Sequence[Mechanism], body: str, axis: int) -> float:
-    """Origin of a machine's coordinate along a world axis [m]."""
+    """Return the origin of a machine's coordinate along a world axis [m]."""
     carried, found = {joint.child: joint for machine in machines for joint in machine.system.joints}, 0.0
     while (joint := carried.get(body)) is not None:
         found, body = found + joint.p_PJ[axis], joint.parent
@@ -99,7 +99,7 @@ def origin(machines: Sequence[Mechanism], body: str, axis: int) -> float:
 
 
 def rated(plan: Plan) -> dict[str, float]:
-    """Rated load of each rope [N], 100 % utilisation; ropes without one are omitted."""
+    """Return the rated load of each rope [N], 100 % utilisation; ropes without one are omitted."""
     hooks = {hook.rope: hook.rated for machine in plan.machines for hook in machine.hooks if hook.rated}
     slings = {tie.rope: tie.rated for machine in plan.machines for tie in machine.ties if tie.rated}
     ropes, others = ({x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES)

@@ -1,4 +1,5 @@
-"""Radius and use of the chart in each stage: as a load hangs there first, where the use is largest, and last."""
+"""Radius and utilisation of the chart in each stage: when a load is first on the hook, at the largest utilisation, and
+last."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ class HookReach:
         self._found: dict[tuple[str, str], list[Reach]] = {}
 
     def see(self, signals: SignalColumns) -> SignalColumns:
-        """The next instants, which are given back."""
+        """Add the samples of the next part, and return them."""
         for limit in self._limits:
             reading, radii = read(self._plan, limit, signals), axis_of(self._plan, limit, signals)
             if reading is None or radii is None:
@@ -38,7 +39,7 @@ class HookReach:
         return signals
 
     def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
-        """Evaluate a path at rest."""
+        """Evaluate an equilibrium path."""
         self.see(signals_of(states))
         return self.found
 
@@ -54,7 +55,7 @@ class HookReach:
 
     @property
     def found(self) -> tuple[Reach, ...]:
-        """Three of each hook and stage, in their order."""
+        """The three radii of each hook and stage, in order of time."""
         each = sorted(self._found.values(), key=lambda three: three[0].t)
         return tuple(
             msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)

@@ -1,8 +1,8 @@
-"""How the quantity of a limit is read: by the signal that it names, evaluated on columns.
+"""Evaluation of the quantity of a limit: its signal on columns.
 
-A signal is one row of the kernel's table of quantities, whose formula conditions and interlocks trace.  A reading is
-the quantity at each instant and, where a run kept the exact peak of a tension, the largest with its time.  What hangs
-empty is not read: an angle counts only while its rope holds a load.
+A signal is one row of the kernel's table of quantities, whose formula is also traced for conditions and interlocks. A
+reading has the quantity at each instant and, if a run recorded the exact peak of a tension, the maximum with its time.
+Unloaded ropes are not evaluated: an angle counts only while its rope holds a load.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ class Reading:
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Evaluate the quantity of a limit; None without data."""
+    """Evaluate the quantity of a limit; return None without data."""
     return READERS.get(limit.quantity, _named)(plan, limit, signals)
 
 
 def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """The argument of a limit's chart at each sample: trolley position or radius [m]."""
+    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]."""
     if limit.over == "angle":
         angles = [x.values for name in limit.elements if (x := _bridle(plan, limit, signals, name))]
         return np.fmax.reduce(angles) if angles else None
@@ -92,10 +92,8 @@ def _evaluated(
 
 
 def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Evaluate the signal of a limit, with the exact peak of one rope or the sum of all.
-
-    Of a signal that the scene itself limits all must be on record.
-    """
+    """Evaluate the signal of a limit, with the exact peak of one rope or of the sum of all. A signal that the scene
+    itself limits needs all of its ropes in the recording."""
     kind, given = KINDS.get(limit.quantity), None
     if kind in OF_TENSIONS:
         on_record = tuple(name for name in limit.elements if name in signals.tensions)
@@ -113,7 +111,7 @@ def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | N
 
 
 def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:
-    """The signal at the exact peak of the one rope of a limit, or of several together, and when that was [s]."""
+    """Return the signal at the exact peak of the rope of a limit, or of the sum of several, and its time [s]."""
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
     if alone and limit.quantity == "lug load" and not _on_lug(plan, limit, signals, limit.elements[0], alone[1]):
         alone = None
@@ -131,8 +129,8 @@ def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSigna
 def _counted(
     plan: Plan, limit: RatedLimit, signals: SignalColumns, values: Column, exact: tuple[float, float] | None
 ) -> Reading | None:
-    """Relevant part of a signal: charts apply to loaded hooks (with the block for charts by radius), off-lead to loaded
-    ropes, both signs alike."""
+    """Return the part of a signal that counts: charts apply to loaded hooks (with the block for charts by radius),
+    off-lead to loaded ropes, with both signs alike."""
     if limit.quantity in LOADS:
         if limit.over != "radius":
             return Reading(np.maximum(values, 0.0), exact)
@@ -155,7 +153,7 @@ def _on_lug(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str, t:
 
 
 def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:
-    """Tensions of slings while they are hooked to the lug of a limit [N]."""
+    """Return the tensions of slings while they are hooked to the lug of a limit [N]."""
     found = {}
     for name in limit.elements:
         on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), False)
@@ -166,7 +164,7 @@ def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, 
 
 
 def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """A load times its factors; in a run the simulated load without the dynamic factor."""
+    """Return a load times its factors; in a run the simulated load without the dynamic factor."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)
@@ -191,7 +189,7 @@ def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading 
 
 
 def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:
-    """Angle of a taut sling to the vertical [rad]."""
+    """Return the angle of a taut sling to the vertical [rad]."""
     tie = tie_of(plan, name or next(iter(limit.elements), ""))
     if tie is None or tie.rope not in signals.tensions:
         return None
@@ -207,14 +205,14 @@ def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "
 
 
 def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Quantities computed in other modules: ground pressure, speed at lift-off and landing."""
+    """Return quantities computed in other modules: ground pressure, speed at lift-off and landing."""
     values = COLUMNS[limit.quantity](plan, limit, signals)
     return None if values is None else Reading(values)
 
 
 def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Speed of the strongest wind of the scene [m/s], at each sample and at the bends of its histories; for a path at
-    rest up to the end of the scene."""
+    """Return the speed of the strongest wind of the scene [m/s], at each sample and at the breakpoints of its
+    histories; on an equilibrium path up to the end of the scene."""
     winds = _winds(plan)
     if not winds:
         return None
@@ -227,13 +225,13 @@ def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | No
 
 
 def _winds(plan: Plan, name: str = "") -> list[forces.InputSignal]:
-    """The speeds of all winds, or of that one."""
+    """Return the signals of all winds, or of the wind `name`."""
     each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
     return [f.signal for f in each if name in ("", f.name)]
 
 
 def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
-    """(n,) the largest speed of any wind [m/s]; at a jump the larger side."""
+    """Return the largest speed (n,) of any wind [m/s]; at a jump the larger side."""
     speeds = [np.zeros(len(t))]
     for s in winds:
         if not s.times:

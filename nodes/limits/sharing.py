@@ -1,7 +1,7 @@
-"""Where the shares of a lift are statically indeterminate, and what standards take them to be.
+"""Statically indeterminate load sharing, and the factors in standards for it.
 
-A block on more than three hooks or slings of its own shares its weight by their stiffness: a millimetre of length
-decides.  The printed shares are those of the lengths as they are written.
+A block on more than three hooks or slings shares its weight by their stiffness: a millimetre of length matters. The
+printed shares are those of the given lengths.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium 
 
 
 def indeterminate(plan: Plan) -> int:
-    """Number of hooks of a block if their shares are statically indeterminate, else 0."""
+    """Return the number of hooks of a block if their shares are statically indeterminate, else 0."""
     most = 0
     for cargo in (cargo for machine in plan.machines for cargo in machine.cargo):
         hooks = (hook for machine in plan.machines for hook in machine.hooks)
@@ -30,7 +30,7 @@ def indeterminate(plan: Plan) -> int:
 
 
 def shared(plan: Plan) -> list[str]:
-    """Sentences about load sharing and the factors in standards for it."""
+    """Return sentences about load sharing and the factors in standards for it."""
     many = indeterminate(plan)
     if not many:
         return []
@@ -41,21 +41,21 @@ def shared(plan: Plan) -> list[str]:
 
 
 def dynamics_required(plan: Plan) -> tuple[float, str] | None:
-    """The dynamic amplification that a standard foresees for the block, and its source; None where none is lifted,
-    or nobody says where."""
+    """Return the dynamic amplification factor that a standard requires for the block, and its source; None if no block
+    is lifted or the place is not given."""
     masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
     return daf(plan.place, max(masses)) if masses else None
 
 
 def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
-    """Actions that hoist until a block is lifted, or lower until it has landed, with their speeds [m/s]."""
+    """Return the actions that hoist until a block is lifted, or lower until it has landed, with their speeds [m/s]."""
     moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
     winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
     return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
 
 
 def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
-    """The fastest ordered hook speed (n,) [m/s] in stages with lift-off or landing."""
+    """Return the fastest ordered hook speed (n,) [m/s] in stages with lift-off or landing."""
     values = np.full(len(signals.t), np.nan)
     for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
         here = signals.within(action.stage)
@@ -64,7 +64,8 @@ def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
 
 
 def hoisting_factors(plan: Plan) -> list[str]:
-    """The factors that EN 13001-2 foresees at the fastest hook speed at which a load is taken up, in each class."""
+    """Return the factors that EN 13001-2 requires for the fastest lift-off speed of the plan, for each hoisting
+    class."""
     speeds = [speed for _, speed in touching(plan, LiftedCondition)]
     if not speeds:
         return []

@@ -1,4 +1,5 @@
-"""What is checked, of a path or of a run alike: tensions, poses and rope lengths as columns over n instants."""
+"""The signals that are checked, of an equilibrium path or a run: tensions, poses and rope lengths as columns over n
+instants."""
 
 from __future__ import annotations
 
@@ -25,9 +26,9 @@ class SignalColumns:
     """Columns over n instants; names are the kernel's.
 
     t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook
-    rope -> (n,) unstretched length [m], where it is known.  `peaks`: rope -> (tension [N], when [s]), exact where a
-    run was integrated; `crossings`: load cell -> (tension [N], when [s]) as it went beyond its rated one.  `stages`:
-    (from when [s], name); `actions`: number of the action at each instant, of a path.
+    rope -> (n,) unstretched length [m], where it is known. `peaks`: rope -> (tension [N], time [s]), exact for an
+    integrated run; `crossings`: load cell -> (tension [N], time [s]) when it exceeded its rated one. `stages`: (start
+    [s], name); `actions`: number of the action at each instant of a path.
     """
 
     t: Column
@@ -51,7 +52,7 @@ class SignalColumns:
         return found
 
     def stage_at(self, t: float, k: int | None = None) -> str:
-        """The stage of an instant, or of a time between instants."""
+        """Return the stage of instant k, or of a time t [s] between instants."""
         if k is not None and self.named:
             return self.named[k]
         return next((name for start, name in reversed(self.stages) if start <= t), "")
@@ -64,7 +65,7 @@ class SignalColumns:
         return np.array([False, *(name == stage for _, name in self.stages)], dtype=bool)[at]
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
-        """The lugs of a sling, each with the samples (n,) at which it was hooked there."""
+        """Return the lugs of a sling, each with a mask (n,) of the samples at which it was hooked there."""
         return self.once(("lugs", sling), lambda: self._lugs(sling))
 
     def _lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
@@ -81,7 +82,7 @@ class SignalColumns:
 
 
 def signals_of(states: Sequence[StaticState]) -> SignalColumns:
-    """Columns of a path; missing values are 0 (tensions) or nan."""
+    """Return the columns of a path; missing values are 0 (tensions) or nan."""
     forces = [{**state.tensions, **state.supports} for state in states]
     ropes = sorted({name for each in forces for name in each})
     bodies = sorted({name for state in states for name in state.poses})
@@ -116,7 +117,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Which sling is hooked to which lug from which time [s], by the recorded rope lines."""
+    """Return which sling is hooked to which lug from which time [s], by the recorded rope lines."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}
@@ -128,12 +129,12 @@ def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list
 
 
 def tie_of(plan: Plan, name: str) -> Tie | None:
-    """The sling of this name."""
+    """Return the sling of this name; None if there is none."""
     return next((tie for machine in plan.machines for tie in machine.ties if tie.rope == name), None)
 
 
 def carries(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
-    """Whether a load hangs on a hook, at each sample (n,)."""
+    """Return whether a load hangs on a hook, at each sample (n,)."""
     slings = [tie.rope for tie in ties_on(plan.machines, hook) if tie.rope in signals.tensions]
     if not slings:
         return np.ones(len(signals.t), dtype=bool)
@@ -142,7 +143,7 @@ def carries(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
 
 
 def place(signals: SignalColumns, point: Point) -> Column | None:
-    """Positions (n, 3) of a point of a body [m]; None if the body is not recorded."""
+    """Return the positions (n, 3) of a point of a body [m]; None if the body is not recorded."""
     return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
 
 

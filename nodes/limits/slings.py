@@ -1,7 +1,7 @@
-"""What slings and shackles may carry by published standards: one row per termination, number of legs or standard.
+"""Allowed loads of slings and shackles by published standards: one row per termination, number of legs or standard.
 
-Two ways of EN 13414-1, never multiplied: legs that are bought as one assembly carry its working load limit together;
-legs that are chosen singly each carry their own, with a skew load factor where four hold one rigid load.
+EN 13414-1 has two methods, which are never combined: legs bought as one assembly carry its working load limit together;
+legs chosen singly carry each their own, with a skew load factor if four hold one rigid load.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ EN_13889, LARGEST_SHACKLE = "EN 13889", 25e3  # its shackles end there [kg]
 
 
 class Termination(NamedTuple):
-    """KT of EN 13414-1, if applicable, and the factor of 0027/ND 7.7.1."""
+    """Properties of a sling termination: KT of EN 13414-1, if applicable, and the factor of 0027/ND 7.7.1."""
 
     kt: float | None
     factor: float
@@ -69,7 +69,7 @@ class Rated(NamedTuple):
 
 
 def at_rest(x: Terms, gravity: float) -> Rated:
-    """Safety factor of one leg at rest."""
+    """Return the safety factor of one leg at rest."""
     if x.WLL:
         return _skewed(x, Rated(x.breaking / (x.WLL * gravity), x.source or "its working load limit in the scene"))
     known = TERMINATIONS[x.termination or "ferrule"]
@@ -89,7 +89,7 @@ def at_rest(x: Terms, gravity: float) -> Rated:
 
 
 def _skewed(x: Terms, rated: Rated) -> Rated:
-    """The same with the skew load of four individually chosen legs."""
+    """Return a rating with the skew load factor added for four individually chosen legs."""
     if not x.single:
         return rated
     skew = SHARING["four slings"]
@@ -98,7 +98,7 @@ def _skewed(x: Terms, rated: Rated) -> Rated:
 
 
 def in_a_run(x: Terms) -> Rated:
-    """Safety factor for the peak tension in a run (0027/ND, 7.3 to 7.10)."""
+    """Return the safety factor for the peak tension in a run (0027/ND, 7.3 to 7.10)."""
     name = x.termination or "spliced"
     bend = bending(x.pin / x.diameter) if x.pin and x.diameter and name not in SOCKETS else 1.0
     reduced = max(TERMINATIONS[name].factor, bend)
@@ -118,13 +118,13 @@ def _force(x: Terms) -> str:
 
 
 def bending(ratio: float) -> float:
-    """Bending factor of a sling around a pin with this ratio of diameters, at least 1 (0027/ND, 7.8.1)."""
+    """Return the bending factor of a sling around a pin with this ratio of diameters, at least 1 (0027/ND, 7.8.1)."""
     return 1.0 / (1.0 - 0.5 / sqrt(max(ratio, 1.0)))
 
 
 def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, float], ...], str] | None:
-    """WLL of an assembly of legs as (angle to the vertical [rad], mass [kg]) with its terms; None if no standard
-    applies."""
+    """Return the WLL of an assembly of legs as (angle to the vertical [rad], mass [kg]) with its terms; None if no
+    standard applies."""
     rated = at_rest(x._replace(single=False), gravity)
     if legs not in KL or x.WLL or TERMINATIONS[x.termination or "ferrule"].kt is None or rated.note:
         return None
@@ -136,7 +136,7 @@ def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, fl
 
 
 def shackle(WLL: float, standard: str) -> str:
-    """Remark on a shackle of a WLL [kg] and a standard; "" if it is plausible."""
+    """Return a remark on a shackle of a WLL [kg] and a standard; "" if it is plausible."""
     if standard.startswith(EN_13889) and WLL > LARGEST_SHACKLE:
         return f"{EN_13889} ends at {LARGEST_SHACKLE / 1e3:g} t, assumed: RR-C-271 or its maker's certificate counts"
     return "EN 1677 is for hooks, links and components, assumed" if standard.startswith("EN 1677") else ""

@@ -1,7 +1,7 @@
-"""Factors of published standards, each by name and clause.
+"""Factors of published standards, each with name and clause.
 
-ISO 4308-1 is withdrawn, ISO 16625 follows it; its factors are those that ropes of cranes are still chosen by.  0027/ND
-(GL Noble Denton) rev 11.2 of 2016 went on as DNVGL-ST-N001 and DNV-ST-N001.
+ISO 4308-1 is withdrawn and replaced by ISO 16625; crane ropes are still chosen by its factors. 0027/ND (GL Noble
+Denton) rev 11.2 of 2016 was continued as DNVGL-ST-N001 and DNV-ST-N001.
 """
 
 from __future__ import annotations
@@ -63,7 +63,8 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Dynamic amplification factor for a mass [kg] at a place, with its source; None for an unknown place."""
+    """Return the dynamic amplification factor for a mass [kg] at a place, with its source; None for an unknown
+    place."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]
@@ -73,13 +74,15 @@ def daf(place: str | None, mass: float) -> tuple[float, str] | None:
 
 
 def hoisting_factor(speed: float, hoisting_class: str) -> float:
-    """phi_2 = phi_2,min + beta_2 v_h of a load lifted off the ground at a hook speed [m/s] (EN 13001-2, 4.2.2.2)."""
+    """Return phi_2 = phi_2,min + beta_2 v_h of a load lifted off the ground at a hook speed [m/s] (EN 13001-2,
+    4.2.2.2)."""
     least, slope = HOISTING[hoisting_class]
     return least + slope * speed
 
 
 def partial_factor(**given: float) -> float:
-    """Product of the partial factors of a sling, breaking force over the largest dynamic tension (0027/ND 7.3.1)."""
+    """Return the required breaking force over the largest dynamic tension: the product of the partial factors of a
+    sling (0027/ND 7.3.1)."""
     each = RIGGING | given
     reduced = each["termination"] * each["wear"] * each["twist"]
     return max(each["load"] * each["consequence"] * each["material"] * reduced, LEAST * reduced)
@@ -87,8 +90,8 @@ def partial_factor(**given: float) -> float:
 
 @dataclass(frozen=True)
 class Strength:
-    """Strength requirement: quantity of a thing that may reach its breaking force over `factor`, with source; a scene
-    may override the factor by the key `own`."""
+    """A requirement on strength: the quantity may reach the breaking force over `factor`, with source. A scene may
+    override the factor by the key `own`."""
 
     of: Literal["sling", "hoist rope"]
     quantity: Quantity
@@ -110,7 +113,7 @@ Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with i
 def strength_limits(
     of: str, name: str, breaking: float, where: str, given: Own, note: str = ""
 ) -> Iterator[RatedLimit]:
-    """Limits of a sling or hoist rope by each standard; `breaking` [N], `given`: overriding factors."""
+    """Yield the limits of a sling or hoist rope by each standard; `breaking` [N]; `given`: overriding factors."""
     for row in (row for row in STRENGTHS if row.of == of):
         factor, source, more = given.get(row.own) or (row.factor, row.source, note)
         yield RatedLimit(

@@ -1,16 +1,16 @@
-"""The models of a lift: machines and their commander, made from a plan.
+"""The models of a lift: machines and their commander, built from a plan.
 
 build(plan), build_one(plan, name)     the coupled model of each node
-divided(plan, nodes)                   what each node needs of a plan
-system(plan)                           what they declare together, for the kernel
-couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
+divided(plan, nodes)                   the part of a plan that each node needs
+system(plan)                           the mechanics declared by all nodes, for the kernel
+couplings(plan), subscriptions(plan)   couplings of nodes and kernel; nodes that receive each state event
 tree(plan), tree_data(plan)            the model tree as text, as plain data
 
-machine                                any machine, walked from its parts
-levels                                 how much of a machine is modelled: passes over its description
-user_models                                    a user's own model beside the kernel: Sample in, SetPoint out
-assembly, tree                         from a plan to models and couplings; their tree as text
-parts                                  what machines are made of: drives, gauges, slings, brakes; messages
+machine                                any machine, built from its parts
+levels                                 model levels of a machine: passes over its description
+user_models                            a user's own model beside the kernel: Sample in, SetPoint out
+assembly, tree                         models and couplings from a plan; their tree as text
+parts                                  parts of machines: drives, gauges, slings, brakes; messages
 commander                              carries out the action list
 """
 

@@ -1,7 +1,7 @@
-"""From a plan to models and couplings: what each node process builds, and how the coordinator wires them.
+"""From a plan to models and couplings: the model of each node process, and the couplings between nodes.
 
-One coupled model per real object and one for the commander, which also owns the Master of a turn.  Node names:
-"commander", machines, models of a user's own, and "kernel" for the mechanics.
+One coupled model per real object and one for the commander, which also owns the master of a turn. Node names:
+"commander", machines, user models, and "kernel" for the mechanics.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Ending(Atomic):
         self.lists = lists
 
     def start(self) -> None:
-        """None is."""
+        """Initialise: no list is finished."""
         self.left = self.lists
         self.passivate()
 
@@ -53,11 +53,11 @@ class Ending(Atomic):
             self.hold_in(0)
 
     def output(self) -> None:
-        """The last one is."""
+        """Send `finished` after the last list."""
         self.finished.send(m.Finished())
 
     def internal(self) -> None:
-        """Nothing follows."""
+        """Wait: nothing follows."""
         self.passivate()
 
 
@@ -84,7 +84,7 @@ class CommanderModel(Coupled):
             self._turning(self.actions)
 
     def _turning(self, commander: Commander) -> None:
-        """The master actor of a commander's turns."""
+        """Add the master actor of a commander's turns."""
         plan, master = commander.plan, commander.turn
         if turns(plan):
             turn = self.add(DriveActor(master, master, System(masters=(Master(master),)), start=plan.start))
@@ -93,7 +93,7 @@ class CommanderModel(Coupled):
             self.connect(turn.input, self.ports.get("input") or self.add_out("input", m.KernelInput))
 
     def _lists(self, plan: Plan) -> None:
-        """A commander for each action list, coupled with its machines."""
+        """Add a commander for each action list, coupled with its machines."""
         ending = self.add(Ending(len(plan.lists)))
         self.connect(ending.finished, self.finished)
         ends = [*(each.first for each in plan.lists[1:]), len(plan.actions)]
@@ -118,7 +118,7 @@ class CommanderModel(Coupled):
                 self.connect(commander.to[name], self.ports.get(out) or self.add_out(out, m.Order))
 
     def _begin_others(self, whole: Commander, lists: tuple[ActionList, ...]) -> None:
-        """The commander of the whole scene receives the ends of lifts and begins them."""
+        """Couple the commander of the whole scene with those of the lifts: it begins them and receives their ends."""
         about = {whole.owners.get(name, name) for name in concerned(whole.plan)}
         begins = {order.lift for action in whole.plan.actions for order in action.orders if isinstance(order, Begin)}
         for each in (each for each in lists if each.machines):
@@ -131,12 +131,12 @@ class CommanderModel(Coupled):
                 self.connect(whole.ports["lists"], other.ports["report"])
 
     def waiting_for(self) -> str:
-        """What the action lists still wait for, as a sentence; "" when they are done."""
+        """Describe what the action lists still wait for, as a sentence; "" when they are done."""
         lists = [child for child in self.children.values() if isinstance(child, Commander)]
         return "; ".join(message for each in lists if (message := each.waiting_for()))
 
     def declare(self) -> System:
-        """The Master."""
+        """Return the declaration of the master of the turn."""
         return declared(list(self.children.values()))
 
 
@@ -144,7 +144,7 @@ NodeModel: TypeAlias = CommanderModel | RealObject | UserModelNode
 
 
 def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel]:
-    """Models of a plan by node name (all or `names`), with actors that follow logs."""
+    """Build the models of a plan by node name (all or `names`); actors that follow logs get them."""
     names = names or (COMMANDER, *machines(plan), *(own.name for own in plan.models))
     crossed, known = watched(plan), {machine.name: machine for machine in plan.machines}
     models = {name: _built(plan, name, known.get(name), crossed.get(name, ())) for name in names}
@@ -155,17 +155,17 @@ def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel
 
 
 def build_one(plan: Plan, name: str) -> NodeModel:
-    """The model of one node."""
+    """Build the model of one node."""
     return build(plan, [name])[name]
 
 
 def node_names(plan: Plan) -> tuple[str, ...]:
-    """All nodes of a run: commander, machines, user models, kernel."""
+    """Return all nodes of a run: commander, machines, user models, kernel."""
     return (COMMANDER, *machines(plan), *(own.name for own in plan.models), KERNEL)
 
 
 def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
-    """The part of a plan that each node needs: all of it for the commander."""
+    """Yield the part of a plan that each node needs: all of it for the commander."""
     waiting: dict[str, set[int]] = {}  # model -> actions for which it watches a threshold
     for number, action in enumerate(plan.actions):
         for crossing in crossed(action):
@@ -185,25 +185,25 @@ def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
 
 
 def _only(plan: Plan, machines: Collection[str], **more: Any) -> Plan:
-    """The part of a plan for some machines."""
+    """Return the part of a plan for some machines."""
     more["machines"] = tuple(each for each in plan.machines if each.name in machines)
     more["interlocks"] = tuple(each for each in plan.interlocks if each.machine in machines)
     return msgspec.structs.replace(plan, limits=(), **more)
 
 
 def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
-    """The plan of one of several lifts."""
+    """Return the plan of one of several lifts."""
     own = _only(plan, of.machines, lists=(of,), **{key: x for key, x in more.items() if key != "lists"})
     return msgspec.structs.replace(own, fidelity=of.fidelity, start=of.start)
 
 
 def driving(plan: Plan) -> tuple[str, ...]:
-    """Nodes whose events keep a run going until its action list is done; user models may run forever."""
+    """Return the nodes whose events keep a run going until its action list is done; user models may run forever."""
     return (COMMANDER, *machines(plan))
 
 
 def goes_on(event: Event) -> bool:
-    """Whether an event shows progress of the action list: it comes from the commander, and not from a user model's
+    """Return whether an event shows progress of the action list: it comes from the commander and is not a user model's
     set-point."""
     if event.source != COMMANDER:
         return False
@@ -211,7 +211,7 @@ def goes_on(event: Event) -> bool:
 
 
 def together(plan: Plan) -> Coupled:
-    """The user's models as siblings."""
+    """Return the user's models as children of one coupled model."""
     root = Coupled(plan.name)
     for own in plan.models:
         root.add(UserModelNode(own))
@@ -219,7 +219,7 @@ def together(plan: Plan) -> Coupled:
 
 
 def drives(model: NodeModel) -> list[DriveActor]:
-    """All drives and winches of a model."""
+    """Return all drives and winches of a model."""
     return [actor for actor in _actors(model) if isinstance(actor, DriveActor)]
 
 
@@ -240,12 +240,12 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:
-    """The mechanics declared by all models; `models`: those of the plan, if already built."""
+    """Return the mechanics declared by all models; `models`: those of the plan, if already built."""
     return assembled([model.declare() for model in (models or build(plan)).values()], plan.gravity)
 
 
 def couplings(plan: Plan) -> list[Coupling]:
-    """All couplings between nodes, including the kernel."""
+    """Return all couplings between nodes, including the kernel."""
     found: list[Coupling] = []
     if turns(plan):
         found.append((COMMANDER, "input", KERNEL, f"input_{COMMANDER}"))
@@ -264,7 +264,7 @@ def couplings(plan: Plan) -> list[Coupling]:
 
 
 def subscriptions(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> dict[str, tuple[str, ...]]:
-    """Nodes that receive the state events of each rope, support or threshold; `models` as for `system`."""
+    """Return the nodes that receive the state events of each rope, support or threshold; `models` as for `system`."""
     found: dict[str, tuple[str, ...]] = {}
     for name, model in (models or build(plan)).items():
         for element in sorted({e for actor in _actors(model) for e in actor.hears}):

@@ -1,9 +1,9 @@
-"""The generic machine: bodies, joints, laws and hooks that are declared, as one coupled model.
+"""The generic machine: declared bodies, joints, laws and hooks as one coupled model.
 
-Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
-of the joint or body that it acts on.  A rope and a force belong to the first body (not the ground) at their
-ends, a support or contact to its body; a rope that is wound in pieces is one actor.  What acts on a joint or body of
-the lift stands in a group of its own.  Actors bear the names of their elements, and speak in the order of these.
+Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law belongs to the actor of the
+joint or body on which it acts. A rope or force belongs to the first body (not the ground) at its ends, a support or
+contact to its body; a rope wound in pieces is one actor. Forces on a joint or body of the lift form a group of their
+own. Actors have the names of their elements, and send in the order of these names.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from heavylift.nodes.plan.mechanism import Actuator, BrakeLatch, Cargo, Mechanis
 
 
 class MachineModel(RealObject):
-    """A machine of the plan."""
+    """A machine of the plan as a coupled model."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism.name)
@@ -80,7 +80,7 @@ class MachineModel(RealObject):
         return frozenset(rope.name for rope in self.system.all_ropes if rope.hooked and rope.name in latch.ties)
 
     def _name(self, element: str) -> str:
-        """Model name of a mechanical element, with the machine's name as common prefix removed."""
+        """Return the model name of a mechanical element, without the machine's name as prefix."""
         return re.sub(r"[^A-Za-z0-9_-]", "-", element.removeprefix(self.common))
 
     def _act_on(self, name: str, actors: list[Actor]) -> None:
@@ -141,7 +141,7 @@ class MachineModel(RealObject):
         return actors
 
     def _rope(self, rope: Rope | RigidRope | Reeving, parts: tuple[Rope | RigidRope | Reeving, ...]) -> Actor:
-        """The actor of a rope; `parts`: its pieces, which are wound together."""
+        """Return the actor of a rope; `parts`: its pieces, which are wound together."""
         laws = System(
             ropes=tuple(r for r in parts if isinstance(r, Rope)),
             rigid_ropes=tuple(r for r in parts if isinstance(r, RigidRope)),
@@ -160,7 +160,7 @@ class MachineModel(RealObject):
         )  # fmt: skip
 
     def _holds(self, rope: Rope | RigidRope | Reeving) -> str:
-        """The body whose actor a rope belongs to: the first one of its first piece."""
+        """Return the body to whose actor a rope belongs: the first one of its first piece."""
         first = next(iter(self.mechanism.pieces.get(rope.name, {})), "")
         return _body(self.ropes.get(first, rope))
 
@@ -169,7 +169,7 @@ class MachineModel(RealObject):
         return DriveActor(name, element, laws, start=at.start, lower=at.lower, upper=at.upper, emergency=at.emergency)
 
     def _actuator(self, name: str) -> Actuator:
-        """Start and limits of an actuator; a rope starts at its length, others at 0."""
+        """Return start and limits of an actuator; a rope starts at its length, others at 0."""
         if name in self.actuators:
             return self.actuators[name]
         lengths = {rope.name: rope.L0 for rope in self.system.all_ropes}
@@ -177,7 +177,7 @@ class MachineModel(RealObject):
 
 
 def _body(rope: Rope | RigidRope | Reeving) -> str:
-    """The body whose actor a rope belongs to."""
+    """Return the body to whose actor a rope belongs."""
     for line in rope.lines:
         for point in (line.a, line.b):
             if point.body != WORLD:
@@ -186,12 +186,12 @@ def _body(rope: Rope | RigidRope | Reeving) -> str:
 
 
 def _first(force: Force) -> str:
-    """The body whose actor a force belongs to: the first of its ends that is not the ground."""
+    """Return the body to whose actor a force belongs: the first of its ends that is not the ground."""
     return next((p.body for p in force.points if p.body != WORLD), "")
 
 
 def turning(system: System) -> list[str]:
-    """Drives and masters of a machine whose coordinate is an angle."""
+    """Return the drives and masters of a machine whose coordinate is an angle."""
     joints = {joint.name: JOINTS[joint.kind] for joint in system.joints}
     of = ((d.name, joints[d.joint], d.coordinate) for d in system.drives)
     found = [name for name, joint, at in of if joint.turns(joint.actable.index(at) if at else 0)]

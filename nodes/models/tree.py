@@ -1,6 +1,6 @@
 """The model tree as text: coupled models, joint and body atomics, actors, and their ports.
 
-Printed by `heavylift tree SCENE`; each line is one model with what it holds and, in brackets, ports in -> out.
+Printed by `heavylift tree SCENE`; each line is one model with its content and, in brackets, its ports in -> out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ KINDS: dict[type[Model], str] = {
 
 
 def tree(plan: Plan) -> str:
-    """The tree of all models of a plan."""
+    """Return the tree of all models of a plan as text."""
     models = list(build(plan).values())
     lines = [f"{plan.name}: {len(models)} coupled models"]
     for i, model in enumerate(models):
@@ -34,7 +34,7 @@ def tree(plan: Plan) -> str:
 
 
 def tree_data(plan: Plan) -> dict[str, object]:
-    """Plain data of the tree: name, kind, ports and children of every model."""
+    """Return the tree as plain data: name, kind, ports and children of every model."""
     return {"name": plan.name, "children": [_data(model) for model in build(plan).values()]}
 
 
@@ -68,7 +68,7 @@ def _kind(model: Model) -> str:
 
 
 def _elements(actor: parts.Actor) -> list[str]:
-    """Names of the laws declared by an actor."""
+    """Return the names of the laws declared by an actor."""
     laws = actor.declare()
     names = [s.name for s in laws.springs] + [s.name for s in laws.stops] + [m.name for m in laws.measured]
     return [f"of {name}" for name in names]
@@ -82,6 +82,6 @@ def _ports(model: Model) -> str:
 
 
 def _directions(model: Model) -> tuple[list[str], list[str]]:
-    """Names of in ports and of out ports."""
+    """Return the names of in ports and of out ports."""
     into = [name for name, port in model.ports.items() if isinstance(port, InPort)]
     return into, [name for name in model.ports if name not in into]

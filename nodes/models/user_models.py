@@ -8,8 +8,8 @@
                                                             orders: {speed: trolley}
                                                             parameters: {gain: 10 m/s}
 
-It is called with the name `model` and the parameters.  What it says waits for the delay of the scene, which is the
-lookahead of its port; a unit of FMI has its step as lookahead besides.
+Its constructor gets the name "model" and the parameters. Its set-points are delayed by the delay of the scene, which is
+the lookahead of the port; an FMI unit has its step as additional lookahead.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ MOST = 100  # periods of a delay: so many set-points can be on their way
 
 
 def sample_port(model: str, port: str) -> str:
-    """The port of the kernel with the signal for a port of a user model."""
+    """Return the name of the kernel's port with the signal for a port of a user model."""
     return f"sample_{model}_{port}"
 
 
 def aim_port(model: str, port: str) -> str:
-    """The port of the commander for the set-points of a user model's port."""
+    """Return the name of the commander's port for the set-points of a user model's port."""
     return f"aim_{model}_{port}"
 
 
 class UserModelNode(Coupled):
-    """The node of one model of the plan; ModelError if it cannot be built, or may not."""
+    """The node of one user model of the plan; raises ModelError if it cannot be built or may not run."""
 
     def __init__(self, own: UserModel) -> None:
         super().__init__(own.name)
@@ -58,15 +58,13 @@ class UserModelNode(Coupled):
                 self.connect(source, out)
 
     def declare(self) -> System:
-        """Nothing of the mechanics."""
+        """Return an empty system: it declares no mechanics."""
         return System()
 
 
 class Delay(Atomic):
-    """Sends every nth set-point after a fixed delay [ns], its lookahead.
-
-    One at a time: what is said was scheduled when it was heard, as a lookahead demands.
-    """
+    """Sends every nth set-point after a fixed delay [ns], which is its lookahead. Only one waits at a time: an output
+    is scheduled when its input arrives, as a lookahead requires."""
 
     into, out = In(SetPoint), Out(SetPoint)
 
@@ -76,7 +74,7 @@ class Delay(Atomic):
         self.number, self.of = number, of
 
     def start(self) -> None:
-        """Nothing waits."""
+        """Initialise: no set-point waits."""
         self.heard = 0
         self.point: SetPoint | None = None
 
@@ -93,12 +91,12 @@ class Delay(Atomic):
             self.heard += 1
 
     def output(self) -> None:
-        """What has waited."""
+        """Send the set-point that has waited."""
         if self.point is not None:
             self.out.send(self.point)
 
     def internal(self) -> None:
-        """Free for the next set-point."""
+        """Become free for the next set-point."""
         self.point = None
         self.passivate()
 
@@ -148,7 +146,7 @@ def _made(own: UserModel) -> Model:
 
 
 def _port(own: UserModel, model: Model, name: str, kind: type, carries: type) -> InPort[Sample] | OutPort[SetPoint]:
-    """A port of the model that the scene binds."""
+    """Return the port of the model to which the scene refers; raises ModelError if it does not fit."""
     port = model.ports.get(name)
     if port is None or not isinstance(port, kind) or port.type is not carries:
         distance, file = "in" if kind is InPort else "out", own.model.rpartition("/")[2]

@@ -1,18 +1,18 @@
-"""A scene as plain data: its names resolved, its numbers in SI units; needs neither NumPy nor pydantic.
+"""A scene as plain data: names resolved, numbers in SI units; needs neither NumPy nor pydantic.
 
-plan              machines, rig and everything else that node processes are built from
+plan              machines, rig and everything else from which node processes are built
 mechanism         a machine made of parts: its system, hooks, ties, loads, cells, shapes
 bending           the body of a block, rigid or as a beam
-interlock         what stops a machine by itself
-user_models               models of a user's own: what they hear and lead
+interlock         interlocks, which stop a machine by themselves
+user_models       user models: their signals and set-points
 actions, verbs    orders, conditions and actions; the verbs, a row each
-places            where in a scene an action or an order stands
-spellings         words that stay as they have always been spelled
+places            where in a scene an action or an order is written
+spellings         former spellings that stay valid
 pulses            ramps that leave no swing
-fidelity, planar  how much is modelled, and for what a scene asks; what a planar motion locks
-factors           those between a load at rest and a design load
-limit             a row of the table of limits; something that was found
-shapes            what collides and what is drawn
+fidelity, planar  model level, and questions to a run; joints that a planar motion locks
+factors           factors between static load and design load
+limit             a row of the table of limits; its utilisation
+shapes            shapes for collision checks and drawings
 """
 
 from heavylift.kernel.on_demand import face

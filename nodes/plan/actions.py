@@ -1,4 +1,4 @@
-"""What the commander does and what it waits for: orders, conditions and the action that joins them.
+"""Orders and conditions of the commander, and the actions that combine them.
 
 Part of the plan (see `plan`): resolved names, SI units, one actuator per order, frozen msgspec data.
 """
@@ -15,7 +15,7 @@ from .verbs import MOTIONS
 
 
 class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Anything written in a scene; `where` is file:line:column."""
+    """An item written in a scene; `where` is file:line:column."""
 
     where: str = ""
 
@@ -38,8 +38,8 @@ class SlingsCondition(Term, frozen=True, kw_only=True, tag="slings"):
 
 
 class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
-    """The orders of the previous action are done (of `verbs`, if given); `stopped`: or were stopped by a limit switch
-    or interlock."""
+    """The orders of the previous action are done (those of `verbs`, if given); with `stopped`, orders stopped by a
+    limit switch or interlock count as done."""
 
     verbs: tuple[str, ...] = ()
     stopped: bool = False
@@ -60,8 +60,8 @@ class LandedCondition(Term, frozen=True, kw_only=True, tag="landed"):
 class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
     """A measured quantity is at or beyond `value` (rising: >=, else <=).
 
-    `threshold` has a name of its own in the plan (two conditions never share one); `model` watches it.
-    Once reached it stays reached for the action or move that waits for it.
+    `threshold` has a name of its own in the plan (two conditions never share one); `model` watches it. Once reached, it
+    stays reached for the action or move that waits for it.
     """
 
     model: str
@@ -89,7 +89,7 @@ class EndedCondition(Term, frozen=True, kw_only=True, tag="ended"):
 
 
 class And(Term, frozen=True, kw_only=True, tag="and"):
-    """All of these hold at the same time."""
+    """All of these conditions hold at the same time."""
 
     all: tuple[Condition, ...]
 
@@ -111,7 +111,7 @@ Condition: TypeAlias = (
 
 
 class Follow(Item, frozen=True, kw_only=True, tag="follow"):
-    """An actuator follows k1 s + kc cos s + ks sin s of a master (turn or measured angle) with start value `s`; `law`:
+    """An actuator follows k1 s + kc cos s + ks sin s of a master (turn or measured angle) that starts at `s`; `law`:
     the three coefficients [m/rad, m, m]."""
 
     model: str
@@ -121,7 +121,7 @@ class Follow(Item, frozen=True, kw_only=True, tag="follow"):
     s: float = 0.0
 
     def value(self, s: float) -> float:
-        """The value of the law."""
+        """Return the value of the law at s."""
         k1, kc, ks = self.law
         return k1 * s + float(kc * cos(s) + ks * sin(s))
 
@@ -129,10 +129,10 @@ class Follow(Item, frozen=True, kw_only=True, tag="follow"):
 class Motion(Item, frozen=True, kw_only=True, tag="motion"):
     """Move by a signed distance, to a coordinate, or (both None) without end.
 
-    Coordinates are the actuator's own: Drive: joint coordinate; winch: UNSTRETCHED LENGTH (hoisting is
-    negative). `speed` is a magnitude where a distance or goal is given, signed for an endless move.  An
-    actuator stops by itself at its end positions and reports the limit.  `pulses`: of ramps that leave no swing (see
-    `pulses`); `periods`: of what swings, as the move begins and as it stops [s].
+    Coordinates are the actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch (hoisting is
+    negative). `speed` is a magnitude if a distance or goal is given, signed for an endless move. An actuator stops by
+    itself at its end positions and reports the limit. `pulses`: number of pulses of ramps that leave no swing (see
+    `pulses`); `periods`: of the load's swing when the move begins and when it stops [s].
     """
 
     speed: float
@@ -146,9 +146,10 @@ class Motion(Item, frozen=True, kw_only=True, tag="motion"):
 class Move(Motion, frozen=True, kw_only=True, tag="move"):
     """Move one actuator; without `by` and `to` until a condition holds.
 
-    `left`: swing that pulses leave since periods change meanwhile [rad].  `together`: actuators of which none goes on
-    when another one is stopped.  `above`: lugs above which it ends, whose place becomes `to` as the list is followed.
-    `trims`: it may have nothing to do.  `keeps`: winches that keep the height of their hooks as it luffs a boom.
+    `left`: swing that pulses leave because the period changes meanwhile [rad]. `together`: actuators that all stop when
+    one of them is stopped. `above`: lugs above which it ends; `to` is computed from their position when the action list
+    is followed. `trims`: it may have nothing to do. `keeps`: winches that keep the height of their hooks while it luffs
+    a boom.
     """
 
     verb: str
@@ -167,10 +168,8 @@ class Move(Motion, frozen=True, kw_only=True, tag="move"):
 
 
 class Turn(Item, frozen=True, kw_only=True, tag="turn"):
-    """The block turns to the angle `to` [rad] at `rate` [rad/s], ramps `accel` [rad/s2].
-
-    The commander works out what every trolley and winch that carries slings has to follow.
-    """
+    """Turn the block to the angle `to` [rad] at `rate` [rad/s], with ramps `accel` [rad/s2]. The commander computes the
+    references of every trolley and winch that carries slings."""
 
     block: str = "block"
     rate: float
@@ -180,7 +179,7 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """Hook a sling to a lug of the block, or a mechanism's rope, without `lug`, to its end point. `p`: the lug in its
+    """Hook a sling to a lug of the block, or, without `lug`, a mechanism's rope to its end point. `p`: the lug in its
     body's frame [m]."""
 
     sling: str
@@ -196,8 +195,8 @@ class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
-    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a beam) is engaged or released; an interlock is
-    active, or bypassed."""
+    """Engage or release a brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a beam), or make an interlock
+    active or bypass it."""
 
     model: str
     brake: str
@@ -213,7 +212,7 @@ class StopOrder(Item, frozen=True, kw_only=True, tag="stop"):
 
 
 class Wait(Item, frozen=True, kw_only=True, tag="wait"):
-    """Nothing is done for this many seconds."""
+    """Wait for this many seconds."""
 
     seconds: float
 
@@ -238,7 +237,8 @@ class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """End an order: a move ramps down, a follower holds its position (its master is at `s`), a threshold is dropped."""
+    """End an order: a move ramps down, a follower holds its position (its master is at `s`), a threshold is
+    disarmed."""
 
     s: float = 0.0
 
@@ -247,7 +247,8 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """What an actor is sent of an order, with `more`; no line of a file, on which a run must not depend."""
+    """Return the actor's part of an order, with `more`, without the line of the scene, on which a run must not
+    depend."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 
@@ -262,8 +263,8 @@ class Touch(Item, frozen=True, kw_only=True):
 class Action(Item, frozen=True, kw_only=True):
     """An action of the commander: orders given at the same time.
 
-    It begins when `when` holds (None: the orders of the previous action are done).  `timeout` [s] bounds
-    the wait, counted from the beginning of the previous action; then the run ends with a sentence.
+    It begins when `when` holds (None: the orders of the previous action are done). `timeout` [s] bounds the wait,
+    counted from the beginning of the previous action; if it expires, the run ends with an error.
     """
 
     stage: str = ""
@@ -274,5 +275,5 @@ class Action(Item, frozen=True, kw_only=True):
 
 
 def parts(action: Action) -> bool:
-    """Whether a sling or rope breaks in it."""
+    """Return whether a sling or rope breaks in this action."""
     return any(isinstance(order, UnhookSling) and order.parted for order in action.orders)

@@ -1,8 +1,8 @@
-"""The body of a block, rigid or flexible: what of its mass and moments bends as a beam, and what sits in its frame.
+"""The body of a block, rigid or flexible: division of its mass and moments into a beam and a rigid part.
 
-A uniform beam along x has m L^2 / 12 about y and z, and none of the height and width of its block; with modes alone all
-of the mass sits in the frame.  What is left has the moments by which block and sum agree, so that a block whose modes
-are stiff moves as a rigid one does.
+A uniform beam along x has m L^2 / 12 about y and z, and no contribution from the height and width of the block; with
+modes alone the whole mass is in the rigid part. The rigid part has the moments that make the sum equal to those of the
+block, so that a block with stiff modes moves like a rigid one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from heavylift.kernel.description.mechanics import Body, Matrix, Vector
 
 
 def block_body(given: Body, flexible: Flexible | None) -> Body:
-    """The body with these mass properties and its flexible part."""
+    """Return the body with these mass properties and its flexible part."""
     if flexible is None or flexible.beam is None:
         return replace(given, flexible=flexible)
     beam = flexible.beam
@@ -37,7 +37,7 @@ def block_body(given: Body, flexible: Flexible | None) -> Body:
 
 
 def _about_origin(mass: float, p: Vector) -> Matrix:
-    """Moments of a point mass at p about the origin minus those about its centre [kg m2]."""
+    """Return the moments of a point mass at p about the origin minus those about its centre [kg m2]."""
     square = sum(x * x for x in p)
     a, b, c = (
         (mass * ((i == 0) * square - p[i] * p[0]), mass * ((i == 1) * square - p[i] * p[1]),

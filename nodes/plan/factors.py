@@ -1,4 +1,4 @@
-"""Factors between the load at rest and that for which hooks, slings, shackles and lugs are chosen."""
+"""Factors between the static load and the load for which hooks, slings, shackles and lugs are chosen."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Place: TypeAlias = Literal["onshore", "inshore", "offshore"]
 
 
 class Factors(Item, frozen=True, kw_only=True):
-    """Factors of a lift; omitted ones are taken from its practice if its clause was read."""
+    """Factors of a lift; omitted ones are taken from its practice (standard), if its clause is known."""
 
     place: Place | None = None  # where it is; left out: onshore, unless something floats
     weight: Positive | None = None  # contingency of the weight

@@ -1,20 +1,20 @@
-"""How much of the machines is modelled; what a scene can ask of its run, and the answer that was measured.
+"""Model level (fidelity) of the machines; questions that a scene can ask of its run, and the measured answer.
 
-A fidelity is named in a scene under `fidelity:`, or chosen for what the scene asks.  The models follow it when they
-declare themselves, so that what is left out never reaches the kernel.
+A fidelity is given in a scene under `fidelity:`, or chosen for what the scene asks. The models apply it when they
+declare their mechanics, so that omitted parts never reach the kernel.
 
-What a scene can ask, and what the error of each answer is relative to:
+Quantities that a scene can ask for, and the reference of the relative error of each:
 
 rope tension    largest tension of every rope that hangs from a machine      itself
 sling tension   the same of every sling                                      itself
 swing           amplitude and period in each stage that only waits           itself, or a tenth of the largest
                                                                              amplitude, or 0.01 rad of hook ropes
-position        of what is lifted, else of every joint, as stages end        the longest way between two of them
+position        of lifted bodies, else of every joint, as stages end         the longest distance between two of them
 lift-off time   how long each stage takes that lifts something off           itself, or half a second if that is more
 stage ends      how long each stage takes                                    the same
 support load    largest force of every support                               itself
 clearance       the smallest distance of the run                             itself, or 0.1 m if that is more
-limits          the largest use of every limit, signals of a user among them the limit
+limits          the highest utilisation of every limit, also of user signals the limit
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner
 
 
 class Fidelity(Item, frozen=True, kw_only=True):
-    """What of the machines is modelled, each by a pass; the fields are the keys of `fidelity:` in a scene."""
+    """Model level of the machines, each field applied by a pass; the fields are the keys of `fidelity:` in a scene."""
 
     ropes: Literal["rigid", "elastic", "massive"] = "elastic"  # massive: chains of lumps
     lumps: Annotated[int, msgspec.Meta(ge=1, le=64)] = 4  # of a massive rope
@@ -65,7 +65,7 @@ class Fidelity(Item, frozen=True, kw_only=True):
 
 
 def group_of(joint: Joint) -> str:
-    """The group of a joint, "" if it has none."""
+    """Return the group of a joint, "" if it has none."""
     if joint.kind == "revolute":
         return "hinges" if joint.axis == (0.0, 1.0, 0.0) else ""
     along = {(1.0, 0.0, 0.0): "gantries", (0.0, 1.0, 0.0): "trolleys"}
@@ -73,7 +73,7 @@ def group_of(joint: Joint) -> str:
 
 
 def leaves(joint: Joint, axis: Vector, motion: str) -> bool:
-    """Whether a joint with this axis in the world moves its child out of the plane of motion."""
+    """Return whether a joint with this axis in the world moves its child out of the plane of motion."""
     along = abs(sum(a * n for a, n in zip(axis, NORMAL[motion], strict=True))) if motion in NORMAL else 1.0
     if motion not in NORMAL or joint.kind not in ("prismatic", "revolute"):
         return False
@@ -81,7 +81,7 @@ def leaves(joint: Joint, axis: Vector, motion: str) -> bool:
 
 
 def held_by(fidelity: Fidelity, joint: Joint) -> str:
-    """Why a locked joint cannot move, and the key of `fidelity:` that frees it."""
+    """Return why a locked joint cannot move, with the key of `fidelity:` that frees it."""
     group, name = group_of(joint), joint.name
     if leaves(joint, joint.axis, fidelity.motion):
         return f"{name} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
@@ -91,17 +91,19 @@ def held_by(fidelity: Fidelity, joint: Joint) -> str:
 
 @dataclass(frozen=True)
 class Question:
-    """Quantities, and the largest error of each that is accepted (0.01: 1 %)."""
+    """Quantities that a scene asks for, and the largest accepted error of each (0.01: 1 %)."""
 
     ask: tuple[Asked, ...]
     accuracy: float
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """How a question is answered: what is modelled, by which method and tolerance; samples a second that its figures
-    need (0: as the plan says); the largest relative error of each quantity, measured, and in which figure; those of all
-    figures, uses of limits too; what is left out; why an error is not below what was asked, or not measured: nothing if
-    it is."""
+    """How a question is answered: model level, method and tolerance, with measured errors.
+
+    `samples_hz`: samples a second that its figures need (0: as the plan says); `errors`: the largest relative error of
+    each quantity, `worst`: the figure that has it; `figures`: errors of all figures, including utilisations;
+    `left_out`: what is not modelled; `notes`: why an error exceeds the accepted one, or was not measured.
+    """
 
     fidelity: Fidelity
     method: str
@@ -120,7 +122,7 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def percent(error: float) -> str:
-    """A relative error in percent, rounded up to two digits."""
+    """Return a relative error in percent, rounded up to two digits."""
     if not 0.0 < error < inf:
         return "0 %" if error == 0.0 else "nothing known"
     part = Decimal(f"{100.0 * error:.12g}")

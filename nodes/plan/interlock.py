@@ -1,4 +1,4 @@
-"""Interlocks in the plan: what stops a machine by itself, and what it stops."""
+"""Interlocks in the plan: their guards, and the actuators that they stop."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from .mechanism import driven
 
 
 class BarredActuator(Item, frozen=True, kw_only=True):
-    """An actuator stopped by an interlock, and the blocked direction: 1, -1, or 0 for both.
-
-    `emergency`: with which deceleration [m/s2 or rad/s2]; None: that of the move.
-    """
+    """An actuator stopped by an interlock, and the blocked direction: 1, -1, or 0 for both. `emergency`: deceleration
+    [m/s2 or rad/s2]; None: that of the move."""
 
     actuator: str
     way: int = 0
@@ -22,10 +20,10 @@ class BarredActuator(Item, frozen=True, kw_only=True):
 
 
 class Interlock(Item, frozen=True, kw_only=True):
-    """An interlock: trips while any guard is at or beyond `value` (rising: >=, else <=), until all are back beyond
-    `resets`.
+    """An interlock: it trips if any guard is at or beyond `value` (rising: >=, else <=), and resets when all are back
+    beyond `resets`.
 
-    `machine`: the model that has it; `text`: the words of its condition; `tells`: what it says besides.
+    `machine`: the model that has it; `text`: its condition in words; `tells`: additional words of its message.
     """
 
     name: str

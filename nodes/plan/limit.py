@@ -1,7 +1,7 @@
-"""What must not be exceeded: one row per subject and quantity, part of the plan, with where the number comes from.
+"""Limits: one row per subject and quantity, as part of the plan, with the source of the number.
 
-`check` judges the rows on the equilibrium path, `run` on what happened, the report shows them with their worst value.
-A row without a value is unknown: it is reported and not checked.
+`check` evaluates the rows on the equilibrium path, `run` in the simulation; the report shows them with their highest
+utilisation. A row without a value is unknown: it is reported and not checked.
 """
 
 from __future__ import annotations
@@ -125,10 +125,10 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.value is not None or self.between is not None or bool(self.chart)
 
     def at(self, x: float = 0.0) -> float:
-        """The limit at x of its chart, constant beyond its ends; raises ValueError if there is none.
+        """Return the limit at x of its chart, constant beyond its ends; raises ValueError if there is none.
 
-        A chart over a radius or an angle is never interpolated: the next longer one counts, and beyond the last nothing
-        may hang.
+        A chart over a radius or an angle is not interpolated: the value at the next larger x counts, and the limit is 0
+        beyond the last one.
         """
         if not self.chart:
             if self.value is None:
@@ -144,13 +144,13 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.chart[-1][1]
 
     def excess(self, value: float, x: float = 0.0) -> float:
-        """Excess of a value over the limit in its unit; negative within it."""
+        """Return the excess of a value over the limit in its unit; negative within it."""
         if self.between is not None:
             return max(value - self.between[1], self.between[0] - value)
         return self.at(x) - value if self.least else value - self.at(x)
 
     def use(self, value: float, x: float = 0.0) -> float:
-        """Utilisation of the limit by a value: 1 at the limit."""
+        """Return the utilisation of the limit by a value: 1 at the limit."""
         if self.between is not None:
             low, high = self.between
             return abs(2.0 * value - low - high) / (high - low)
@@ -213,8 +213,8 @@ class Use:
 
 
 class Reach(msgspec.Struct, frozen=True, kw_only=True):
-    """Load of a hook [kg] at a radius [m] and its chart's capacity [kg], at a time [s]: at the begin and end of a
-    loaded stage and at the highest utilisation."""
+    """Load of a hook [kg] at a radius [m] with the capacity of its chart [kg], at a time [s]: at the beginning and end
+    of a loaded stage and at the highest utilisation."""
 
     hook: str
     stage: str

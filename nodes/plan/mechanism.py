@@ -1,4 +1,4 @@
-"""A machine made of parts in the plan: its system, how its drives and winches can move, its hooks, how it is drawn."""
+"""A machine made of parts, in the plan: its system, the motions of its drives and winches, its hooks, its shapes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from .spellings import CALLED
 
 
 class Actuator(Item, frozen=True, kw_only=True):
-    """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
-    ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
+    """How a drive or winch rope of a machine can move.
 
-    `loaded`: the same with a load; `highest`: height of the hook where the winch stops; `emergency`: deceleration of a
-    stop; `held`: why it cannot move, where its joint is not modelled.
+    `start`; `accel` of its ramp; end positions `lower`, `upper` (None: endless); `pulses` of a ramp without swing;
+    `verb`: for orders addressed to the machine; `speed`: the highest that orders may demand, `loaded`: with a load;
+    `highest`: height of the hook at which the winch stops; `emergency`: deceleration of a stop; `held`: why it cannot
+    move, if its joint is not modelled.
     """
 
     name: str
@@ -65,11 +66,11 @@ class Hoist(Item, frozen=True, kw_only=True):
 
 
 class Tie(Item, frozen=True, kw_only=True):
-    """A sling that is hooked and unhooked; `lug`: its lug at the start, or "".
+    """A sling that can be hooked and unhooked; `lug`: its lug at the start, or "".
 
-    `lower`: its end there, if it can be hooked nowhere else; `rated`: what counts as 100 % of its use [N]; `rigging`:
-    the name by which several are ordered together; `spans`: its length under what it carries at the start, where that
-    is not its own [m].
+    `lower`: its lower end, if it can be hooked nowhere else; `rated`: tension at 100 % utilisation [N]; `rigging`: the
+    name by which several are ordered together; `spans`: its length under its load at the start, if that differs from
+    its own [m].
     """
 
     rope: str
@@ -82,7 +83,8 @@ class Tie(Item, frozen=True, kw_only=True):
 
 
 class Cell(Item, frozen=True, kw_only=True):
-    """A load cell: reports when its ropes carry more than `rated` [N] in total; `capacity`: below the hooks."""
+    """A load cell: reports when the total tension of its ropes exceeds `rated` [N]; `capacity`: allowed load below the
+    hooks [kg]."""
 
     name: str
     body: str
@@ -99,9 +101,12 @@ class BrakeLatch(Item, frozen=True, kw_only=True):
 
 
 class Cargo(Item, frozen=True, kw_only=True):
-    """A lifted body: mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m] (zeros: not
-    given), face of each support, rotation at the start [rad] if its attitude is reported; `marks`: lines of its lugs
-    and, "", of its centre of mass."""
+    """A lifted body.
+
+    Mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m] (zeros: not given), face of
+    each support, rotation at the start [rad] if its attitude is reported; `marks`: lines in the scene of its lugs and,
+    "", of its centre of mass.
+    """
 
     body: str
     mass: float = 0.0
@@ -115,8 +120,8 @@ class Cargo(Item, frozen=True, kw_only=True):
 
 
 class Girder(Item, frozen=True, kw_only=True):
-    """The bending part of a girder along y, from 0 to `span` [m], with its sliding joints: mass [kg], midspan stiffness
-    [N/m], height of its neutral axis [m], damping ratio of the first mode."""
+    """The bending part of a girder along y, from 0 to `span` [m], with its sliding joints. Mass [kg], stiffness at
+    midspan [N/m], height of its neutral axis [m], damping ratio of the first mode."""
 
     body: str
     slides: tuple[str, ...]
@@ -128,11 +133,11 @@ class Girder(Item, frozen=True, kw_only=True):
 
 
 class Heavy(Item, frozen=True, kw_only=True):
-    """A rope with mass at some model levels: `line` [kg/m] of all its falls, the first of its lines.
+    """A rope that has a mass at some model levels: `line` [kg/m] of all its falls, which are the first of its lines.
 
-    At the start, in the world: `ends`, the middles of the falls above and below, `beside`, where each is from there,
-    `lead`, what of the rope's length is in its other lines [m], and `below`, what hangs on it [kg]; `on`: the body that
-    it leaves; `why` it can have no mass, or "".
+    At the start, in the world: `ends`, the middles of the falls above and below; `beside`, offsets of the falls from
+    there; `lead`, length of the rope in its other lines [m]; `below`, the load on it [kg]; `on`: the body that it
+    leaves; `why`: why it can have no mass, or "".
     """
 
     rope: str
@@ -146,8 +151,8 @@ class Heavy(Item, frozen=True, kw_only=True):
 
 
 class BeamLoad(Item, frozen=True, kw_only=True):
-    """A force on a beam at the start in its body's frame [N], at station x; `rope`: its rope (line with that `share`),
-    "": a weight."""
+    """A force on a beam at the start, in its body's frame [N], at station x; `rope`: the rope that exerts it (a line
+    with that `share`), "": a weight."""
 
     x: float
     p: Vector
@@ -168,8 +173,8 @@ class Bend(Item, frozen=True, kw_only=True):
 
 
 class Shape(Item, frozen=True, kw_only=True):
-    """Collision and drawing box of a body: centre and edges in its frame [m]; `thing`: name for planners, `part` of
-    it."""
+    """A box of a body for collision checks and drawing: centre and edges in its frame [m]. `thing`: its name for
+    planners, `part`: part of that thing."""
 
     body: str
     centre: Vector
@@ -180,11 +185,12 @@ class Shape(Item, frozen=True, kw_only=True):
 
 
 class Footing(Item, frozen=True, kw_only=True):
-    """Base of a machine: below `body`, with its centre `at` a point of its frame.
+    """The base of a machine: below `body`, with its centre `at` a point of its frame.
 
-    The base is `length` along the x of that body and `width` along its y [m]: of four outriggers or corners with wheels
-    from middle to middle, of two tracks what bears of each and from middle to middle.  `each`: width of a track [m],
-    area of a pad [m2], number of wheels at a corner; `mat`: area [m2] and mass [kg] of the mats below each of them.
+    The base is `length` along the x of that body and `width` along its y [m]: for outriggers or wheels between the
+    middles of the corners; for tracks the bearing length, and the distance of their middles. `each`: width of a track
+    [m], area of a pad [m2], number of wheels at a corner; `mat`: area [m2] and mass [kg] of the mats below each of
+    them.
     """
 
     kind: Literal["tracks", "outriggers", "wheels"]
@@ -197,9 +203,8 @@ class Footing(Item, frozen=True, kw_only=True):
 
 
 class Driven(Item, frozen=True, kw_only=True):
-    """An actuator that follows the log of a machine: at rest until the first time [ns], then from speed to speed in
-    straight lines (that of the first time is 0), and at the end to rest with `accel`; `source` is the log's column.
-    """
+    """An actuator that follows the log of a machine: at rest until the first time [ns], then linearly from speed to
+    speed (the first is 0), and at the end to rest with `accel`; `source`: the column of the log."""
 
     actuator: str
     source: str
@@ -236,12 +241,12 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:
-        """Slings by the name of their rigging."""
+        """The slings by the name of their rigging."""
         names = dict.fromkeys(tie.rigging for tie in self.ties if tie.rigging)
         return {name: tuple(tie.rope for tie in self.ties if tie.rigging == name) for name in names}
 
     def standing(self, body: str) -> str:
-        """Name under which its supports are reported; that of the block for bodies of the lift."""
+        """Return the name under which a body's supports are reported; the body's own name for bodies of the lift."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
 
 
@@ -253,7 +258,7 @@ def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
 
 
 def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
-    """Slings below a hook, including those of frames and connected bodies."""
+    """Yield the slings below a hook, including those of frames and connected bodies."""
     joined, before, ties = {hook.eye.body}, 0, [tie for machine in machines for tie in machine.ties]
     loads = {cargo.body for machine in machines for cargo in machine.cargo}
     pairs = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
@@ -267,7 +272,7 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
 
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
-    """The hooks whose ropes leave a body or what joints of its machine carry on it, by the names of their ropes."""
+    """Return the hooks whose ropes leave a body, or bodies that joints of its machine carry on it, sorted by rope."""
     own = (hook for hook in machine.hooks if body in (hook.on, *(joint.parent for joint in beneath(machine, hook.on))))
     return sorted(own, key=lambda hook: hook.rope)
 
@@ -281,23 +286,23 @@ def beneath(machine: Mechanism, body: str) -> Iterator[Joint]:
 
 
 def is_root(machine: Mechanism, body: str) -> bool:
-    """Whether no joint of a machine carries a body on another one."""
+    """Return whether no joint of a machine carries this body on another body."""
     return all(joint.parent == WORLD for joint in machine.system.joints if joint.child == body)
 
 
 def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
-    """Lugs of lifted bodies with their points."""
+    """Return the lugs of lifted bodies with their points."""
     return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
 
 
 def driven(actuator: str) -> str:
-    """What an actuator moves, for planners: a crane, a trolley, else its own name."""
+    """Return the name, for planners, of what an actuator moves: a crane, a trolley, else its own name."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """The machine of an actuator, and what it is called beside that; else its own name, and ""."""
+    """Return the machine of an actuator and the name of its part for planners; else its own name, and ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -1,6 +1,6 @@
-"""Where in a scene an action or an order stands, for sentences: messages carry numbers, the plan has the lines.
+"""Places of actions and orders in a scene, for error messages: messages of a run have numbers, the plan has the lines.
 
-So no message contains a file name or a line number, and a run does not depend on them.
+So no message of a run contains a file name or a line number, and a run does not depend on them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """`file:line:column` of an order at (action, order) or of an action; its numbers if the plan has no lines."""
+    """Return `file:line:column` of an order at (action, order) or of an action; its numbers if the plan has no
+    lines."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND
@@ -23,7 +24,7 @@ def place(plan: Plan, at: tuple[int, ...]) -> str:
 
 
 def numbered(at: tuple[int, ...]) -> str:
-    """Numbers from 1: "order 2 of action 5"."""
+    """Return the numbers from 1 in words: "order 2 of action 5"."""
     action, order = _split(at)
     if action < WHEN:
         return "a set-point" if action == LED else "an operator's command"
@@ -31,10 +32,10 @@ def numbered(at: tuple[int, ...]) -> str:
 
 
 def located(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
-    """A sentence that names an order by its numbers, with its line instead."""
+    """Return a sentence with the numbers of an order replaced by its line."""
     return sentence.replace(numbered(at), place(plan, at)) if at and at[0] != ASIDE else sentence
 
 
 def _split(at: tuple[int, ...]) -> tuple[int, int | None]:
-    """Numbers of action and order; None for an action's own condition."""
+    """Return the numbers of action and order; None for an action's own condition."""
     return at[0], at[1] if len(at) > 1 and at[1] != WHEN else None

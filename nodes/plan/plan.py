@@ -1,12 +1,11 @@
 """The plan: a scene after reading, its names resolved, its numbers in SI units, one actor for every order.
 
-What `heavylift.nodes.scene` makes of a scene file and what `heavylift.nodes.models` builds the DEVS models
-from. It goes to every node process and into the recording, so it is plain frozen msgspec data (finite
-numbers only) and needs no pydantic.  `where` ("turnover.yaml:31:5") lets a sentence at run time point at
-the line that caused it.
+Built by `heavylift.nodes.scene` from a scene file; `heavylift.nodes.models` builds the DEVS models from it. It is sent
+to every node process and stored in the recording, so it is plain frozen msgspec data (finite numbers only) and needs no
+pydantic. `where` ("turnover.yaml:31:5") lets an error at run time name the line that caused it.
 
-Orders and conditions stand in `actions`.  An actuator is addressed by the name of its Drive, winch rope or
-Master; a model by the name of the machine.
+Orders and conditions are in `actions`. An actuator is addressed by the name of its drive, winch rope or master; a model
+by the name of the machine.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wro
 
 
 class ActionList(Item, frozen=True, kw_only=True):
-    """One of several action lists: it begins with action `first` and orders these machines; without machines it is the
+    """One of several action lists: it begins with action `first` and orders these machines. Without machines it is the
     list of the whole scene, which begins the others. `fidelity`, `start`: of this lift, as in a plan."""
 
     name: str
@@ -48,8 +47,8 @@ class ActionList(Item, frozen=True, kw_only=True):
 
 
 class Gear(Item, frozen=True, kw_only=True):
-    """An item of rigging: description, number, working load limit and mass [kg] (0: unknown), standard, termination,
-    date of its certificate, place."""
+    """An item of rigging: kind, number of pieces, working load limit and mass [kg] (0: unknown), standard, termination,
+    date of its certificate, where it is used."""
 
     name: str
     kind: str
@@ -90,15 +89,15 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def first(self) -> int:
-        """Number of its first action; in a part of several lists, that in the whole scene."""
+        """The number of its first action; in one of several lists, that in the whole scene."""
         return self.lists[0].first if self.lists else 0
 
     def action(self, number: int) -> Action:
-        """The action of a number."""
+        """Return the action of a number."""
         return self.actions[number - self.first]
 
     def leader(self, actuator: str) -> str:
-        """The user model whose set-points an actuator follows; "" if there is none."""
+        """Return the user model whose set-points an actuator follows; "" if there is none."""
         return next((own.name for own in self.models for led in own.leads if led.move.actuator == actuator), "")
 
 
@@ -119,6 +118,6 @@ def decode(data: bytes) -> Plan:
 
 
 def functions(plan: Plan) -> list[str]:
-    """Names of the Python code used by its laws and models."""
+    """Return the names of the Python code used by its laws and models."""
     laws = [function for machine in plan.machines for function in machine.system.functions]
     return [*laws, *(own.reference for own in plan.models)]

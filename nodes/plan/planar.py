@@ -1,6 +1,6 @@
-"""Planar motion locks what would leave its plane: what slides along its normal, and what turns about anything else.
+"""Planar motion: locks the joints that would leave the plane: slides along its normal, turns about any other axis.
 
-Axes are those at the start, carried along by the joints below them.
+Axes are those at the start, including the rotation of the joints below them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .mechanism import Mechanism
 
 
 def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
-    """The fidelity with joints that leave the plane of motion locked, sorted by name."""
+    """Return the fidelity with the joints that leave the plane of motion locked as well, in a fixed order."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     locked = {*fidelity.locked}
     if fidelity.motion in NORMAL:
@@ -27,13 +27,13 @@ def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
 
 
 def groups_of(machines: Sequence[Mechanism]) -> dict[str, list[str]]:
-    """Joints that can be locked, by the name of all of a kind."""
+    """Return the joints that can be locked, by the name of their group."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     return {group: [joint.name for joint in joints if group_of(joint) == group] for group in GROUPS}
 
 
 def turn(axis: Vector, angle: float) -> Matrix:
-    """(3, 3) rotation about a unit axis by an angle [rad]."""
+    """Return the rotation (3, 3) about a unit axis by an angle [rad]."""
     (x, y, z), c, s = axis, cos(angle), sin(angle)
     t = 1.0 - c
     return (
@@ -44,14 +44,14 @@ def turn(axis: Vector, angle: float) -> Matrix:
 
 
 def times(A: Matrix, B: Matrix) -> Matrix:
-    """(3, 3) product of two rotations."""
+    """Return the product (3, 3) of two rotations."""
     columns = [product(A, column) for column in zip(*B, strict=True)]
     a, b, c = ((x, y, z) for x, y, z in zip(*columns, strict=True))
     return a, b, c
 
 
 def attitude(q: Sequence[float]) -> Matrix:
-    """(3, 3) rotation of a quaternion x y z w."""
+    """Return the rotation (3, 3) of a quaternion x y z w."""
     x, y, z, w = q
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
@@ -61,7 +61,7 @@ def attitude(q: Sequence[float]) -> Matrix:
 
 
 def _axes(joints: Sequence[Joint]) -> Iterator[tuple[Joint, Vector]]:
-    """Each revolute or prismatic joint with its axis in the world at the start."""
+    """Yield each revolute or prismatic joint with its axis in the world at the start."""
     known: dict[str, Matrix] = {WORLD: IDENTITY}
     waiting = list(joints)
     while ready := [joint for joint in waiting if joint.parent in known]:

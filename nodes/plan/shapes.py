@@ -1,9 +1,10 @@
-"""The shapes of a scene: what collides and what is drawn, from the numbers of the plan alone; data without a library.
+"""The shapes of a scene for collision checks and drawings, from the numbers of the plan alone; data without a library.
 
-A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
-stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a hook block, a boom.
-How two of them may meet follows from the joints, ropes and contacts between their bodies: they are kept apart, or
-allowed near but not through each other, or joined.  What the scene says may touch is found by the names of a shape.
+A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope with the thickness of a steel rope
+of its stiffness. Solids and strands of one `thing` form what a planner names: the block, a portal, a hook block, a
+boom. The relation of two of them follows from the joints, ropes and contacts between their bodies: they keep a
+clearance, or may touch without passing through each other, or are joined. `may touch` of a scene refers to the names of
+a shape.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circ
 
 @dataclass(frozen=True)
 class Solid:
-    """A box with edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its frame [m];
-    `machine`: its machine."""
+    """A box with edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its body's frame [m];
+    `machine`: the machine that it belongs to."""
 
     thing: str
     part: str
@@ -46,7 +47,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Strand:
-    """The lines of the rope `rope` as cylinders of this radius [m]; `ends`: bodies at its ends."""
+    """The lines of a rope as cylinders of this radius [m]; `ends`: bodies at its ends."""
 
     thing: str
     kind: Kind
@@ -77,33 +78,34 @@ class Shapes:
 
     @cached_property
     def roots(self) -> list[str]:
-        """Root bodies of travelling cranes with hooks, each once."""
+        """Return the root bodies of travelling cranes with hooks, each once."""
         found = dict.fromkeys(self.root(hook.on) for hook in self.hooks.values())
         return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
 
     def root(self, body: str) -> str:
-        """The body nearest to the world that carries a body, or a station `boom@40` of one that bends."""
+        """Return the body nearest to the world that carries a body, or a station such as `boom@40` of a bending
+        body."""
         body = body.partition("@")[0]
         while (joint := self._carried.get(body)) is not None and joint.parent != WORLD:
             body = joint.parent
         return body
 
     def depth(self, body: str) -> int:
-        """Number of joints between a body and the ground."""
+        """Return the number of joints between a body and the ground."""
         joint = self._carried.get(body)
         return 0 if joint is None else 1 + self.depth(joint.parent)
 
     def hanging(self, body: str) -> bool:
-        """Whether a body is suspended by ropes and is not a load: a hook block or frame."""
+        """Return whether a body is suspended by ropes and is not a load: a hook block or frame."""
         return self.root(body) in self._hanging
 
     @property
     def afloat(self) -> bool:
-        """Whether a vessel floats, so that the plane z = 0 is the sea."""
+        """Return whether a vessel floats, so that the plane z = 0 is the sea."""
         return any(shape.part == HULL for machine in self.machines for shape in machine.shapes)
 
     def supports(self, body: str) -> list[Support]:
-        """Supports of a body on the ground."""
+        """Return the supports of a body on the ground."""
         return [s for m in self.machines for s in m.system.supports if s.point.body == body and not s.on]
 
     # ---- shapes -------------------------------------------------------------------------------------------
@@ -132,7 +134,7 @@ class Shapes:
 
     @cached_property
     def strands(self) -> dict[str, Strand]:
-        """Hook ropes and straight slings by rope name; those over edges and sheaves have no straight lines."""
+        """Hook ropes and straight slings by rope name; ropes over edges and sheaves are not included."""
         found = {}
         for rope in (rope for machine in self.machines for rope in machine.system.ropes):
             if rope.name not in self.hooks and rope.name not in self.slings:
@@ -147,21 +149,22 @@ class Shapes:
     # ---- how they meet ------------------------------------------------------------------------------------
 
     def called(self, x: Solid | Strand) -> set[str]:
-        """All names of a shape in scenes."""
+        """Return all names of a shape in scenes."""
         if isinstance(x, Solid):
             return {x.thing, x.body, x.machine} - {"", WORLD}
         rigging = (tie.rigging for machine in self.machines for tie in machine.ties if tie.rope == x.rope)
         return {x.thing, x.rope, *rigging} - {""}
 
     def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
-        """Whether a contact of whole shapes prevents two from penetrating, and whether they touch at the start."""
+        """Return whether a contact of whole shapes prevents two from penetrating, and whether they touch at the
+        start."""
         one, other = (getattr(x, "body", "") for x in (a, b))
         found = self._contacts.get(frozenset((one, other)), [])
         begins = any(contact.name in machine.closed for contact in found for machine in self.machines)
         return bool(found) and not self.by_corners(one, other), begins
 
     def relation(self, a: Solid | Strand, b: Solid | Strand) -> Relation:
-        """How two shapes of different things may meet."""
+        """Return how two shapes of different things may meet."""
         if isinstance(a, Solid) and isinstance(b, Solid):
             return self._of_solids(a, b)
         kinds = {a.kind, b.kind}
@@ -170,7 +173,7 @@ class Shapes:
         return "through" if kinds <= {"sling", "block", "stools"} else "apart"
 
     def _ends(self, x: Solid | Strand) -> set[str]:
-        """What a shape belongs to or is fastened to, apart from loads."""
+        """Return the root bodies that a shape belongs to or is attached to, apart from loads."""
         bodies = (x.body,) if isinstance(x, Solid) else x.ends
         return {self.root(body) for body in bodies if body != WORLD and body not in self.cargo}
 
@@ -191,7 +194,7 @@ class Shapes:
         return "joined" if self._still(a.body) and self._still(b.body) else "apart"
 
     def overlap(self, a: Solid | Strand, b: Solid | Strand) -> float:
-        """Allowed penetration of two shapes [m]: of corner contacts, and of thick slings at lugs."""
+        """Return the allowed penetration of two shapes [m]: of corner contacts, and of thick slings at lugs."""
         if isinstance(a, Strand) or isinstance(b, Strand):
             strand, solid = (a, b) if isinstance(a, Strand) else (b, a)
             cargo = self.cargo.get(solid.body) if isinstance(solid, Solid) else None
@@ -203,7 +206,7 @@ class Shapes:
         return max(meant.get(a.body, 0.0), meant.get(b.body, 0.0))
 
     def _siblings(self, a: str, b: str) -> bool:
-        """Whether two bodies slide on the same body."""
+        """Return whether two bodies slide on the same body."""
         one, two = self._carried[a], self._carried[b]
         return one.parent == two.parent and one.kind == two.kind == "prismatic"
 
@@ -212,13 +215,13 @@ class Shapes:
         return joint is None or (joint.kind == "fixed" and self._still(joint.parent))
 
     def by_corners(self, a: str, b: str) -> bool:
-        """Whether two bodies have point contacts only, and may penetrate elsewhere."""
+        """Return whether two bodies have point contacts only, and may penetrate elsewhere."""
         found = self._contacts.get(frozenset((a, b)), [])
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
     @cached_property
     def untouched(self) -> tuple[str, ...]:
-        """Pairs that `relation` does not check, for planners."""
+        """Return the pairs that are not checked, in words for planners."""
         found, plan = [], self.plan
         if self.hooks:
             found.append("ropes beside parts of their own crane, whose openings no scene gives")
@@ -240,7 +243,7 @@ class Shapes:
 
     @cached_property
     def shapeless(self) -> tuple[str, ...]:
-        """Things without shape, for planners."""
+        """Return the things without a shape, in words for planners."""
         shaped, found = {solid.body for solid in self.solids}, []
         for machine in self.machines:
             heavy = (body.name for body in machine.system.bodies if body.mass or body.flexible)
@@ -259,13 +262,13 @@ class Shapes:
 
 
 def _distance(p: Vector, solid: Solid) -> float:
-    """Distance of a point of a body from one of its boxes [m]."""
+    """Return the distance of a point of a body from one of its boxes [m]."""
     lateral = [max(0.0, abs(x - c) - size / 2) for x, c, size in zip(p, solid.centre, solid.size, strict=True)]
     return sqrt(sum(d * d for d in lateral))
 
 
 def _contacts(machine: Mechanism) -> Iterator[Solid]:
-    """Contact boxes and balls of a machine."""
+    """Yield the boxes and balls of a machine's contacts."""
     for shape in dict.fromkeys(s for c in machine.system.contacts for s in (c.a, c.b)):
         match shape:
             case Box():
@@ -276,12 +279,12 @@ def _contacts(machine: Mechanism) -> Iterator[Solid]:
 
 
 def wire_radius(EA: float) -> float:
-    """Radius of a steel wire rope with this stiffness EA [N], or of the bundle of falls [m]."""
+    """Return the radius of a steel wire rope with this stiffness EA [N], or of the bundle of falls [m]."""
     return sqrt(EA / (pi * FILL * E_STEEL))
 
 
 def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
-    """Centre and edges of the bounding box of parallel boxes [m]."""
+    """Return centre and edges of the bounding box of parallel boxes [m]."""
     if len(boxes) == 1:
         return boxes[0]
     low = [min(c[i] - s[i] / 2 for c, s in boxes) for i in range(3)]

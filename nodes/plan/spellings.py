@@ -1,4 +1,4 @@
-"""Words of scenes and rows that stay as they have always been spelled, by what they are called here."""
+"""Former spellings that stay valid in scenes and recordings, with the constants used for them here."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BASE = f"{FAMILY}-900"
 
 
 def old_type(data: dict[str, Any]) -> bool:
-    """Have a type of the former family extend its smallest one, whose drives it has; whether it is one."""
+    """Let a type of the former family extend the smallest type of that family; return whether it was one."""
     if data.get("family") != FAMILY:
         return False
     del data["family"]

@@ -1,4 +1,4 @@
-"""Models of a user's own beside the kernel: what they hear, what they lead, how late."""
+"""User models beside the kernel: their signals, the actuators that they lead, their delay."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .actions import Item, Move
 
 
 class Led(Item, frozen=True, kw_only=True):
-    """An out port whose set-points drive an actuator: `move` without end, with its ramp and maximum speed (0:
+    """An out port whose set-points drive an actuator: `move`, an endless move with its ramp and maximum speed (0:
     unknown)."""
 
     port: str
@@ -17,10 +17,8 @@ class Led(Item, frozen=True, kw_only=True):
 
 
 class UserModel(Item, frozen=True, kw_only=True):
-    """A model that runs as a node: `model` is `module:name`, an absolute path `file.py:name`, or that of a unit of FMI.
-
-    It hears its `signals`, by port, every `period` [ns]; what it says arrives `delay` [ns] later.
-    """
+    """A user model that runs as a node; `model` is `module:name`, an absolute path `file.py:name`, or that of an FMI
+    unit. It receives its `signals`, by port, every `period` [ns]; its set-points arrive `delay` [ns] later."""
 
     name: str
     model: str
@@ -37,5 +35,5 @@ class UserModel(Item, frozen=True, kw_only=True):
 
     @property
     def reference(self) -> str:
-        """The reference as listed for trusted folders."""
+        """The reference as it is checked against trusted folders."""
         return f"{self.model}:" if self.unit else self.model

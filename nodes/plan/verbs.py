@@ -1,6 +1,6 @@
-"""The verbs of the action list: one row each, which grammar, targets, checks and the kernel of the commander read.
+"""The verbs of the action list: one row each, used by grammar, targets, checks and commander.
 
-A verb that moves a drive or a winch is a row and nothing else.
+A verb that only moves a drive or a winch is a row and nothing else.
 """
 
 from __future__ import annotations

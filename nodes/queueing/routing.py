@@ -131,7 +131,7 @@ class Resource(_Forwarding):
         self.forward()
 
     def result(self) -> ResourceStatistics:
-        """What was measured."""
+        """Return the measured statistics."""
         return ResourceStatistics(
             self.waits.count, self.waits.mean, self.used.mean(self.now), self.length.mean(self.now)
         )
@@ -157,6 +157,6 @@ class Monitor(Part):
         self.number.set(len(self.inside), now)
 
     def result(self) -> MonitorStatistics:
-        """What was measured."""
+        """Return the measured statistics."""
         n = self.number
         return MonitorStatistics(self.times.count, n.mean(self.now), int(n.most), self.times.mean)

@@ -201,7 +201,7 @@ class Server(Part):
         self.hold_in(due[0][0] - self.ns if due else NEVER)
 
     def result(self) -> ServerStatistics:
-        """What was measured."""
+        """Return the measured statistics."""
         now = self.now
         return ServerStatistics(
             self.served, self.losses, self.interrupted, self.waits.mean, self.line.mean(now), self.busy.mean(now),

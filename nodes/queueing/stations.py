@@ -93,7 +93,7 @@ class Queue(Part):
         self.discipline, self.capacity = discipline, capacity_of(name, capacity)
 
     def start(self) -> None:
-        """Nothing waits."""
+        """Initialise: no set-point waits."""
         self.waiting, self.demanded, self.count = Waiting(self.discipline), 0, 0
         self.leaving, self.balked = list[Entity](), list[Entity]()
         self.waits, self.length, self.losses = Tally(), TimeWeighted(), 0
@@ -135,7 +135,7 @@ class Queue(Part):
         self.passivate()
 
     def result(self) -> WaitingStatistics:
-        """What was measured."""
+        """Return the measured statistics."""
         return WaitingStatistics(
             self.waits.count, self.losses, self.waits.mean, self.length.mean(self.now), int(self.length.most)
         )
@@ -191,6 +191,6 @@ class Sink(Part):
             self.times.add((self.ns - entity.born) / 1e9)
 
     def result(self) -> SinkStatistics:
-        """What was measured."""
+        """Return the measured statistics."""
         t = self.times
         return SinkStatistics(t.count, t.mean, t.deviation, t.least, t.most)

@@ -1,26 +1,26 @@
 """Scene files: YAML with units in, a checked plan out.
 
     load("turnover")            -> LoadedScene: plan, text, path; raises SceneError with all errors
-    load("lift.yaml", ["seed=7", "cranes.west.at=41 m"])              with settings laid over the file
-    parse(text)                 the same for a text that stands in no file
-    restored(plan, ...)         a scene that was recorded, to be run again
-    check(scene)                -> Report: sizes, static loads, use, safety factors; str(report) is a page
+    load("lift.yaml", ["seed=7", "cranes.west.at=41 m"])              with settings applied to the file
+    parse(text)                 the same for a text without a file
+    restored(plan, ...)         a recorded scene, to be run again
+    check(scene)                -> SceneReport: sizes, static loads, utilisations, safety factors; str(report) is a page
     bundled()                   the scenes that come with heavylift, by name
-    begun(name, like)           the text of a scene to start from; begun_with(name, crane, blocks): of a table
-    json_schema()               of all scene files, for editors
+    new_scene(name, like)       the text of a new scene; new_scene_with(name, crane, blocks): for blocks of a table
+    json_schema()               the JSON Schema of all scene files, for editors
 
 text                        the text with the place of every key; faults; units
 language                    phrases of the action list
 keys                        every key of a scene file, as frozen pydantic models
 construction                from keys to the plan
-checks                      whether it fits, and whether its orders can be carried out
+checks                      impossible scenes and orders, found before anything runs
 templates                   texts to start from
-loading, building           from a path or name to a plan, from its text or as it was kept
+loading, building           from a path or name to a plan, built from the text or loaded from the cache
 instances                   several scenes side by side in one
-corners                     what limits use at the worst of uncertain inputs
-loaded_scene                what can be run, and what follows from it at rest
+corners                     utilisations at the worst combination of uncertain inputs
+loaded_scene                a scene that can be run, with its static results
 report, factor_sheet        what `heavylift check` prints
-inputs                      quantities by name, how uncertain they are, the scene with other values
+inputs                      quantities by name, their uncertainties, the scene with other values
 operator_command            an order of an operator while a scene runs
 
 Node processes import `heavylift.nodes.plan.plan` only; what reads YAML is imported when it is first used.

@@ -1,4 +1,4 @@
-"""From the text of a scene to its plan: read, lay over, validate, build, check.
+"""From the text of a scene to its plan: read, apply settings, validate, build, check.
 
 All errors of one step are reported at once; a later step starts only when the earlier ones found nothing.
 """
@@ -55,7 +55,7 @@ CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples
 
 
 def facts(scene: schema.Scene) -> SceneFacts:
-    """What a run asks of the keys of a scene."""
+    """Return the keys of a scene that concern a run, not its plan."""
     return SceneFacts(
         own=scene.ask,
         written=scene.accuracy,
@@ -75,8 +75,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Build the scene of a text with settings; `passing`: one of many variants; without `followed` its actions are not
-    simulated at rest."""
+    """Build the scene of a text with settings. `passing`: one of many variants; without `followed`, its actions are not
+    followed statically."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -171,7 +171,7 @@ def _built(
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """The scene with other values, whose limits are not checked beforehand."""
+        """Return the scene with other values, whose limits are not checked before."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
@@ -183,7 +183,7 @@ def _built(
 
 
 def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
-    """The scene with a plan that begins where the path at rest does, which is not followed again."""
+    """Return the scene with another plan that has the same equilibrium path, which is not computed again."""
     other = replace(loaded, plan=built)
     if "statics" in vars(loaded):
         vars(other).update(statics=loaded.statics)
@@ -193,7 +193,7 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
 def _side_by_side(
     source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, whole: str
 ) -> LoadedScene:
-    """Build a scene of several lifts, each as if alone."""
+    """Build a scene of several lifts, each as if it were alone."""
 
     def alone(own: Source) -> LoadedScene:
         alike(own)
@@ -215,7 +215,7 @@ def _side_by_side(
 
 
 def _common(scene: schema.Scene) -> dict[str, Any]:
-    """Settings of a scene for its whole run."""
+    """Return the settings of a scene that apply to its whole run."""
     return {
         "tolerance": scene.step_tolerance,
         "method": scene.method,
@@ -228,7 +228,7 @@ def _common(scene: schema.Scene) -> dict[str, Any]:
 
 
 def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
-    """Equilibrium at the start, if there is one."""
+    """Return the equilibrium at the start, None if there is none."""
     if followed:
         return next(iter(loaded.statics.states), None)
     with suppress(HeavyliftError):
@@ -237,8 +237,8 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
 
 
 def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
-    """Faults: what cannot be built or carried out, or is overloaded at rest; loads are checked if everything else
-    fits."""
+    """Return the faults of a scene that cannot be built or carried out or is overloaded at rest; loads are checked only
+    if there are no other faults."""
     scene, built = loaded.scene, loaded.plan
     found = start_checks(scene, built) or held_orders(built)
     hooks = any(machine.hooks for machine in built.machines)

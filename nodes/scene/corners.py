@@ -1,8 +1,7 @@
-"""What limits use at the worst corner of a scene's uncertain inputs: measured on its path at rest, input by input, then
-at each corner where some limit is worst; and at the corners of the box of the centre of mass.
+"""Utilisations at the worst corner of a scene's uncertain inputs, and at the corners of the centre-of-mass box.
 
-Loads grow or fall with each input alone, whatever the others are; so the corner that is worst for a limit is that of
-the worse end of each input.
+They are computed on the equilibrium path, input by input, then at each corner that is worst for some limit. Loads are
+monotonic in each input, whatever the others are; so the worst corner for a limit combines the worse end of each input.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ Sizes = Callable[[LoadedScene], dict[Key, float]]
 
 @dataclass(frozen=True)
 class Ends:
-    """An uncertain input: path, statement, and both ends as text."""
+    """An uncertain input: path, uncertainty in words, and both ends as text."""
 
     path: Path
     message: str
@@ -42,7 +41,7 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Both ends of each uncertain input: at a level of 95 %, or of all that can be."""
+    """Return both ends of each uncertain input: for a normal one at a level of 95 %, for a uniform one the bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)
@@ -60,8 +59,8 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
 
 
 def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
-    """The limits of a scene with the increase of utilisation at the worst corner of the uncertain inputs; an input
-    whose end cannot be evaluated gives a limit without value."""
+    """Return the limits of a scene with the increase of utilisation at the worst corner of the uncertain inputs. An
+    input whose end cannot be evaluated gives a limit without value."""
     corners = Corners(nominal, build)
     corners.search(ends)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
@@ -69,7 +68,8 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[R
 
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[RatedLimit]:
-    """Design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of each block."""
+    """Return the design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of
+    each block."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.factors.built(), Corners(nominal, build)
@@ -85,7 +85,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Ra
 
 
 def _lost(nominal: LoadedScene, corners: Corners) -> Iterator[RatedLimit]:
-    """Corners that could not be evaluated."""
+    """Yield limits without value for the corners that could not be evaluated."""
     where = nominal.plan.limits[0].where if nominal.plan.limits else ""
     for message, why in corners.lost:
         yield RatedLimit(subject=message, quantity="inputs", unit="", note=why, where=where)
@@ -118,7 +118,7 @@ class Corners:
             self.uses(dict(corner))
 
     def uses(self, values: Values) -> dict[Key, float]:
-        """The use of each limit at a corner."""
+        """Return the utilisation of each limit at a corner."""
         message, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
         try:
             scene = self._build(values)
@@ -135,13 +135,13 @@ class Corners:
 
 
 def _uses(scene: LoadedScene) -> dict[Key, float]:
-    """Utilisation of each limit; the value itself if the limit is unknown."""
+    """Return the utilisation of each limit; the value itself if the limit is unknown."""
     each = ((use.limit, use.value if use.use is None else use.use) for use in scene.uses)
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
 
 
 def _spread(limit: RatedLimit, corners: Corners) -> RatedLimit:
-    """A limit with the increase of utilisation at the worst corner."""
+    """Return a limit with the increase of utilisation at the worst corner."""
     alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
     key = next((key for key in alike if key in corners.usual), None)
     if key is None or key not in corners.moved or not limit.known:

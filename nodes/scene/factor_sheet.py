@@ -1,4 +1,4 @@
-"""What a check and a report show of hooks, rigging and factors: tables of numbers, made once.
+"""Tables of hooks, rigging and factors, common to `check` and reports.
 
 Loads are in t, those of slings in kN.
 """
@@ -14,7 +14,7 @@ from heavylift.recordings.sheets.sheet import Table, columns, trimmed
 
 
 def hooks(plan: Plan) -> Table:
-    """Hooks: rated loads, radius charts, and reeving."""
+    """Return the table of hooks: rated loads, radius charts, and reeving."""
     rows = []
     for machine in plan.machines:
         for hook in machine.hooks:
@@ -41,7 +41,8 @@ def charts_used(found: Sequence[Reach]) -> Table:
 
 
 def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
-    """From loads at rest to design loads, factor by factor, with what a run has met; and what riggers fetch."""
+    """Yield the tables from static loads to design loads, factor by factor, with the maxima of a run; and the list of
+    gear."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []
@@ -72,7 +73,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
 
 
 def sources(uses: Sequence[Use]) -> list[str]:
-    """Sources of the factors of a sheet, each once."""
+    """Return the sources of the factors of a sheet, each once."""
     found: dict[tuple[str, str], list[float]] = {}
     for x in (x for use in uses for x in use.limit.factors):
         found.setdefault((x.name, x.source), []).append(x.value)

@@ -1,12 +1,12 @@
-"""Inputs of a scene: quantities by the path that `--set` takes, with `x`, `y`, `z` for the numbers of a place.
+"""Inputs of a scene: quantities by the path that `--set` takes, with `x`, `y`, `z` for the coordinates of a place.
 
     uncertain_inputs(scene)                  those with an uncertainty: value, kind and spread of each
-    uncertain_inputs(scene, ["block.mass +- 3 %"])           with some that are stated besides
-    inputs(scene, ["block.com.x"])           those of some names
+    uncertain_inputs(scene, ["block.mass +- 3 %"])           with further stated uncertainties
+    inputs(scene, ["block.com.x"])           inputs by name
     varied(scene, inputs, values)            the scene with other values
 
-A scale is by what an input may be off: its own size, of a place at least a metre, of what lies between two ends a fifth
-of their distance.
+The scale of an input is its typical variation: its own size; for a coordinate at least a metre; for a value between two
+ends a fifth of their distance.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depen
 
 @dataclass(frozen=True)
 class Input:
-    """An input: name, value, scale and bounds (SI), unit and allowed units, path; `whole`: the setting that must
-    precede it."""
+    """An input of a scene: name, value, scale and bounds (SI), unit and allowed units, path. `whole`: a setting that
+    must precede its own, which writes the whole list with its defaults."""
 
     name: str
     value: float
@@ -65,11 +65,11 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """Its unit in SI."""
+        """The unit in SI."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
-        """Value and two standard uncertainties as text, rounded to two digits of the latter."""
+        """Return value and two standard uncertainties as text, rounded to two digits of the latter."""
         half = 2.0 * sigma / self.factor
         places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
         texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))
@@ -86,12 +86,12 @@ class UncertainInput(Input):
 
     @property
     def half(self) -> float:
-        """Half-width in SI units: at a level of 95 %, or of all that can be."""
+        """The half-width in SI units: at a level of 95 %, or for a uniform input the bound."""
         return (sqrt(3.0) if self.kind == "uniform" else 2.0) * self.sd
 
     @property
     def spread(self) -> str:
-        """Name and half-width for people: a part of the value, or of what is a place or a ratio in its unit."""
+        """Name and half-width as text: in per cent of the value, or in its unit for places, angles and ratios."""
         if self.value and not {"m", "deg", ""} & set(self.units):
             return f"{self.name} {100.0 * self.half / abs(self.value):.2g} %"
         return f"{self.name} {self.half / self.factor:.2g} {self.unit}".strip()
@@ -102,7 +102,7 @@ class UncertainInput(Input):
 
 
 def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
-    """Inputs by name; raises SceneError for one that does not exist or is no quantity."""
+    """Return inputs by name; raises SceneError for one that does not exist or is not a quantity."""
     source, _ = _source(scene)
     found = [_input(scene, source, name)[0] for name in names]
     if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):
@@ -111,7 +111,8 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """All uncertain inputs of a scene, as its file or `given` (`block.mass +- 3 %`) states them; raises SceneError."""
+    """Return all uncertain inputs of a scene, as stated in its file or in `given` (`block.mass +- 3 %`); raises
+    SceneError."""
     source, stated = _source(scene)
     found = {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
     named: list[Path] = []
@@ -128,7 +129,7 @@ def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[Unce
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
-    """Text of an input with its 95 % uncertainty; only the value if the uncertainty exceeds its range."""
+    """Return an input with its 95 % uncertainty as text; only the value if the uncertainty exceeds its range."""
     _, kind = _input(scene, _source(scene)[0], one.name)
     try:
         standard(Stated(value, "+-", half), kind)
@@ -138,7 +139,7 @@ def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
 
 
 def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
-    """The scene with other values at the same model level and steps; raises SceneError if it is invalid."""
+    """Return the scene with other values at the same model level and steps; raises SceneError if it is invalid."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts), followed=False)
     kept = {x: getattr(scene.plan, x) for x in KEPT}
@@ -146,19 +147,19 @@ def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]
 
 
 def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
-    """What `--set` takes to give inputs these values."""
+    """Return the settings, as of `--set`, that give inputs these values."""
     first = dict.fromkeys(p.whole for p in changed if p.whole)
     return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(changed, values, strict=True))]
 
 
 def _source(scene: LoadedScene) -> tuple[Source, dict[Path, Stated]]:
-    """Data of the scene with nominal values, and the stated uncertainties."""
+    """Return the data of the scene with nominal values, and the stated uncertainties."""
     source = read(scene.merged or scene.text, scene.path.name)
     return source, uncertainties(source)
 
 
 def _name(scene: LoadedScene, path: Path) -> str:
-    """A path as users write it, with x, y and z for coordinates."""
+    """Return a path as users write it, with x, y and z for coordinates."""
     at: object = scene.scene
     kind: object = None
     words = []
@@ -216,7 +217,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
 
 
 def unstated(scene: LoadedScene, known: Sequence[Input]) -> list[str]:
-    """Inputs that are usually uncertain but state no uncertainty, by name."""
+    """Return the names of inputs that are usually uncertain but have no stated uncertainty."""
     paths = {part for each in known for part in (each.path, each.path[:-1])}
     found = []
 

@@ -1,7 +1,8 @@
-"""Instances of one scene in another: the plan of each with a name in front of all its names, at another place.
+"""Instances of scenes in one scene: the plan of each with a prefix on all its names, at another place.
 
-`lifts: {a: {extends: lift.yaml, at: [0 m, 60 m]}}` builds the scene of each as if it stood alone, equal ones once, and
-puts them beside each other: `a-crane`, `a-legs.sling-1`.  Nothing ties them, so they are followed at rest one by one.
+`lifts: {a: {extends: lift.yaml, at: [0 m, 60 m]}}` builds the scene of each as if it were alone, equal ones once, and
+places them beside each other: `a-crane`, `a-legs.sling-1`. Nothing couples them, so their equilibrium paths are
+computed one by one.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
 
 def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> Source:
-    """The source of an instance: its keys merged over the scene that it extends; `at`: its origin [m]."""
+    """Return the source of an instance: its keys merged over the scene that it extends; `at`: its origin [m]."""
     base = ("lifts", name)
     keys, values = (
         {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)
@@ -83,7 +84,7 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
 
 
 def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]) -> tuple[Plan, Followed]:
-    """The plan of all instances, and their paths at rest one after the other."""
+    """Return the plan of all instances, and their equilibrium paths one after the other."""
     for key in sorted(scene.model_fields_set & {*MACHINES}):
         message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
         source.fault((key,), message, on_key=True)
@@ -150,13 +151,13 @@ def _rank(machine: Mechanism, frames: Container[str]) -> int:
 
 
 def _split(rope: str) -> tuple[str, str]:
-    """Crane and hook of the rope of a hook."""
+    """Return crane and hook of a hook's rope."""
     crane, _, hook = rope.rpartition(".")
     return crane, hook
 
 
 def _begins_each_once(source: Source, scene: Scene, listed: Sequence[Action]) -> None:
-    """Faults: a list that orders machines, a lift begun twice, a lift that is never begun."""
+    """Add the faults of the common list: orders to machines, a lift begun twice, a lift never begun."""
     begun: list[str] = []
     for order in (order for action in listed for order in action.orders):
         at = source.path_of(order.where)
@@ -185,7 +186,7 @@ def _numbered(state: StaticState, name: str, shift: int) -> StaticState:
 
 
 def _rests(loaded: LoadedScene, name: str, d: Vector) -> tuple[list[StaticState], list[Acted]]:
-    """Path at rest of an instance at its place, and the states in which its actions began."""
+    """Return the equilibrium path of an instance at its place, and the states in which its actions began."""
     known: dict[int, StaticState] = {}
 
     def here(state: StaticState) -> StaticState:
@@ -200,7 +201,7 @@ PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds",
 
 
 def _together(states: list[StaticState]) -> StaticState:
-    """Merge of states, with the text of the last one."""
+    """Return the merge of states, with time, stage and texts of the last one."""
     whole: dict[str, Any] = {part: dict(getattr(states[0], part)) for part in PARTS}  # one copy: that is often done
     for state in states[1:]:
         for part, known in whole.items():
@@ -212,7 +213,7 @@ def _together(states: list[StaticState]) -> StaticState:
 
 
 def moved(x: Any, prefix: str, d: Vector) -> Any:
-    """A plan or description with prefixed names, moved by d [m] in the world."""
+    """Return a plan or description with prefixed names, moved by d [m] in the world."""
     if isinstance(x, tuple):
         return tuple(moved(each, prefix, d) for each in x)
     if isinstance(x, dict):
@@ -246,7 +247,7 @@ def _changed(name: str, value: Any, prefix: str, d: Vector) -> Any:
 
 
 def _renamed(value: Any, prefix: str) -> Any:
-    """Prefixed names; the ground and empty names stay."""
+    """Return prefixed names; the ground and empty names stay."""
     if isinstance(value, str):
         return value if value in ("", WORLD, EVERY) else f"{prefix}{value}"
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""A scene that can be run, and what follows from its plan at rest: loads, use of limits, findings, what is modelled."""
+"""A scene that can be run, and static results of its plan: loads, utilisations, findings, model level."""
 
 from __future__ import annotations
 
@@ -25,9 +25,12 @@ if TYPE_CHECKING:
 
 
 class SceneFacts(msgspec.Struct, frozen=True):
-    """Settings of a scene outside its plan: requested quantities and accuracy, if `written`; `named`: keys that fix how
-    it is run; `placement`: node -> process; `remote`: processes on other hosts; `tandem`: capacity of each crane beside
-    another; `project`: data for documents."""
+    """Settings of a scene outside its plan.
+
+    `own`: requested quantities; `written`: accuracy, if given; `named`: keys that fix how it is run; `placement`: node
+    -> process; `remote`: processes on other hosts; `tandem`: share of the capacity of each crane beside another;
+    `project`: data for documents.
+    """
 
     own: tuple[Asked, ...]
     written: float | None
@@ -40,12 +43,12 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def ask(self) -> tuple[Asked, ...]:
-        """Requested quantities: the usual ones if it fixes nothing of how it is run."""
+        """The requested quantities; the usual ones if the scene does not fix how it is run."""
         return self.own if {*self.named} - {"samples"} else MEANT
 
     @property
     def accuracy(self) -> float:
-        """Accuracy of each requested quantity, or of rope tensions (0.01: 1 %)."""
+        """The accuracy of each requested quantity, or of rope tensions (0.01: 1 %)."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
@@ -68,21 +71,21 @@ class LoadedScene:
 
     @cached_property
     def scene(self) -> schema.Scene:
-        """Its keys."""
+        """The keys of the scene."""
         from .keys.validate import validated  # with what reads scenes
 
         return self.keys or validated(self.merged or self.text, str(self.path))
 
     @cached_property
     def statics(self) -> Followed:
-        """The action list followed at rest, as far as possible."""
+        """The equilibrium path along the action list, as far as it exists."""
         if self.plan.lists:
             return self.apart or Followed((), (), (), "", None, "")  # of a recording, which has no scenes of each
         return follow(self.plan, keep=not self.passing)
 
     @property
     def states(self) -> Sequence[StaticState]:
-        """States of the path at rest; none where nothing is lifted."""
+        """The states of the equilibrium path; none if nothing is lifted."""
         return self.statics.states if self.lifts else ()
 
     @property
@@ -93,12 +96,12 @@ class LoadedScene:
 
     @property
     def question(self) -> Question | None:
-        """Requested quantities and accuracy, unless level and steps are chosen already."""
+        """Requested quantities and accuracy; None if level and steps are chosen already."""
         return Question(self.facts.ask, self.facts.accuracy) if self.facts.ask and not self.chosen else None
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The highest utilisation of each limit on that path; for a lift also at the goals of moves."""
+        """The highest utilisation of each limit on the equilibrium path; for a lift also at the goals of moves."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         found = uses_on_path(self.plan, [*self.statics.states, *goal_states(self.plan, self.statics)])
@@ -107,21 +110,21 @@ class LoadedScene:
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """What is beyond a limit on that path, or should be reported."""
+        """Exceeded limits on the equilibrium path, and other findings to report."""
         return findings(self.checks)
 
     @property
     def errors(self) -> Errors:
-        """Measured errors of the figures of a run."""
+        """The measured errors of the figures of a run."""
         return self.answer.figures if self.answer else {}
 
     @property
     def checks(self) -> list[Check]:
-        """All checks of that path, including those not possible there."""
+        """All checks of the equilibrium path, including those not possible there."""
         return self.checked()
 
     def checked(self, near: Sequence[Check] = ()) -> list[Check]:
-        """The same with clearances too `near`."""
+        """Return all checks of the equilibrium path, with findings on clearances `near`."""
         unread = {id(use.limit) for use in self.uses}
         uses = [
             *self.uses,

@@ -1,7 +1,7 @@
-"""From a scene's path or name to its plan, which is built from its text (`building`) or was before.
+"""From a scene's path or name to its plan, which is built from its text (`building`) or loaded from the cache.
 
-A lift that stands in one file is kept with all that its text, its settings and this code make of it, so that a second
-start neither reads nor checks it: what validates scenes is then not even imported.
+A lift in a single file is cached under its text, its settings and this code, so that a second start neither reads nor
+checks it: the modules that validate scenes are then not even imported.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def load(
 
 
 def _settings(given: object, within: str = "") -> list[str]:
-    """Settings as `key=value`."""
+    """Return the settings as `key=value`."""
     if isinstance(given, str):
         return [given]
     if isinstance(given, Mapping):
@@ -68,7 +68,7 @@ def _said(key: str, x: object) -> str:
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
-    """The given scene, or the one loaded by path or name; raises SceneError otherwise."""
+    """Return the given scene, or the one loaded by path or name; raises SceneError otherwise."""
     if isinstance(scene, LoadedScene):
         return scene
     if isinstance(scene, str | Path):
@@ -79,15 +79,15 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """The scene of a YAML text; `passing`: one of many variants; without `followed` its actions are not simulated at
-    rest."""
+    """Return the scene of a YAML text. `passing`: one of many variants; without `followed`, its actions are not
+    followed statically."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)
 
 
 def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
-    """The scene of a stored plan; needs no other file."""
+    """Return the scene of a stored plan; needs no other file."""
     from .building import facts
     from .keys.validate import validated
 
@@ -96,7 +96,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
 
 
 def check(scene: LoadedScene | str | Path, near: Sequence[Check] = ()) -> SceneReport:
-    """Sizes, static loads, utilisation and findings of a scene; `near`: clearances on its path at rest."""
+    """Return sizes, static loads, utilisations and findings of a scene; `near`: clearances on its equilibrium path."""
     from .report import report
 
     scene = loaded(scene)
@@ -104,7 +104,7 @@ def check(scene: LoadedScene | str | Path, near: Sequence[Check] = ()) -> SceneR
 
 
 class _CachedScene(msgspec.Struct):
-    """What is kept of a scene."""
+    """The cached part of a scene."""
 
     plan: Plan
     facts: SceneFacts
@@ -112,7 +112,7 @@ class _CachedScene(msgspec.Struct):
 
 
 def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
-    """Load from the cache if the scene was built before; other files are read again."""
+    """Load from the cache if the scene was built before and depends on no other file; else build it."""
     answer = repr((name, text, [*overrides])).encode()
     file = f"{hashlib.sha256(sources() + _code() + answer).hexdigest()}.scene"
     if data := read_cached(file):
@@ -131,5 +131,5 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
 @cache
 def _code() -> bytes:
-    """All code and types that determine a plan."""
+    """Return all code and types that determine a plan."""
     return contents(Path(__file__).parent.parent, ".py", ".yaml")

@@ -1,6 +1,6 @@
-"""An operator's order during a run: `target: what to do`, in the language of the action list.
+"""An operator's order during a run: `target: order`, in the language of the action list.
 
-It is read and checked like a line of the scene; a mistake gives one sentence with a caret below the text.
+It is read and checked like a line of the scene; an error is one sentence with a caret below the text.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NOWHERE = ""  # a command stands in no file, and its orders, which are on record
 
 
 def spoken(scene: LoadedScene, words: str) -> actions.Action:
-    """The orders of a command; raises SceneError."""
+    """Return the orders of a command; raises SceneError."""
     words = " ".join(words.split())
     if len(words) > LONGEST:
         raise SceneError(f"{NAME}: it has {len(words)} characters, say what to do in at most {LONGEST}")
@@ -53,7 +53,7 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
 
 
 def _refused(scene: LoadedScene, order: actions.Order) -> str:
-    """Why an order is impossible during a run, or for its crane."""
+    """Return why an order is impossible during a run, or for its crane; "" if it is possible."""
     until = order.until if isinstance(order, actions.Move | actions.Turn) else None
     parts = until.all if isinstance(until, actions.And) else (until,)
     if any(isinstance(part, actions.CrossingCondition) for part in parts):

@@ -1,4 +1,4 @@
-"""What `heavylift check SCENE` prints: the size of a scene and the static loads of each stage.
+"""The report of `heavylift check SCENE`: the size of a scene and the static loads of each stage.
 
 Loads are those of the equilibrium path; "on the rope" counts the hook block, "below the hook" does not.
 """
@@ -80,7 +80,7 @@ def report(
     uses: Sequence[Use],
     checks: Sequence[Check] = (),
 ) -> SceneReport:
-    """The report of a scene with its path at rest."""
+    """Return the report of a scene with its equilibrium path."""
     mobility = _mobility(built)
     every: list[Rope | Reeving] = []
     for m in built.machines:
@@ -131,7 +131,7 @@ def _printed(tables: Sequence[Table]) -> list[str]:
 
 
 def _mobility(built: plan.Plan) -> Mobility:
-    """Bodies and degrees of freedom as counted by the kernel."""
+    """Return bodies and degrees of freedom as counted by the kernel."""
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.model.reactions.mobility import mobility  # needs NumPy, which declaring a scene does not
     from heavylift.nodes.models import system
@@ -145,7 +145,7 @@ def _many(n: int, word: str) -> str:
 
 
 def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
-    """Hook loads at the end of each stage with suspended load, and every 30 degrees of a turn."""
+    """Return the hook loads at the end of each stage with suspended load, and every 30 degrees of a turn."""
     found = []
     for state, after in zip(path.states, (*path.states[1:], None), strict=True):
         stage = _turned(built, state)
@@ -160,7 +160,7 @@ def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
 
 
 def _turned(built: plan.Plan, state: StaticState) -> str:
-    """Name of a state with the load turned by a multiple of 30 degrees, else ""."""
+    """Return the name of a state with the load turned by a multiple of 30 degrees, else ""."""
     action = built.actions[state.action - 1] if state.action else None
     if action is None or not any(isinstance(order, Turn) for order in action.orders):
         return ""
@@ -170,8 +170,8 @@ def _turned(built: plan.Plan, state: StaticState) -> str:
 
 
 def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
-    """Load on a hook [kg]: vertical tension of its slings, or of its rope where they bend over edges or hang on
-    frames."""
+    """Return the load on a hook [kg]: vertical tension of its slings, or that of its rope if they bend over edges or
+    hang on frames."""
     lugs, ties = lug_places(built.machines), [*ties_on(built.machines, hook)]
     straight = {rope.name for machine in built.machines for rope in machine.system.straight_ropes}
     ends = [(tie, lugs.get(state.hooked.get(tie.rope, "")) or tie.lower) for tie in ties]
@@ -193,7 +193,8 @@ def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
 
 
 def _page(rows: list[HookLoadRow]) -> list[Table]:
-    """What slings of each hook carry in each stage in which it changes [t], and the largest load of each."""
+    """Return the tables of the slings' loads of each hook in each stage in which they change [t], and of the largest
+    loads."""
     hooks = list(dict.fromkeys(row.hook for row in rows))
     loads: list[tuple[Cell, ...]] = []
     for stage, group in groupby(rows, key=lambda row: row.stage):
@@ -212,12 +213,12 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
 
 
 def _changes(rows: Sequence[tuple[Cell, ...]]) -> tuple[tuple[Cell, ...], ...]:
-    """Rows whose numbers are not those of the one before."""
+    """Return the rows whose numbers differ from those of the row before."""
     return tuple(row for i, row in enumerate(rows) if not i or row[1:] != rows[i - 1][1:])
 
 
 def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:
-    """The list of checks, worst first, and amplification factors of standards."""
+    """Return the list of checks, worst first, and amplification factors of standards, as lines."""
     read = rows_of(checks)
     lines = _printed([words("Checks on the path at rest", HEAD, read)]) if read else [""]
     required = dynamics_required(built)
@@ -227,7 +228,7 @@ def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:
 
 
 def _swing_free(built: plan.Plan) -> list[str]:
-    """Chosen ramps without swing; equal moves on one line."""
+    """Return the chosen ramps without swing as lines; equal moves share one."""
     found: dict[tuple[str, str], list[str]] = {}
     angular = {name for mechanism in built.machines for name in turning(mechanism.system)}
     for number, action in enumerate(built.actions, 1):
@@ -260,13 +261,13 @@ def _lines(checks: Sequence[Check]) -> list[str]:
 
 
 def _ends(statics: Followed) -> list[StaticState]:
-    """The states at the ends of actions."""
+    """Return the states at the ends of actions."""
     return [a for a, b in pairwise(statics.states) if a.action != b.action] + list(statics.states[-1:])
 
 
 def _ropes_at_rest(statics: Followed) -> list[Table]:
-    """What the first ropes of a mechanism carry at rest, over sheaves their most loaded part, at the end of each
-    action."""
+    """Return the table of static tensions of a mechanism's first ropes (over sheaves: of the most loaded part) at the
+    end of each action."""
     ends = _ends(statics)
     ropes = list(ends[0].tensions)[:COLUMNS] if ends else []
     rows: list[tuple[Cell, ...]] = [

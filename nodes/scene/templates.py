@@ -1,4 +1,4 @@
-"""Texts of scenes to start from: a copy of a bundled one, or a crane of a type with the blocks of a table."""
+"""Texts of new scenes: a copy of a bundled scene, or a crane of a type with the blocks of a table."""
 
 from __future__ import annotations
 
@@ -77,14 +77,15 @@ actions:
 
 
 def new_scene(name: str, like: str) -> str:
-    """The text of a new scene copied from a bundled one; its recording has the new name."""
+    """Return the text of a new scene copied from a bundled one; its recording gets the new name."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
 
 
 def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
-    """Texts of scenes by name: a crane of a type lifts the block of a row, `blocks.csv#B17`, or that of each row."""
+    """Return texts of scenes by name: a crane of a type lifts the block of one row, `blocks.csv#B17`, or that of each
+    row."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)
     names = [name] if len(rows) == 1 else [f"{name}-{row}" for row in rows]
@@ -92,7 +93,7 @@ def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
 
 
 class Gear(NamedTuple):
-    """What slings, shackles, lugs and supports are chosen for a lift, as words of its text."""
+    """Slings, shackles, lugs and supports chosen for a lift, as words of the scene's text."""
 
     rope: int
     EA: float
@@ -107,7 +108,7 @@ class Gear(NamedTuple):
 
 
 def _gear(mass: float, share: float, length: float) -> Gear:
-    """For a block [t] of which a sling of a length [m] bears a share at rest."""
+    """Choose the gear for a block of a mass [t], of which one sling of a length [m] carries a share at rest."""
     leg = mass * share
     rope = next((d for d in ROPES if 0.356e-3 * d * d * 1770.0 >= MORE["rope"] * leg * G), ROPES[-1])
     WLL = next((x for x in SHACKLES if x >= MORE["shackle"] * leg), max(SHACKLES))
@@ -162,7 +163,7 @@ def _text(name: str, crane: str, table: str) -> str:
 
 
 def _block(table: str) -> tuple[tuple[float, float, float], float]:
-    """Length, width, height [m] and mass [t] of the block of a row."""
+    """Return length, width, height [m] and mass [t] of the block of a row."""
     source = read(f"block: {{from: '{table}'}}\n", "new")
     source.root = Path()
     tabled(source)
@@ -177,7 +178,7 @@ def _block(table: str) -> tuple[tuple[float, float, float], float]:
 
 
 def _hooks(crane: str) -> dict[str, tuple[float, float]]:
-    """Horizontal positions x, y of hooks at the start [m]."""
+    """Return the horizontal positions x, y of the hooks at the start [m]."""
     scene = parse(
         f"heavylift: 1\nname: new\nend: 1 s\ncranes: {{crane: {{type: {crane}}}}}\n", "new.yaml", passing=True
     )
@@ -190,14 +191,15 @@ def _hooks(crane: str) -> dict[str, tuple[float, float]]:
 
 
 def _above(crane: str, width: float) -> dict[str, list[tuple[float, float]]]:
-    """Lugs below the hooks of a crane on rails, two for each beam, from the middle of the block [m]."""
+    """Return the lugs below the hooks of a crane on rails, two for each beam, relative to the middle of the block
+    [m]."""
     apart = LENGTH.read(str(machine_type(crane).parameters["hook spacing"]))
     places = {"H1": (-apart, -INSIDE * width), "H2": (apart, -INSIDE * width), "H3": (0.0, INSIDE * width)}
     return {hook: [(a - BETWEEN / 2, b), (a + BETWEEN / 2, b)] for hook, (a, b) in places.items()}
 
 
 def _middle(crane: str) -> float:
-    """Middle of the girder, y [m]."""
+    """Return y of the middle of the girder [m]."""
     girder = machine_type(crane).parameters["girder"]
     assert isinstance(girder, list)
     return sum(LENGTH.read(str(end)) for end in girder) / 2

@@ -1,7 +1,7 @@
-"""The scenes that come with heavylift, to run and to copy: a file each, its first comment says what it shows.
+"""The scenes that come with heavylift, to run and to copy: a file each, whose first comment describes it.
 
-`heavylift run lift` finds them by name; GALLERY.md shows pictures of them all.  `types` has the machines that scenes
-name as `type: overhead-100`; `heavylift types` lists them.  `frames` has what hangs on hooks of cranes on rails.
+`heavylift run lift` finds them by name; GALLERY.md shows pictures of them all. `types` has the machines to which scenes
+refer by `type: overhead-100`; `heavylift types` lists them. `frames` has the frames on hooks of cranes on rails.
 """
 
 from pathlib import Path
@@ -10,15 +10,15 @@ __all__ = ["bundled", "frames_folder", "types_folder"]
 
 
 def bundled() -> dict[str, Path]:
-    """Bundled scenes by name."""
+    """Return the bundled scenes by name."""
     return {path.stem: path for path in sorted(Path(__file__).parent.glob("*.yaml"))}
 
 
 def types_folder() -> Path:
-    """Folder of the bundled machine types."""
+    """Return the folder of the bundled machine types."""
     return Path(__file__).parent / "types"
 
 
 def frames_folder() -> Path:
-    """Folder of the bundled frame types."""
+    """Return the folder of the bundled frame types."""
     return Path(__file__).parent / "frames"

@@ -1,14 +1,14 @@
 """Statics of a scene: the equilibrium path along its action list.
 
 follow(plan) -> Followed    all points of the path, with the actions that led there; notes, and why it ended
-StaticState                 a point of the path: what stands where, and what carries how much
+StaticState                 a point of the path: poses, and loads of ropes and supports
 
-static_path, static_run   the action list followed at rest, by the DEVS models themselves
-contact_limits                    how far rigid contacts let the path hold
-aiming                      where moves end that are to end above lugs
-swinging, listening         ramps that leave no swing, chosen by what swings on that path
-state, goals, resting       a point of the path; where moves are to lead; scenes as they rest at the start
-findings                    what the path tells besides loads
+static_path, static_run     the action list followed statically, by the DEVS models themselves
+contact_limits              where rigid contacts end the path
+aiming                      goals of moves that end above lugs
+swinging, listening         ramps that leave no swing, by the swing periods on that path
+state, goals, resting       a point of the path; goals of moves; scenes at rest at the start
+findings                    findings of the path other than loads
 """
 
 from heavylift.kernel.on_demand import face

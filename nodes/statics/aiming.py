@@ -1,4 +1,4 @@
-"""Where moves end that are to end above lugs: found as the action list is followed at rest up to each of them."""
+"""Goals of moves that end above lugs, found by following the action list statically up to each of them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """The plan with goals of its moves to positions above lugs, and (where, sentence) of moves without one."""
+    """Return the plan with the goals of such moves, and (where, sentence) of moves for which there is none."""
     for i, action in enumerate(built.actions):
         moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:
@@ -40,7 +40,7 @@ def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
 
 
 def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
-    """The equilibrium before an action, or why there is none."""
+    """Return the equilibrium before an action, or None and why there is none."""
     from .static_run import StaticRun  # compiles
 
     r = StaticRun(msgspec.structs.replace(at_rest(built), actions=built.actions[:number], end=None))
@@ -49,7 +49,8 @@ def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
 
 
 def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
-    """The drive coordinate at which the suspended parts are above the centre of lugs."""
+    """Return the drive coordinate at which the ropes' upper ends are above the centre of lugs; None if there is
+    none."""
     whole = system(built)
     drive = next(x for x in whole.drives if x.name == move.actuator)
     joint = next(x for x in whole.joints if x.name == drive.joint)
@@ -62,7 +63,7 @@ def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
 
 
 def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> list[Vector]:
-    """Rope exits on a body."""
+    """Return the upper ends of hook ropes on a body and the bodies that it carries."""
     carried, before = {body}, 0
     while len(carried) > before:
         before = len(carried)
@@ -73,7 +74,7 @@ def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> lis
 
 
 def _way(joint: Joint, state: StaticState, top: Vector, to: Vector) -> float | None:
-    """Travel of a joint until a point that it carries is above another one."""
+    """Return the travel of a joint until a point that it carries is above another one; None if it cannot be."""
     axis = axis_of(joint, state)
     if joint.kind == "prismatic":
         level = axis[0] * axis[0] + axis[1] * axis[1]

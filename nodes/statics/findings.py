@@ -1,4 +1,4 @@
-"""What the equilibrium path tells besides loads: instability, falls, stages of no length, an end too soon."""
+"""Findings of the equilibrium path other than loads: instability, falls, stages of no length, an early end."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instab
 
 
 def path_findings(built: plan.Plan, path: Followed) -> list[Check]:
-    """Findings of the path in order."""
+    """Return the findings of the path in order."""
     checks = (_unstable, _falls, _at_once, _tripped, _cut, _unfollowed)
     return [x for check in checks for x in check(built, path)]
 
@@ -42,7 +42,7 @@ def _falls(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def _at_once(built: plan.Plan, path: Followed) -> list[Check]:
-    """Stages whose moves end at once because their condition holds already; slings without slack may begin taut."""
+    """Return findings of stages whose moves end at once because their condition holds already, with the cause."""
     found = []
     times = [x.before.t for x in path.acted] + ([path.states[-1].t] if path.known and path.states else [])
     for number, (begin, end) in enumerate(pairwise(times), 1):
@@ -61,7 +61,7 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def _tripped(built: plan.Plan, path: Followed) -> list[Check]:
-    """Interlocks that trip at rest, each once."""
+    """Return a finding for each interlock that trips on the path."""
     found, known = [], {x.name: x for x in built.interlocks}
     for name, t in {name: t for t, name in reversed(path.tripped)}.items():
         state = next((x for x in reversed(path.states) if x.t <= t), path.states[-1])
@@ -80,7 +80,7 @@ def _cut(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
-    """A finding for a lift that can be followed only in part."""
+    """Return a finding for a lift whose action list can be followed only in part."""
     if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
@@ -91,7 +91,7 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
 def _finding(
     built: plan.Plan, action: int, state: State, quantity: str, who: str, sentence: str, t: float | None, **more: Any
 ) -> Check:
-    """A finding with line and stage of an action; `more`: its numbers."""
+    """Return a finding with line and stage of an action; `more`: its numbers."""
     of = built.actions[action - 1] if action else None
     where, stage = (of.where, of.stage) if of else ("", "")
     return finding(state, quantity, who, sentence, where=where, stage=stage, t=t, **more)

@@ -1,4 +1,4 @@
-"""Where the moves of each action are to lead, though limits may stop them."""
+"""Goals of the moves of each action, whether or not limits stop them before."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ SLACK = 1.0  # [N] of a sling that carries nothing
 
 
 def world(x: StaticState, body: str, p: Vector) -> Vector:
-    """World position of a point of a body [m]."""
+    """Return the world position of a point of a body [m]."""
     o, R = x.poses.get(body, GROUND)
     a, b, c = (o[i] + R[i][0] * p[0] + R[i][1] * p[1] + R[i][2] * p[2] for i in range(3))
     return a, b, c
 
 
 def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
-    """States at the start and at the goals of each action's moves: positions only, without suspended parts."""
+    """Return the states at the start and at the goals of each action's moves: positions only, without suspended
+    parts."""
     found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
     for number, acted in enumerate(path.acted if not built.lists else (), 1):
         action = built.actions[number - 1]
@@ -51,7 +52,7 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
     drives = {drive.joint: drive.name for drive in machine.system.drives if drive.name in now}
 
     def distance(body: str) -> Vector | None:
-        """Displacement of a body; None if something turns it."""
+        """Return the displacement of a body; None if something turns it."""
         x, y, z = 0.0, 0.0, 0.0
         for joint in (joint for joint in beneath(machine, body) if joint.name in drives):
             drive = drives[joint.name]

@@ -1,4 +1,4 @@
-"""The action list at rest, with the small motions about the rest wherever a move begins to change its speed."""
+"""The action list followed statically, with the modes of small motions wherever an observed move changes its speed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ At = tuple[int, int]  # numbers of an action and of an order in it, from 0
 
 @dataclass
 class MoveModes:
-    """When a move begins and stops [ns], and the small motions there."""
+    """Times at which a move begins and stops [ns], and the modes at these times."""
 
     times: list[int] = field(default_factory=list)
     modes: list[Modes] = field(default_factory=list)
@@ -23,7 +23,7 @@ class MoveModes:
 
 
 class SignalsOnPath(StaticRun):
-    """Observes the moves (action, order) until the last one stops; `heard`: results."""
+    """Follows the action list and observes the moves (action, order) until the last one stops; `heard`: the results."""
 
     def __init__(self, plan: Plan, moves: frozenset[At]) -> None:
         super().__init__(plan)

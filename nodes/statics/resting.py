@@ -1,4 +1,4 @@
-"""Scenes as they rest at the start: blocks on their supports, hooks and frames below, bent as they hang."""
+"""Scenes at rest at the start: blocks on their supports, hooks and frames below, elastic bodies deflected."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """The plan with its blocks at rest on their supports, unless written so to `WRITTEN`."""
+    """Return the plan with its blocks at rest on their supports; written poses within `WRITTEN` of these are kept."""
     machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
@@ -33,14 +33,14 @@ def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
 
 
 def settled(built: plan.Plan) -> plan.Plan:
-    """The plan with flexible blocks at rest, iterated as friction holds them where they begin."""
+    """Return the plan with flexible blocks at rest, iterated, since friction holds them where they begin."""
     for _ in range(SETTLES):
         built = rigged(built, first_rest(built))
     return built
 
 
 def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """The plan with blocks, hooks and frames at rest, and the ropes that carry there."""
+    """Return the plan with blocks, hooks and frames at rest, and the ropes that carry in this state."""
     machines, hooks = list[plan.Mechanism](), [hook for machine in built.machines for hook in machine.hooks]
     free = {hook.eye.body for hook in hooks if not hook.ends}  # others hang at rest as they are written
     for machine in standing(built, first).machines:

@@ -1,4 +1,4 @@
-"""A point of the equilibrium path of a scene: where everything stands, and what every rope and support carries."""
+"""A point of the equilibrium path of a scene: poses of all bodies, and loads of every rope and support."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]
 
 @dataclass(frozen=True)
 class StaticState:
-    """Equilibrium for commanded drives, winches and slings, by names of the kernel."""
+    """Equilibrium for commanded drives, winches and slings, with names of the kernel."""
 
     t: float  # [s] of the action list, followed without inertia
     action: int  # number of the action that led here, from 1; 0: the start
@@ -32,7 +32,8 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """State at the begin of an action, earlier than the action if it waited, ropes taut then, and time [s]."""
+    """State at the beginning of an action (of the last event before it, if it waited), ropes taut then, and time
+    [s]."""
 
     before: StaticState
     taut: tuple[str, ...]
@@ -40,5 +41,5 @@ class Acted:
 
 
 def reeved(part: str) -> str:
-    """The rope over sheaves that a part is of."""
+    """Return the rope over sheaves to which a part belongs."""
     return part.rpartition(".")[0]

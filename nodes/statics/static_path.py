@@ -1,6 +1,6 @@
-"""The action list followed at rest, kept by structure and numbers of the plan.
+"""The action list followed statically, cached under the plan and the code.
 
-What comes back is plain data: a second load of the same scene reads it from the cache of compiled code.
+The result is plain data: a second load of the same scene reads it from the cache.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from .state import Acted, StaticState
 
 @dataclass(frozen=True)
 class Followed:
-    """All states of the path, the state at the begin of each action, notes with times [s].
+    """The equilibrium path along an action list: all states, the state at the beginning of each action, notes with
+    times [s].
 
-    `why`: the sentence with which the following ended before the list did, "" if it came to its end.
-    `unstable`: time from which the rest is unstable [s]; `cut`: what the list still waits for when the scene ends;
-    `tripped`: when interlocks did [s].
+    `why`: why the path ended before the list, "" if the list was completed; `unstable`: time from which the equilibrium
+    is unstable [s]; `cut`: what the list still waits for when the scene ends; `tripped`: times [s] and names of tripped
+    interlocks.
     """
 
     states: tuple[StaticState, ...]
@@ -41,16 +42,14 @@ class Followed:
 
 
 def follow(built: plan.Plan, keep: bool = True) -> Followed:
-    """Follow the action list of a plan at the full model level; cached.
-
-    `keep`: it is likely to be asked for again.
-    """
+    """Follow the action list of a plan statically at the full model level; cached. `keep`: store the result, since it
+    is likely to be needed again."""
     whole = at_rest(built)
     return remembered(f"{plan_key(whole)}.path", Followed, lambda: _walked(whole)) if keep else _walked(whole)
 
 
 def first_rest(built: plan.Plan) -> StaticState:
-    """Equilibrium of a plan at the start; raises KernelError if there is none."""
+    """Return the equilibrium of a plan at the start; raises KernelError if there is none."""
     from .static_run import StaticRun
 
     return StaticRun(at_rest(built)).rest()
@@ -68,7 +67,7 @@ def _walked(whole: plan.Plan) -> Followed:
 
 
 def at_rest(built: plan.Plan) -> plan.Plan:
-    """The plan for statics: elastic ropes without lumps, all joints and supports, no user models."""
+    """Return the plan for statics: elastic ropes without lumps, all joints and supports, no user models."""
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)
     steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "samples_hz")}
@@ -76,7 +75,7 @@ def at_rest(built: plan.Plan) -> plan.Plan:
 
 
 def plan_key(built: plan.Plan) -> str:
-    """Cache key of a plan and of the code that follows it."""
+    """Return the cache key of a plan and of the code that follows it."""
     return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
 
 

@@ -1,7 +1,7 @@
-"""The action list carried out at rest: the DEVS models of a scene around its equilibrium path.
+"""The action list carried out statically: the DEVS models of a scene around its equilibrium path.
 
-Commander and machines are those of a run; in place of the kernel stands the path, on which
-time goes on, but nothing swings.  So each verb, condition and switch means here what it means in a run.
+Commander and machines are those of a run; the equilibrium path replaces the kernel: time advances, but nothing swings.
+So each verb, condition and switch has the same meaning as in a run.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
 
 
 class Models(Coupled):
-    """All models of a scene except the kernel, reached by its ports."""
+    """All models of a scene except the kernel, coupled to its ports."""
 
     stage = Out(m.Stage)
     finished = Out(m.Finished)
@@ -64,8 +64,8 @@ class Models(Coupled):
 class StaticRun:
     """Executes the action list of a plan along its equilibrium path.
 
-    `states`: all points so far; `why`: what ended it before the list did, a sentence; `cut`: what the list lacks when
-    the scene ends; `after`: name of a stage at whose end it shall stop.
+    `states`: all points so far; `why`: why it ended before the list; `cut`: what the list still waits for when the
+    scene ends; `after`: name of a stage at whose end it stops.
     """
 
     def __init__(self, plan: Plan, after: str = "") -> None:
@@ -88,7 +88,7 @@ class StaticRun:
         self._turned: list[int] = []
 
     def rest(self) -> StaticState:
-        """The first equilibrium, from which the list begins."""
+        """Return the first equilibrium, from which the list begins."""
         self.path.start()
         self._collect()
         return self.states[0]
@@ -131,13 +131,13 @@ class StaticRun:
     # ---- models and path ----------------------------------------------------------------------------------
 
     def _tight(self) -> list[Switched]:
-        """Slings that are taut at the start, which models assume slack."""
+        """Return changes for slings that are taut at the start, which models assume slack."""
         carried = self.states[-1].tensions
         hooked = [tie.rope for x in self.plan.machines for tie in x.ties if tie.lug and tie.rope not in x.taut]
         return [Switched(name, "taut", carried[name]) for name in hooked if carried.get(name, 0.0) > 0.0]
 
     def _transit(self, tag: Tag) -> list[Switched]:
-        """Execute the transitions of the models at a tag; returns the resulting changes."""
+        """Execute the transitions of the models at a tag; return the resulting changes."""
         text = self.simulator.outputs()
         stages = [e.value.name for e in text if isinstance(e.value, m.Stage)]
         if any(isinstance(e.value, m.Finished) for e in text) or (stages and self.after in self.stages):
@@ -159,13 +159,13 @@ class StaticRun:
         return [*changed, *settled]
 
     def _execute(self, value: m.KernelInput) -> None:
-        """Give an input to the path."""
+        """Apply a kernel input to the path."""
         value.apply(self.path.command)
         if isinstance(value, m.SetProfile) and value.actuator == TURN:
             self._turned = self._waypoints()
 
     def _tell(self, happened: list[Switched]) -> list[Switched]:
-        """Pass events to the models; returns the resulting changes."""
+        """Pass events to the models; return the resulting changes."""
         heard = [(model, e) for e in happened for model in self._receives.get(e.name, ())]
         if not heard:
             return []
@@ -178,7 +178,7 @@ class StaticRun:
         return []
 
     def _advance(self, tag: Tag) -> None:
-        """Advance the models to a tag; actions that begin there begin in the present state."""
+        """Advance the models to a tag; record the present state for actions that begin there."""
         commander = self.models.commander.actions
         before, tripped = commander.index, commander.picture.tripped
         self.simulator.advance(tag)
@@ -190,17 +190,17 @@ class StaticRun:
         self.acted += [self._begun()] * (commander.index - before)
 
     def _check_stability(self) -> None:
-        """Check stability of the equilibrium at the end of an action."""
+        """Store the stiffness of the equilibrium at the end of an action, which shows its stability."""
         self.states[-1] = dataclasses.replace(self.states[-1], stiffness=self.path.stiffness())
 
     def _begun(self) -> Acted:
-        """The present state, in which an action begins."""
+        """Return the present state as that in which an action begins."""
         commander = self.models.commander.actions
         taut = tuple(name for name, state in commander.picture.ropes.items() if state == "taut")
         return Acted(dataclasses.replace(self.states[-1], hooked=dict(commander.lugs)), taut, self.path.epoch * 1e-9)
 
     def _waypoints(self) -> list[int]:
-        """Times at which a turn reaches whole steps [ns]."""
+        """Return the times at which a turn reaches multiples of `WAYPOINT` [ns]."""
         a = self.path.command.references.actuators[TURN]
         if not a.move.duration < 1e9:
             return []
@@ -232,7 +232,7 @@ class StaticRun:
             self.states.append(state)
 
     def _look(self, state: StaticState) -> None:
-        """Raise KernelError if shapes penetrate on the way to a state."""
+        """Raise KernelError if shapes penetrate on the path to a state."""
         before = self.states[-1] if self.states else state
         found = [(part, x.name) for x in self._contacts if (part := meets(x, before, state)) is not None]
         if found:
@@ -277,8 +277,8 @@ def _pose(x: list[float]) -> Pose:
 
 
 def _simulation(system: System) -> Simulation:
-    """Simulation for statics: only contacts that touch at the start can carry, and the path ends where shapes meet; all
-    are kept if loops determine positions."""
+    """Return the simulation for statics, with the contacts that touch at the start, since only these can carry. The
+    path ends where other shapes meet. All contacts are kept if loops determine positions."""
     if system.contacts:
         free = dataclasses.replace(system, contacts=())
         program = Program(free)
@@ -289,12 +289,12 @@ def _simulation(system: System) -> Simulation:
 
 
 def _begins(program: Program, body: str) -> tuple[np.ndarray, np.ndarray]:
-    """Place and rotation of a body at the start."""
+    """Return position and rotation of a body at the start."""
     R, p = program.poses_at_start(body)
     return p.astype(float), R.astype(float)
 
 
 def _placed(system: System) -> System:
-    """The system with speed-controlled drives as position-controlled ones."""
+    """Return the system with speed-controlled drives replaced by prescribed ones."""
     drives = tuple(dataclasses.replace(d, kind="prescribed") if d.kind == "speed" else d for d in system.drives)
     return dataclasses.replace(system, drives=drives)

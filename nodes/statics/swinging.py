@@ -1,10 +1,10 @@
-"""Ramps that leave no swing: for each move that has them, the period of what swings as it begins and as it stops.
+"""Ramps that leave no swing: the swing period, for each such move, when it begins and when it stops.
 
-The action list is followed at rest; where such a move begins to change its speed, the small motions about the rest
-there are looked at.  Of all modes that one counts which the moved bodies swing in widest: that with the largest
-|sum d . p|^2 / w^4, d being the ways of the bodies along the move and p their momenta in the mode.  So ropes, hook,
-beam and block count as they hang, and a stiff servo does not.  Periods have five digits, which LAPACK's eigenvalues
-have on every processor alike.
+The action list is followed statically; where such a move begins to change its speed, the modes of small motions about
+the equilibrium are computed. The mode that counts is the one with the widest swing of the moved bodies: that with the
+largest |sum d . p|^2 / w^4, d being the displacements of the bodies along the move and p their momenta in the mode. So
+ropes, hook, beam and block count in their present positions, and a stiff servo does not. Periods are rounded to five
+digits, to which LAPACK's eigenvalues agree on every processor.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ ALONG = {"x": 0, "y": 1}
 
 
 class RampTiming(msgspec.Struct, frozen=True):
-    """Swing periods at begin and stop of a move [s], and seconds between; or `why` there are none."""
+    """Swing periods when a move begins and stops [s], and the time between [s]; or `why` there are none."""
 
     periods: tuple[float, float] = (0.0, 0.0)
     between: float = 0.0
@@ -43,10 +43,8 @@ class RampTiming(msgspec.Struct, frozen=True):
 
 
 def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """The plan with swing periods of its ramps without swing, and (where, sentence) of moves without one.
-
-    A move that the scene ends before keeps its provisional acceleration.
-    """
+    """Return the plan with the swing periods of its ramps without swing, and (where, sentence) of moves without a
+    period. A move that the scene's end prevents keeps its provisional acceleration."""
     orders = ((i, k, x) for i, action in enumerate(built.actions) for k, x in enumerate(action.orders))
     moves = {(i, k): x for i, k, x in orders if isinstance(x, Move) and x.pulses}
     if not moves:
@@ -57,7 +55,7 @@ def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tup
 
 
 def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, RampTiming]:
-    """Cached periods."""
+    """Return the periods of the moves, cached."""
     whole = at_rest(built)
     if not keep:
         return _sought(whole, moves)
@@ -65,7 +63,7 @@ def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, 
 
 
 def _sought(whole: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
-    """Periods at each move; they depend on when moves begin, and so on the periods."""
+    """Return the periods of the moves by iteration: they depend on when moves begin, which depends on the periods."""
     found = _listened(_with(whole, dict.fromkeys(moves, RampTiming((1.0, 1.0)))), moves)
     for _ in range(PASSES - 1):
         if any(x.why for x in found.values()) or all(_near(*x.periods) for x in found.values()):
@@ -81,7 +79,7 @@ def _near(a: float, b: float) -> bool:
 
 
 def _with(built: plan.Plan, found: Mapping[At, RampTiming]) -> plan.Plan:
-    """The plan with the periods that were found."""
+    """Return the plan with these periods."""
     actions = tuple(
         msgspec.structs.replace(
             action,
@@ -109,7 +107,7 @@ def _move(m: Move, x: RampTiming, gravity: float) -> Move:
 
 
 def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
-    """The periods of moves in a list that is followed at rest."""
+    """Return the periods of moves in an action list that is followed statically."""
     from .listening import SignalsOnPath  # compiles, which what is kept does not need
 
     r = SignalsOnPath(built, frozenset(moves))
@@ -125,7 +123,8 @@ def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming
 
 
 def _displacements(move: Move, states: list[StaticState], begun: int) -> dict[str, list[float]]:
-    """How each body goes along a move that begins then, the longest way being 1; nothing if none goes anywhere."""
+    """Return the displacement of each body along a move that begins then, scaled to a largest one of 1; empty if none
+    moves."""
     at = [x for x in states if x.t <= begun * 1e-9][-1]
     went = (x for x in states if abs(x.references[move.actuator] - at.references[move.actuator]) > STILL)
     later = next((x for x in went if x.t > at.t), at)
@@ -147,7 +146,7 @@ def _choice(heard: MoveModes, ways: Mapping[str, list[float]]) -> RampTiming:
 
 
 def _period(modes: Modes, ways: Mapping[str, list[float]]) -> float:
-    """Period of the mode with the largest motion along these displacements [s]; 0 if there is none."""
+    """Return the period of the mode with the largest motion along these displacements [s]; 0 if there is none."""
     moved = []
     for mode in modes.oscillations:
         p = abs(

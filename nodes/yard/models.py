@@ -240,7 +240,7 @@ class YardResource(Atomic):
         self.used.set(x[self.level][-1].used, self.now)
 
     def result(self) -> ResourceUse:
-        """What was measured."""
+        """Return the measured statistics."""
         return ResourceUse(self.used.mean(self.now), int(self.used.most))
 
 

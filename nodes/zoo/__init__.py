@@ -5,7 +5,7 @@ multi_server_queue   M/M/c with feedback: random streams, statistics, results
 bouncing_ball        a hybrid atomic: a differential equation with state events
 traffic_light        a light that an operator can take over: one atomic with phases
 anti_sway            a PID that damps the swing of a load, for the key `models` of a scene
-token_ring           stations that pass a token on: a cycle of atomics
+token_ring           stations that pass on a token: a cycle of atomics
 """
 
 from heavylift.kernel.on_demand import face

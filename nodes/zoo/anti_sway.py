@@ -1,12 +1,13 @@
-"""A controller that moves a load without swing: a PID on the swing of the rope, laid over a trapezoid of speed.
+"""A controller that moves a load without swing: a PID controller on the swing of the rope, added to a trapezoid of
+speed.
 
-The load ahead of the trolley by an angle theta obeys L theta'' + g theta = -a.  With the speed
-v = v_ref + P theta + I (integral of theta) + D theta' that is
+The load ahead of the trolley by an angle theta obeys L theta'' + g theta = -a. With the speed v = v_ref + P theta + I
+(integral of theta) + D theta' that is
 
     (1 + D / L) theta'' + P / L theta' + (g + I) / L theta = -a_ref / L
 
-so P = 2 zeta sqrt(g L) damps it by zeta, and what is added to the way is P times the integral of theta, which is zero
-from rest to rest: the trolley arrives where the trapezoid does.
+so P = 2 zeta sqrt(g L) gives the damping ratio zeta; the additional displacement is P times the integral of theta,
+which is zero from rest to rest: the trolley arrives where the trapezoid does.
 """
 
 from heavylift.kernel.description.profile import trapezoid
@@ -18,8 +19,8 @@ from heavylift.nodes.models import Sample, SetPoint
 class Damper(Atomic):
     """Moves by `distance` [m] with `speed` [m/s] and `ramp` [m/s2] from `begin` [s], damping the swing.
 
-    `gain` [m/s per rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] bounds
-    what is said, `still` [m/s] is a change too small to be said.
+    `gain` [m/s per rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] bounds the
+    speed that it sends, `still` [m/s] is the largest change that it does not send.
     """
 
     swing = In(Sample)
@@ -51,7 +52,7 @@ class Damper(Atomic):
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        """The speed for this swing."""
+        """Compute the speed for the measured swing."""
         t, angle = self.now.t, x[self.swing][-1].value
         rate = 0.0
         if self.last is not None and t > self.last[0]:
@@ -71,6 +72,6 @@ class Damper(Atomic):
         self.speed.send(SetPoint(self.asked))
 
     def internal(self) -> None:
-        """The speed was sent."""
+        """Remember the speed that was sent, and wait for the next sample."""
         self.said = self.asked
         self.passivate()

@@ -1,6 +1,7 @@
-"""A ball that bounces: each bounce takes a part of its speed, until it rests; a hybrid atomic with one guard.
+"""A ball that bounces: each bounce reduces its speed, until it rests; a hybrid atomic with one guard.
 
-Bounce n is at T (1 + 2 (e + e^2 + ... + e^(n-1))) with T = sqrt(2 height / g), so they pile up at T (1 + e) / (1 - e).
+Bounce n is at T (1 + 2 (e + e^2 + ... + e^(n-1))) with T = sqrt(2 height / g); the bounces accumulate at T (1 + e) / (1
+- e).
 """
 
 from heavylift.nodes.devs import Coupled, Message, Out
@@ -31,30 +32,30 @@ class FallingBall(Hybrid):
         self.go(self.height, 0.0)
 
     def flow(self, x: State) -> State:
-        """Derivative of height and speed."""
+        """Return the derivative of height and speed."""
         return (0.0, 0.0) if self.rests else (x[1], -G)
 
     def guards(self, x: State) -> State:
-        """The height."""
+        """Return the height as guard."""
         return (x[0],)
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """The bounce."""
+        """Send the bounce."""
         self.bounce.send(Bounce(self.bounced + 1, -self.e * self.ahead[1]))
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """The speed turns round."""
+        """Reverse the speed."""
         speed = -self.e * self.state[1]
         self.bounced, self.rests = self.bounced + 1, speed < 1e-3
         self.go(0.0, 0.0 if self.rests else speed)
 
     def result(self) -> Bounce:
-        """Number of bounces and present speed."""
+        """Return number of bounces and present speed."""
         return Bounce(self.bounced, self.present[1])
 
 
 def bouncing(height: float = 10.0, e: float = 0.8) -> Coupled:
-    """One ball."""
+    """Return a model with one ball."""
     model = Coupled("room")
     model.add(FallingBall("ball", height, e))
     return model

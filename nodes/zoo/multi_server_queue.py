@@ -1,6 +1,7 @@
-"""M/M/c with feedback: a queue before c servers, and what is served comes back with a probability.
+"""M/M/c with feedback: a queue before c servers, to which served jobs return with a probability.
 
-The simplest Jackson network (Jackson 1957): it sees arrivals / (1 - again), and is as long as an M/M/c of that rate.
+The simplest Jackson network (Jackson 1957): its arrival rate is arrivals / (1 - again), and its length that of an M/M/c
+with this rate.
 """
 
 from bisect import insort
@@ -27,7 +28,7 @@ class Station(Atomic):
         self.c, self.rate, self.again, self.seed = c, rate, again, seed
 
     def start(self) -> None:
-        """Empty."""
+        """Start empty."""
         self.random, self.stays, self.length = stream(self.seed, self.path), Tally(), TimeWeighted()
         self.queue, self.busy = list[tuple[int, Job]](), list[tuple[int, bool, tuple[int, Job]]]()
 
@@ -41,14 +42,14 @@ class Station(Atomic):
             self.left.send(self.busy[0][2][1])
 
     def internal(self) -> None:
-        """Its server is free."""
+        """Free the server, and serve the next job."""
         _, leaves, job = self.busy.pop(0)
         if leaves:
             self.stays.add((self.now.t - job[0]) / 1e9)
         self.serve([] if leaves else [job])
 
     def serve(self, more: list[tuple[int, Job]]) -> None:
-        """Assign jobs to free servers; draws when each is finished and whether it leaves."""
+        """Assign jobs to free servers; draw when each is finished and whether it leaves."""
         self.queue += more
         while self.queue and len(self.busy) < self.c:
             ready = self.now.t + seconds(self.random.expovariate(self.rate))
@@ -57,12 +58,12 @@ class Station(Atomic):
         self.hold_in(self.busy[0][0] - self.now.t) if self.busy else self.passivate()
 
     def result(self) -> QueueStatistics:
-        """What was measured."""
+        """Return the measured statistics."""
         return QueueStatistics(self.stays.count, self.stays.mean, self.length.mean(self.now))
 
 
 def mmc(c: int = 3, arrivals: float = 2.0, service: float = 1.2, again: float = 0.25, seed: int = 1) -> Coupled:
-    """Poisson arrivals [1/s] and the station."""
+    """Return a network of Poisson arrivals [1/s] and the station."""
     net = Coupled("net")
     source, station = PoissonGenerator("source", arrivals, seed), Station("station", c, service, again, seed)
     net.connect(net.add(source).job, net.add(station).into)

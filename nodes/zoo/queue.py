@@ -1,19 +1,19 @@
-"""Generator, processor, transducer: jobs come, are worked at or lost, and are counted (Zeigler et al. 2000, 4.2).
+"""Generator, processor, transducer: jobs arrive, are processed or lost, and are counted (Zeigler et al. 2000, 4.2).
 
-frame(period, span) gives jobs and counts for `span`; couple its `job` to a processor and that back to `solved`
+frame(period, span) sends jobs and counts for `span`; couple its `job` to a processor and that back to `solved`
 """
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag, seconds, stream
 
 
 class Job(Message):
-    """A piece of work by number."""
+    """A job with its number."""
 
     number: int
 
 
 class Stop(Message):
-    """The end of the observation."""
+    """The end of the observation, sent to the generator."""
 
 
 class Counted(Message):
@@ -38,16 +38,16 @@ class Generator(Atomic):
         self.hold_in(0)
 
     def output(self) -> None:
-        """The next job."""
+        """Send the next job."""
         self.job.send(Job(self.number))
 
     def internal(self) -> None:
-        """Count, and wait for a period."""
+        """Count, and wait for one period."""
         self.number += 1
         self.hold_in(self.period)
 
     def external(self, e: int, x: Bag) -> None:
-        """Stop."""
+        """Stop sending."""
         self.passivate()
 
 
@@ -64,13 +64,13 @@ class PoissonGenerator(Generator):
         self.internal()
 
     def internal(self) -> None:
-        """Count, and wait for a time that is exponentially distributed."""
+        """Count, and wait for an exponentially distributed time."""
         self.number += 1
         self.hold_in(seconds(self.random.expovariate(self.rate)))
 
 
 class Processor(Atomic):
-    """Works `duration` [ns] at one job; jobs that arrive meanwhile are lost."""
+    """Processes one job for `duration` [ns]; jobs that arrive meanwhile are lost."""
 
     into, done = In(Job), Out(Job)
 
@@ -79,7 +79,7 @@ class Processor(Atomic):
         self.duration = duration
 
     def start(self) -> None:
-        """Idle."""
+        """Start idle."""
         self.job: Job | None = None
 
     def external(self, e: int, x: Bag) -> None:
@@ -89,7 +89,7 @@ class Processor(Atomic):
             self.hold_in(self.duration)
 
     def output(self) -> None:
-        """The finished job."""
+        """Send the finished job."""
         if self.job is not None:
             self.done.send(self.job)
 
@@ -109,22 +109,22 @@ class Transducer(Atomic):
         self.span = span
 
     def start(self) -> None:
-        """Nothing counted yet."""
+        """Start counting at zero."""
         self.arrivals, self.solutions, self.last = 0, 0, Tag(0)
         self.hold_in(self.span)
 
     def external(self, e: int, x: Bag) -> None:
-        """Count."""
+        """Count arrived and solved jobs."""
         self.arrivals += len(x.get(self.arrived, []))
         self.solutions += len(x.get(self.solved, []))
         self.last = self.now
 
     def result(self) -> Counted:
-        """The counts."""
+        """Return the counts."""
         return Counted(self.arrivals, self.solutions)
 
     def output(self) -> None:
-        """Observation ends."""
+        """Send the end of the observation."""
         self.stop.send(Stop())
 
     def internal(self) -> None:
@@ -133,7 +133,7 @@ class Transducer(Atomic):
 
 
 def frame(period: int, span: int) -> Coupled:
-    """The experimental frame: a generator and a transducer, with the ports `job` and `solved`."""
+    """Return the experimental frame: a generator and a transducer, with the ports `job` and `solved`."""
     model = Coupled("frame")
     generator, transducer = model.add(Generator("generator", period)), model.add(Transducer("transducer", span))
     model.connect(generator.job, transducer.arrived)
@@ -144,7 +144,7 @@ def frame(period: int, span: int) -> Coupled:
 
 
 def workshop(period: int, duration: int, span: int) -> Coupled:
-    """A processor in its experimental frame; times in ns."""
+    """Return a processor in its experimental frame; times in ns."""
     model = Coupled("workshop")
     around, processor = model.add(frame(period, span)), model.add(Processor("processor", duration))
     model.connect(around.ports["job"], processor.into)

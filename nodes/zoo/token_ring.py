@@ -1,10 +1,10 @@
-"""Stations in a ring pass tokens on: a cycle of atomics in which each holds a token for some time."""
+"""Stations in a ring that pass on tokens: a cycle of atomics in which each holds a token for some time."""
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
 
 
 class Token(Message):
-    """A token by number."""
+    """A token with its number."""
 
     number: int
 
@@ -26,7 +26,7 @@ class RingStation(Atomic):
             self.hold_in(self.hold)
 
     def external(self, e: int, x: Bag) -> None:
-        """Receive tokens; they wait with those held."""
+        """Receive tokens; held tokens wait with them."""
         self.tokens = (*self.tokens, *x[self.into])
         self.hold_in(self.hold)
 
@@ -36,14 +36,14 @@ class RingStation(Atomic):
             self.out.send(token)
 
     def internal(self) -> None:
-        """Empty hands."""
+        """Hold no token."""
         self.passed += len(self.tokens)
         self.tokens = ()
         self.passivate()
 
 
 def ring(stations: int, tokens: int, hold: int) -> Coupled:
-    """A ring of stations, the first `tokens` of which start with a token; hold in ns."""
+    """Return a ring of stations, the first `tokens` of which start with a token; `hold` in ns."""
     model = Coupled("ring")
     members = [model.add(RingStation(f"s{i}", hold, Token(i) if i < tokens else None)) for i in range(stations)]
     for i, member in enumerate(members):

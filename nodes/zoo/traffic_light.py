@@ -1,7 +1,7 @@
 """A traffic light with an operator: red, green, yellow in turn; "manual" blinks until "auto" starts it at red again.
 
-One atomic whose phase decides how long it waits and what comes next; the elapsed time is not needed, since taking the
-light over ends the phase.
+One atomic whose phase determines how long it waits and what comes next; the elapsed time is not needed, since taking
+over the light ends the phase.
 """
 
 from enum import StrEnum
@@ -10,7 +10,7 @@ from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, seconds
 
 
 class Colour(StrEnum):
-    """What the light shows."""
+    """The colour of the light."""
 
     RED = "red"
     GREEN = "green"
@@ -19,14 +19,14 @@ class Colour(StrEnum):
 
 
 class LightMode(StrEnum):
-    """Who runs the light."""
+    """How the light is run: automatically or by the operator."""
 
     AUTO = "auto"
     MANUAL = "manual"
 
 
 class Take(Message):
-    """An order of the operator."""
+    """A command of the operator."""
 
     mode: LightMode
 
@@ -49,7 +49,7 @@ class Light(Atomic):
     take, show = In(Take), Out(Show)
 
     def start(self) -> None:
-        """Red at time 0."""
+        """Start with red at time 0."""
         self.mode, self.coming = LightMode.AUTO, Colour.RED
         self.hold_in(0)
 
@@ -68,7 +68,7 @@ class Light(Atomic):
             self.hold_in(BLINKS)
 
     def external(self, e: int, x: Bag) -> None:
-        """Handle the operator's taking or releasing of the light."""
+        """Handle a command of the operator."""
         mode = x[self.take][-1].mode
         if mode != self.mode:
             self.mode, self.coming = mode, Colour.RED if mode == LightMode.AUTO else Colour.YELLOW

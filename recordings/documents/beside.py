@@ -1,4 +1,4 @@
-"""Two alternatives beside each other: verdicts, the largest use of each quantity, tensions, clearances, stages."""
+"""Comparison of two alternatives: verdicts, the maximum utilisation of each quantity, tensions, clearances, stages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WORST = ("red", "undecided", "amber", "green", "none")
 
 
 def alternatives(a: Facts, b: Facts, pictures: bool = False) -> Sheet:
-    """The sheet of two recordings with their verdicts."""
+    """Return the sheet that compares two recordings with their verdicts."""
     both, names = (a, b), _names(a, b)
     ends = [[*f.stages[1:], (f.rec.fact("sim_s", 0.0), "")] for f in both]
     stages = [
@@ -43,7 +43,7 @@ def alternatives(a: Facts, b: Facts, pictures: bool = False) -> Sheet:
 
 
 def _names(a: Facts, b: Facts) -> tuple[str, str]:
-    """The scenes, or the files of one scene."""
+    """Return headings for two recordings: their scenes, or the file names if the scene is the same."""
     one, other = (f.rec.run.get("scene", f.rec.path.stem) for f in (a, b))
     if one != other:
         return one, other
@@ -52,7 +52,7 @@ def _names(a: Facts, b: Facts) -> tuple[str, str]:
 
 
 def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
-    """Differences of scene, block and durations."""
+    """Return the rows in which scene, block and durations differ: name and both values."""
     facts = [{"duration": duration(f.rec.fact("sim_s", 0.0))} for f in (a, b)]
     for known, f in zip(facts, (a, b), strict=True):
         known |= {what: f"{', '.join(f'{x:g}' for x in values)} {unit}" for what, values, unit in block_rows(f.plan)}
@@ -64,7 +64,7 @@ def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
 
 
 def _uses(a: Facts, b: Facts, names: tuple[str, str]) -> Table:
-    """For each quantity, the worst check in each recording."""
+    """Return a table with the governing check of each quantity in each recording."""
     one, other = (_worst(f.verdict.checks if f.verdict else ()) for f in (a, b))
     each = (heading for name in names for heading in (f"{name}: worst of", "value", "use [%] .1", "state"))
     rows = tuple((quantity, *_cells(one.get(quantity)), *_cells(other.get(quantity))) for quantity in {**one, **other})
@@ -89,7 +89,7 @@ def _cells(c: Check | None) -> tuple[Cell, ...]:
 def _table(
     title: str, what: str, names: tuple[str, str], values: list[dict[str, float]], unit: tuple[str, int]
 ) -> Table:
-    """Numbers of both by name, and by how much the second is more."""
+    """Return a table of values of both recordings by name, and their difference (second less first)."""
     one, other = values
     rows = tuple(
         (name, one.get(name), other.get(name), other[name] - one[name] if name in one and name in other else None)

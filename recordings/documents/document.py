@@ -37,7 +37,7 @@ class Project(NamedTuple):
 
 
 def project_of(rec: Recording, **given: str) -> Project:
-    """Project data of the scene, overridden by `given`."""
+    """Return the project data of the scene, overridden by `given`."""
     known = {name: str(text) for name, text in rec.fact("project", {}).items() if name in Project._fields}
     stated = Project(**known | {name: text for name, text in given.items() if text})
     return stated if stated.date else stated._replace(date=datetime.date.today().isoformat())
@@ -51,10 +51,10 @@ def report(
     **given: str,
 ) -> Path:
     """Write the document of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file;
-    RecordingError if one of them cannot be used.
+    raises RecordingError if one of these files cannot be used.
 
-    `verdict`: of who knows the scene, where the recording has none of its own (`heavylift report` gives it); `given`:
-    what `Project` names, instead of what the scene says.
+    `verdict`: for a recording that has none (`heavylift report` computes it); `given`: fields of `Project`, which
+    override those of the scene.
     """
     out = output_path(out, "a report", (*FORMATS, *DRAWN))
     if out.suffix.lower() in DRAWN:
@@ -66,7 +66,7 @@ def report(
 
 
 def report_sheet(rec: Recording, verdict: RecordedVerdict | None = None, pictures: bool = False, **given: str) -> Sheet:
-    """The document of a recording; pictures only for printable formats."""
+    """Return the document of a recording as a sheet; pictures only for printable formats."""
     found, project = facts(rec, verdict), project_of(rec, **given)
     lead, state = _lead(rec, found)
     first, *rest = tables_of(found) or [Table("", ())]
@@ -80,7 +80,7 @@ def report_sheet(rec: Recording, verdict: RecordedVerdict | None = None, picture
 
 
 def _issue(rec: Recording, project: Project) -> Table:
-    """Revision and date, and three lines to be signed."""
+    """Return the table of revision and date, with three lines to be signed."""
     rows = [
         ("revision", project.revision, project.date, ""),
         ("prepared", project.author, project.date if project.author else "", ""),
@@ -102,7 +102,7 @@ def _origin(rec: Recording) -> str:
 
 
 def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
-    """The document in a few sentences, and their state: that of the verdict, or `bad`."""
+    """Return the document in a few sentences, and its state: that of the verdict, or `bad`."""
     status, verdict = rec.result.get("status", "cut off"), found.verdict
     message = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
     recorded = ", as recorded" if "verdict" in rec.result else ""
@@ -121,7 +121,7 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
 
 
 def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
-    """A figure as PNG; none if the recording lacks the data."""
+    """Yield a figure as PNG; nothing if the recording lacks the data."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             yield Chart(title, draw(rec, Path(folder) / "drawn.png").read_bytes())

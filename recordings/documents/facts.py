@@ -15,7 +15,7 @@ from heavylift.recordings.write.sink import Peak
 
 @dataclass(frozen=True)
 class Facts:
-    """A recording with its verdict, if any, and its plan as plain data."""
+    """Data of a report: a recording with its verdict, if any, and its plan as plain data."""
 
     rec: Recording
     verdict: RecordedVerdict | None
@@ -23,7 +23,7 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """Peak tension of each rope in its result."""
+        """Peak tension of each rope, from the recorded result."""
         return recorded_peaks(self.rec)
 
     @cached_property
@@ -32,12 +32,12 @@ class Facts:
         return [*self.rec.stages()]
 
     def stage_at(self, t: float) -> str:
-        """Name of the stage at a time [s]."""
+        """Return the name of the stage at a time [s]."""
         return next((name for at, name in reversed(self.stages) if at <= t), "")
 
 
 def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
-    """Facts of a recording; `verdict`: replaces a missing one. Raises RecordingError for a DEVS model."""
+    """Return the data of a report; `verdict`: replaces a missing one. Raises RecordingError for a DEVS model."""
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(

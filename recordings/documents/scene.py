@@ -1,4 +1,4 @@
-"""What was lifted, with what, and how it was computed: the scene of a recording as a table of names and values."""
+"""Description of a recorded lift as a table of names and values: block, machines, and the computation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COMPUTED = ("samples_hz", "seed")
 
 
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
-    """Rows of the table."""
+    """Return the rows of the table of a recorded scene: name and value."""
     rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
     if message := machines.unread(plan):
         rows.append(("plan", message))
@@ -45,7 +45,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
-    """Data of the block: name, one or three numbers, unit; u, v, w are its axes."""
+    """Return data of the block: name, one or three numbers, unit; u, v, w are its axes."""
     block = machines.block(plan)
     if not block:
         return []

@@ -1,7 +1,7 @@
-"""The tables of a report, for every kind of crane alike: each is a function of the facts, in the order of `TABLES`.
+"""The tables of a report, for all kinds of cranes: each is a function of the facts, in the order of `TABLES`.
 
-A limit that is checked has its row in the table of its quantity by itself; a table that only the scene can make travels
-in the verdict (`Judged.tables`).  To add another one, write its function and name it in `TABLES`.
+Each checked limit automatically has a row in the table of its quantity; a table that needs the scene is stored in the
+verdict (`RecordedVerdict.tables`). To add another table, write its function and name it in `TABLES`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ELSEWHERE = ("rope tension", "sling tension", "clearance")  # quantities that ha
 
 
 def _findings(f: Facts) -> Iterator[Table]:
-    """What was found, red ones first."""
+    """Yield the table of findings, red ones first."""
     rows: list[tuple[Cell, ...]] = []
     for x in f.verdict.findings if f.verdict else ():
         message = f"{x.sentence} [{x.where}]" if x.where else x.sentence
@@ -42,7 +42,7 @@ def _findings(f: Facts) -> Iterator[Table]:
 
 
 def _checks(f: Facts) -> Iterator[Table]:
-    """All checks in short, the worst of each quantity."""
+    """Yield the table of all checks in short, with the governing one of each quantity."""
     if f.verdict:
         rows: list[list[Cell]] = [[Marked(row[0], _colour(row[0])), *row[1:]] for row in f.verdict.rows]
         yield words("Checks", f.verdict.head, rows, *f.verdict.message)
@@ -89,7 +89,7 @@ def _ropes(f: Facts) -> Iterator[Table]:
 
 
 def _quantities(f: Facts) -> Iterator[Table]:
-    """A table for each limited quantity, from hook to ground."""
+    """Yield a table for each limited quantity, from hook to ground."""
     groups: dict[tuple[str, str], list[Check]] = {}
     for c in f.verdict.checks if f.verdict else ():
         if c.basis and c.quantity not in ELSEWHERE and c.value is not None:
@@ -131,7 +131,7 @@ TABLES: tuple[Callable[[Facts], Iterable[Table]], ...] = (
 
 
 def tables_of(found: Facts) -> list[Table]:
-    """All tables with rows, in reading order."""
+    """Return all tables that have rows, in reading order."""
     with found.rec.reading():
         return [table for make in TABLES for table in make(found) if table.rows]
 

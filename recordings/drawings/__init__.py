@@ -2,7 +2,7 @@
 
 sheets    a drawing: views and title block on a sheet of A4, as SVG and as DXF
 views     plan, elevation and rigging sketch with their dimensions
-instants  which instants, and where everything is in each
+instants  choice of the instants, and positions of all bodies and ropes in each
 ink       lines, texts and dimensions on paper
 """
 

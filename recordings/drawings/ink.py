@@ -1,4 +1,4 @@
-"""What a view is drawn of: lines, fills, texts and dimensions, on paper [mm], y upwards; each view has its scale."""
+"""Elements of a drawn view: lines, fills, texts and dimensions, on paper [mm], y upwards; each view has its scale."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ class Path(NamedTuple):
 
 
 class Text(NamedTuple):
-    """Words at a place; `angle` [degrees]."""
+    """A text at a place on paper; `angle` [deg]."""
 
     at: tuple[float, float]
     words: str
@@ -36,7 +36,7 @@ class Text(NamedTuple):
 
 
 class DimensionLine(NamedTuple):
-    """A dimension between two points along h (horizontal) or v, its line at y or x = `at`."""
+    """A dimension between two points, horizontal (h) or vertical (v), with its line at y or x = `at`."""
 
     a: tuple[float, float]
     b: tuple[float, float]
@@ -59,20 +59,20 @@ class View:
     centre: tuple[float, float] = (0.0, 0.0)  # of its items, where it keeps its place at another scale
 
     def paper(self, points: Floats) -> Floats:
-        """(..., 2) points [m] on paper [mm]."""
+        """Return points (..., 2) [m] on paper [mm]."""
         out: Floats = points * 1e3 / self.scale
         return out
 
     def length(self, mm: float) -> str:
-        """World length of a distance on paper."""
+        """Return the true length [m] of a distance on paper [mm], as text."""
         return f"{abs(mm) * self.scale / 1e3:.2f}"
 
     def across(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
-        """A horizontal dimension between two points on paper."""
+        """Add a horizontal dimension between two points on paper, with its line at y = `at`."""
         self.items.append(DimensionLine(_pair(a), _pair(b), at, "h", words + self.length(b[0] - a[0])))
 
     def upright(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
-        """A vertical one."""
+        """Add a vertical dimension between two points on paper, with its line at x = `at`."""
         self.items.append(DimensionLine(_pair(a), _pair(b), at, "v", words + self.length(b[1] - a[1])))
 
 
@@ -81,13 +81,13 @@ def _pair(p: Floats) -> tuple[float, float]:
 
 
 def fitting(width: float, height: float, room: tuple[float, float]) -> float:
-    """The largest standard scale at which width x height [m] fits a room [mm]."""
+    """Return the largest standard scale at which width x height [m] fits into `room` [mm]."""
     fits = (s for s in SCALES if width * 1e3 / s <= room[0] and height * 1e3 / s <= room[1])
     return next(fits, SCALES[-1])
 
 
 def hull(points: Floats) -> Floats:
-    """The convex outline (n, 2) of points, by Andrew's monotone chain."""
+    """Return the convex outline (n, 2) of points, by Andrew's monotone chain."""
     found = sorted(set(map(tuple, np.round(points, 6).tolist())))
     sides = []
     for row in (found, found[::-1]):
@@ -101,7 +101,7 @@ def hull(points: Floats) -> Floats:
 
 
 def within(outline: Floats, p: Floats) -> bool:
-    """Whether a point is inside a convex counterclockwise outline."""
+    """Return whether a point is inside a convex counterclockwise outline."""
     along, to = np.roll(outline, -1, axis=0) - outline, p - outline
     return bool((along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]).all())
 
@@ -111,7 +111,7 @@ def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> f
 
 
 def clipped(outline: Floats, low: Floats, high: Floats) -> Floats:
-    """Clip a convex outline to a box (Sutherland and Hodgman); empty if nothing is left."""
+    """Return a convex outline clipped to a box (Sutherland and Hodgman); empty if nothing is left."""
     for axis in (0, 1):
         for sign, bound in ((1.0, high[axis]), (-1.0, -low[axis])):
             kept = list[Floats]()
@@ -137,12 +137,12 @@ def points_of(item: Item) -> Floats:
 
 
 def parts(item: Item) -> Sequence[Path | Text]:
-    """What is drawn of an item."""
+    """Return the lines and texts of an item."""
     return _dimension(item) if isinstance(item, DimensionLine) else (item,)
 
 
 def _dimension(d: DimensionLine) -> list[Path | Text]:
-    """A dimension as lines with slashes and its number, beside it if there is no room."""
+    """Return a dimension as lines with slashes and its number, which is beside it if there is no room."""
     flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
     a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))
     ends = [(a[0], d.at), (b[0], d.at)]

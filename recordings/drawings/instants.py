@@ -1,7 +1,7 @@
-"""The key instants of a lift, and where everything is in each: solids, ropes, hooks, lugs, in the world [m].
+"""The key instants of a lift, and world positions [m] of solids, ropes, hooks and lugs in each.
 
-Key are the ends of stages in which something has moved, evenly thinned, the largest use of a rope and the smallest
-clearance.
+Key instants are the ends of stages in which something has moved, evenly thinned, the instant of the maximum utilisation
+of a rope and that of the smallest clearance.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -29,7 +29,7 @@ Kind = Literal["block", "deck", "hook", "frame", "crane", "world"]
 
 
 class DrawnSolid(NamedTuple):
-    """Corners (8, 3) of a shape, its label and body; `deck`: the upper face of a block."""
+    """A solid as drawn: its kind, body, and corners (8, 3) [m]."""
 
     kind: Kind
     body: str
@@ -37,7 +37,7 @@ class DrawnSolid(NamedTuple):
 
 
 class DrawnLine(NamedTuple):
-    """A straight part of a rope with tension [N]; `sling`: whether it is one."""
+    """A straight part of a rope with tension [N]; `sling`: whether the rope is a sling."""
 
     rope: str
     a: Floats
@@ -47,7 +47,7 @@ class DrawnLine(NamedTuple):
 
 
 class DrawnHook(NamedTuple):
-    """Position of a hook block, and the slewing axis of its crane, if any."""
+    """A hook block: position of its eye, and the slewing axis of its crane, if any."""
 
     rope: str
     eye: Floats
@@ -55,7 +55,7 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """Positions at a time [s]; mass [kg] of the block, smallest clearance if it occurs then."""
+    """Positions at a time [s]; mass [kg] of the block; the smallest clearance if it occurs then."""
 
     title: str
     t: float
@@ -69,12 +69,12 @@ class DrawnInstant(NamedTuple):
     afloat: bool
 
     def of(self, *kinds: str) -> Floats:
-        """Corners (n, 3) of all solids of these kinds."""
+        """Return the corners (n, 3) of all solids of these kinds."""
         return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
 
 
 def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnInstant]:
-    """Drawn instants of a recording with suspended loads; else none."""
+    """Return the key instants of a recording with suspended loads, with all positions; else none."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
         return []
@@ -96,12 +96,12 @@ def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnIn
 
 
 def _hooks(plan: dict[str, Any]) -> list[dict[str, Any]]:
-    """Hooks with known bodies."""
+    """Return the hooks whose bodies are known."""
     return [hook for machine in plan.get("machines", []) for hook in machine.get("hooks", []) if "eye" in hook]
 
 
 def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Clearance | None]]:
-    """Times [s] with their captions."""
+    """Return the times [s] of the key instants, with their captions, and the smallest clearance at its instant."""
     stages = rec.stages()
     end = rec.fact("sim_s", 0.0)
     found: list[tuple[float, str, Clearance | None]] = [
@@ -118,7 +118,7 @@ def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Cl
 
 
 def _thinned(frames: Sequence[DrawnInstant]) -> list[DrawnInstant]:
-    """Without stage ends at which nothing has moved, limited in number."""
+    """Return a limited number of instants, without stage ends at which nothing has moved."""
     ends = list[DrawnInstant]()
     for x in (x for x in frames if x.title.startswith("end of")):
         if not ends or _moved(ends[-1], x) > MOVED:

@@ -1,8 +1,8 @@
 """Drawings: plan, elevation and rigging sketch of each key instant on a sheet of A4, with a title block.
 
-A drawing as an <svg> element in millimetres of its sheet.
+As SVG, a drawing is an <svg> element in millimetres of its sheet.
 
-Drawings as DXF, in metres: each view in its true size, with real dimensions; the drawings beside each other.
+As DXF, drawings are in metres: each view in its true size, with real dimensions; the drawings side by side.
 
 Paper is at the scale of plan and elevation; the rigging sketch is drawn in its own true size beside them.
 """
@@ -38,7 +38,7 @@ STYLES = {
 
 
 def svg_of(views: Sequence[View], size: tuple[float, float], title: str) -> str:
-    """Views on a sheet of this size [mm]."""
+    """Return views as SVG on a sheet of this size [mm]."""
     body = "".join(f"<g>{''.join(_items(view, size[1]))}</g>" for view in views)
     fonts = 'font-family="DejaVu Sans, Arial, sans-serif"'
     box = f'viewBox="0 0 {size[0]:g} {size[1]:g}"'
@@ -98,12 +98,12 @@ class Drawing(NamedTuple):
 
 
 def drawings(rec: Recording, verdict: RecordedVerdict | None, project: Mapping[str, str]) -> list[Chart]:
-    """Drawings of a recording with suspended loads."""
+    """Return the drawings of a recording with suspended loads as SVG."""
     return [Chart(x.title, svg_of(x.views, SIZE, x.title)) for x in drawn(rec, verdict, project)]
 
 
 def drawn(rec: Recording, verdict: RecordedVerdict | None, project: Mapping[str, str]) -> list[Drawing]:
-    """The same as views."""
+    """Return the drawings of a recording with suspended loads as views."""
     with rec.reading():
         found = instants_of(rec, verdict)
         return [_drawing(x, i, len(found), rec, project) for i, x in enumerate(found, 1)]
@@ -139,7 +139,7 @@ def _drawing(x: DrawnInstant, number: int, of: int, rec: Recording, project: Map
 
 
 def _extent(view: View) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Lower and upper corner of all items of a view, including its title."""
+    """Return the lower and upper corner of all items of a view, after adding its title."""
     points = np.concatenate([points_of(item) for item in view.items])
     (x, y), (right, top) = points.min(axis=0), points.max(axis=0)
     view.items.append(Text((x, top + 3.0), view.title, size=3.0, bold=True))
@@ -147,7 +147,7 @@ def _extent(view: View) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def _frame() -> View:
-    """The border of the sheet, the strip of the title block, the line between the views."""
+    """Return the frame of a sheet: border, strip of the title block, line between the views."""
     frame, (width, height) = View("", 1.0), SIZE
     corners = [[EDGE, EDGE], [width - EDGE, EDGE], [width - EDGE, height - EDGE], [EDGE, height - EDGE], [EDGE, EDGE]]
     frame.items.append(Path(np.array(corners), "frame line"))
@@ -157,7 +157,7 @@ def _frame() -> View:
 
 
 def _title_block(frame: View, cells: Sequence[tuple[str, str, str]]) -> None:
-    """A heading and two lines in each cell of the strip."""
+    """Add a title block: a heading and two lines in each cell of the strip."""
     for (x, right), (head, first, second) in zip(pairwise(CELLS), cells, strict=True):
         size = min(2.8, (right - x - 4.0) / (BOLD * max(1, len(first))))
         frame.items.append(Path(np.array([[x, EDGE], [x, STRIP]]), "thin"))
@@ -178,8 +178,8 @@ def write_dxf(
     project: Mapping[str, str],
     force: bool = False,
 ) -> FilePath:
-    """Write the drawings of a recording to a .dxf file; RecordingError if the library for it is not installed, or
-    nothing hangs on hooks."""
+    """Write the drawings of a recording to a .dxf file; raises RecordingError if its library is not installed, or the
+    lift has no suspended load."""
     path = output_path(out, "a drawing", ENDINGS)
     missing = "drawings as DXF need ezdxf: pip install 'heavylift[drawings]'; or write the report as .html or .pdf"
     library: Any = extra("ezdxf", RecordingError(missing))
@@ -205,7 +205,7 @@ def write_dxf(
 
 
 def _view(space: Any, view: View, scale: float, place: Any) -> None:
-    """The items of a view at their true size [m]."""
+    """Draw the items of a view at their true size [m]."""
     for item in view.items:
         if isinstance(item, Path):
             points = np.asarray(item.points) * scale + place

@@ -28,7 +28,7 @@ LEVEL = 0.02  # [m] below which a height is no dimension
 
 
 def main_axis(x: DrawnInstant) -> Floats:
-    """The horizontal direction (3,) that lies to the right in all views."""
+    """Return the horizontal direction (3,) that is to the right in all views."""
     hook = next((hook for hook in x.hooks if hook.axis is not None), None)
     if hook is not None and hook.axis is not None:
         distance = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
@@ -40,7 +40,7 @@ def main_axis(x: DrawnInstant) -> Floats:
 
 
 def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
-    """Plan and elevation at one scale, one above the other within a room [mm] including dimensions."""
+    """Return plan and elevation at one scale, one above the other, with dimensions, within `room` [mm]."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -78,7 +78,7 @@ def _named_axis(way: Floats) -> str:
 
 
 def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
-    """Solids from far to near and ropes; lower and upper corner on paper [mm]."""
+    """Draw solids from far to near and ropes; returns the lower and upper corner on paper [mm]."""
     axes, ahead = np.column_stack([right, up]), np.cross(right, up)
     seen = view.paper(x.of("crane", "block", "hook", "frame") @ axes)
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -116,7 +116,7 @@ def _elevation(x: DrawnInstant, view: View, h: Floats, places: bool = True) -> V
 
 
 def _heights(x: DrawnInstant, view: View, h: Floats, eyes: list[Floats], low: Floats, high: Floats) -> None:
-    """Heights of block, hooks and crane above ground: hooks on one side, crane on the other."""
+    """Draw the heights of block, hooks and crane above ground: hooks on one side, crane on the other."""
     right = sum(p[0] for p in eyes) / len(eyes) > (low[0] + high[0]) / 2
     side, other = (high[0], low[0]) if right else (low[0], high[0])
     out = 1.0 if right else -1.0
@@ -163,7 +163,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
 
 
 def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
-    """The points of a line that are within a box."""
+    """Return the points of a line that are within a box."""
     inside: Floats = points[((points >= low) & (points <= high)).all(axis=1)]
     return inside
 
@@ -174,7 +174,7 @@ def _cross(view: View, p: Floats, size: float = 1.6) -> None:
 
 
 def _near(x: DrawnInstant, view: View, right: Floats, up: Floats) -> None:
-    """The smallest clearance between its nearest points, in views that show it."""
+    """Draw the smallest clearance between its nearest points, in views in which it is long enough to be seen."""
     if x.near is None:
         return
     a, b = (view.paper(np.array([np.dot(p, right), np.dot(p, up)])) for p in (x.near.p_WA, x.near.p_WB))
@@ -197,19 +197,19 @@ def _near(x: DrawnInstant, view: View, right: Floats, up: Floats) -> None:
 
 
 def _beside(p: Floats, side: float, message: str) -> Text:
-    """Words to the right (1) or left (-1) of a point."""
+    """Return a text to the right (1) or left (-1) of a point."""
     return Text((float(p[0] + side * 0.6), float(p[1] - 0.8)), message, "start" if side > 0 else "end", bold=True)
 
 
 def _covered(box: Floats, outlines: list[Floats], texts: list[Floats]) -> bool:
-    """Whether a text box covers an area or another text."""
+    """Return whether a text box overlaps an outline or another text."""
     low, high = box.min(axis=0), box.max(axis=0)
     over = any((low < o.max(axis=0)).all() and (high > o.min(axis=0)).all() for o in texts)
     return over or any(within(o, (low + high) / 2) for o in outlines)
 
 
 def _spread(points: list[Floats], axis: int) -> list[Floats]:
-    """Points on paper in order along an axis, but for those that are close to the one before."""
+    """Return points on paper in order along an axis, without those too close to the one before."""
     found = list[Floats]()
     for p in sorted(points, key=lambda p: float(p[axis])):
         if not found or p[axis] - found[-1][axis] > CLOSE:
@@ -218,7 +218,7 @@ def _spread(points: list[Floats], axis: int) -> list[Floats]:
 
 
 def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
-    """Block, slings and hooks in detail, with tension and angle of each rope."""
+    """Return the rigging sketch: block, slings and hooks in detail, with tension and angle of each rope."""
     h = main_axis(x)
     axes = np.column_stack([h, UP])
     seen = np.concatenate(
@@ -255,7 +255,8 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
 
 
 def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
-    """The drawn part of a rope in a rigging sketch: slings completely, hook ropes near the hook."""
+    """Return the ends of the drawn part of a rope in a rigging sketch: slings completely, hook ropes near the hook;
+    None if it is not drawn."""
     if line.sling:
         return line.a, line.b
     if all(np.linalg.norm(line.b - hook.eye) > STRETCH for hook in x.hooks):
@@ -264,7 +265,7 @@ def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
 
 
 def _named(x: DrawnInstant) -> list[tuple[Floats, str]]:
-    """Labels of a rigging sketch with places (3,): ropes with lug, tension and angle, centre of gravity."""
+    """Return the labels of a rigging sketch with places (3,): ropes with lug, tension and angle, centre of gravity."""
     found: dict[str, tuple[Floats, str]] = {}
     for line in x.lines:
         if line.rope not in found and (ends := _close(x, line)) is not None:

@@ -1,15 +1,14 @@
-"""What two equal runs share to the last byte: SHA-256 over the sorted events, the sample rows and the sampler's notes.
+"""The digest of a run: SHA-256 over the sorted events, the sample rows and the sampler's notes; equal for equal runs.
 
-Events are the ones on the ports of coupled models, keyed (t, microstep, source path, port, index), with
-type and canonical bytes; rows are keyed by their number and are what stands in the file, the numbers of `/samples`
-and then those of `/poses` (of one lift alone those of `/samples/NAME` and `/poses/NAME`), notes are those of `/log`, so
-that a reader can compute the digest again.  The order in which they are added does not matter: events are sorted at
-the end, a row is hashed at once and only its hash is kept.
-Their number stands first in what is hashed, so they wait for the end: what comes in order, as all of a run does, in a
-temporary file once it is much.  Attachments, facts and whatever is derived from samples (verdicts, clearances,
-collisions) stay outside; no message holds a file name or a line (DIGEST.md has the table).
+Events are those on the ports of coupled models, keyed (t, microstep, source path, port, index), with type and canonical
+bytes; rows are keyed by their number and are the recorded numbers of `/samples` and then of `/poses` (for a single lift
+of `/samples/NAME` and `/poses/NAME`), notes are those of `/log`, so that a reader can compute the digest again. The
+order in which they are added does not matter: events are sorted at the end, of a row only the hash is kept. Their
+counts are hashed first, so all wait for the end; what is added in order, as in any run, goes to a temporary file once
+it is much. Attachments, facts and results derived from samples (verdicts, clearances, collisions) are not part of the
+digest; no message holds a file name or a line number (DIGEST.md has the table).
 
-A temporary file for what must wait in a long run: in memory while it is little, then on disk, gone with the run.
+Also a temporary file for waiting data of a long run: in memory while it is small, then on disk, deleted after the run.
 """
 
 import hashlib
@@ -36,7 +35,7 @@ class Spool:
         self._size, self._end = 0, True  # whether the file stands at its end
 
     def write(self, data: bytes) -> None:
-        """Append."""
+        """Append data; raises RecordingError if the disk is full."""
         try:
             if not self._end:
                 self._file.seek(self._size)
@@ -49,7 +48,7 @@ class Spool:
         self._size += len(data)
 
     def read(self, size: int, at: int | None = None) -> bytes:
-        """`size` bytes from a place, or after the last read ones; fewer at the end."""
+        """Return `size` bytes from a place, or after the last read; fewer at the end."""
         self._end = False
         if at is not None:
             self._file.seek(at)
@@ -63,7 +62,7 @@ _BLOCK = 4096  # rows that are read back at once
 
 
 class Digest:
-    """Incremental, independent of the order of calls."""
+    """Digest of a run, computed incrementally and independently of the order of calls."""
 
     def __init__(self) -> None:
         self._events, self._rows = _Sorted(), _RowHashes()
@@ -107,7 +106,7 @@ class Digest:
 
 
 class _Sorted:
-    """Tuples in order; those added in order are stored on disk."""
+    """Sorted collection of tuples; those added in order are stored on disk."""
 
     def __init__(self) -> None:
         self._file = Spool("what the digest is made of")

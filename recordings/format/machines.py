@@ -1,8 +1,8 @@
-"""Cranes, slings and the block of a recorded plan, as its machines tell.
+"""Cranes, slings and the block of a recorded plan.
 
-What a run says of itself in one or two lines: what it was asked, what its model leaves out, how it was integrated.
+Also the settings of a run in one or two lines: what was requested, what its model leaves out, how it was integrated.
 
-The tolerance of the integrator bounds the error of a step and says nothing of the model, so it is never called the
+The tolerance of the integrator bounds the error of a step and says nothing about the model, so it is never called the
 accuracy of a run.
 """
 
@@ -24,7 +24,7 @@ class HookMachine(NamedTuple):
 
 
 def cranes(plan: Data) -> list[HookMachine]:
-    """All machines with hooks."""
+    """Return all machines with hooks."""
     found = []
     for machine in (machine for machine in plan.get("machines", []) if machine.get("hooks")):
         hooks = sorted(machine["hooks"], key=lambda hook: str(hook["rope"]))
@@ -34,20 +34,20 @@ def cranes(plan: Data) -> list[HookMachine]:
 
 
 def plan_of(attachments: Mapping[str, bytes]) -> Data:
-    """The recorded plan; empty if there is none."""
+    """Return the recorded plan as plain data; empty if there is none."""
     found: Data = msgspec.json.decode(attachments.get("resolved.json") or b"{}")
     return found
 
 
 def unread(plan: Data) -> str:
-    """A sentence for a plan of an earlier version, without readable cranes, slings and block; else ""."""
+    """Return a sentence for a plan of an earlier version, whose cranes, slings and block cannot be read; else ""."""
     if not plan or "machines" in plan:
         return ""
     return "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
 
 
 def ties(plan: Data) -> list[Data]:
-    """The slings."""
+    """Return the slings of a plan."""
     return [tie for machine in plan.get("machines", []) for tie in machine.get("ties", [])]
 
 
@@ -65,7 +65,7 @@ FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
-    """Lines by name from the facts of a run; missing ones are omitted."""
+    """Return the settings of a run as lines by name, from its facts; missing ones are omitted."""
     asked = run.get("asked", "")
     found = {}
     if asked:
@@ -79,7 +79,7 @@ def settings(run: Mapping[str, str]) -> dict[str, str]:
 
 
 def _answer(text: str) -> str:
-    """Measured errors of the requested quantities, in words."""
+    """Return the measured errors of the requested quantities, in words; "" if there are none."""
     try:
         return str(json.loads(text)["told"])
     except (ValueError, KeyError, TypeError):

@@ -37,7 +37,7 @@ FOOTER = struct.Struct("<BQQQ")
 
 
 class McapFile:
-    """Writes to `stream` from its start; `finish` writes the summary and leaves the stream open."""
+    """Writer of an MCAP file to `stream`, from its start; `finish` writes the summary and leaves the stream open."""
 
     def __init__(self, stream: BinaryIO, library: str) -> None:
         self._stream, self._place, self._crc = stream, 0, 0
@@ -146,7 +146,7 @@ class McapFile:
         self._write(MAGIC)
 
     def _close_chunk(self) -> None:
-        """Write the chunk with its message indexes; one without messages waits for some."""
+        """Write the chunk with its message indexes; a chunk without messages is kept until there are some."""
         if not self._entries:
             return
         data = bytes(self._chunk)
@@ -201,7 +201,7 @@ class McapFile:
         )
 
     def _record(self, record: r.McapRecord) -> tuple[int, int]:
-        """Write a record; its place in the file and its length."""
+        """Write a record; returns its place in the file and its length."""
         place, data = self._place, _bytes(record)
         self._write(data)
         return place, len(data)
@@ -244,8 +244,8 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """The library that caused an error regardless of the file: import failure or defect; "" for errors of reading
-    bytes."""
+    """Return the library that caused an error regardless of the file, by a failed import or a defect; "" for errors of
+    reading bytes."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
@@ -259,7 +259,7 @@ def failing(error: BaseException) -> str:
 
 
 def refused(error: BaseException) -> str:
-    """A refusal of the system: disk failure, memory; "" for other errors."""
+    """Return a sentence for an error of the system (disk, memory); "" for other errors."""
     if isinstance(error, MemoryError):
         return "there is too little memory; end other programs and try again"
     if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):

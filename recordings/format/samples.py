@@ -1,18 +1,18 @@
-"""Rows of numbers: which columns of a kernel sample belong to which topic, and how they stand in the file, rounded.
+"""Rows of samples: which columns of a kernel sample belong to which topic, and their rounding in the file.
 
-A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as msgpack
-`[first number, [t_ns, ...], rows, notes, period, lift]`: rows are little-endian float64 in C order, or a single one
-that all are equal to; notes, sentences for people, `[number, t_ns, sentence]`; with a period [ns] the samples are those
-that come unless something happens, the last again and again; the lift of which alone these rows are, numbered apart and
-with columns of their own.  Channels `pose/<body>` (x y z, quaternion x y z w of the body frame in the world) are drawn
-as foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row (schema.py).  Coordinates
-of free joints are left out, which the poses of their bodies tell.
+A sample is one float64 row; the layout is announced once and divides the row into channels. Batches are sent as msgpack
+`[first number, [t_ns, ...], rows, notes, period, lift]`: `rows` are little-endian float64 in C order, or a single row
+if all are equal; `notes` are sentences for people, `[number, t_ns, sentence]`; with a `period` [ns] these are predicted
+samples, valid unless an event occurs, the last one repeated; `lift`: name of the single lift to which the rows belong,
+which are numbered separately and have columns of their own. Channels `pose/<body>` (x y z, quaternion x y z w of the
+body frame in the world) are written as foxglove.FrameTransforms; all others are fields of one `heavylift.Samples`
+message per row (schema.py). Coordinates of free joints are omitted, as the poses of their bodies contain them.
 
-Numbers are recorded in steps far below what any reader can need, for the last digits of a double are noise of the
-integration, which cannot be packed: a sample of exact doubles takes 1.9 kB, of rounded ones 1.1 kB.  A step is a binary
-fraction of the unit (4e-12 m, 2e-10 m/s, 6e-5 N, 6e-5 J, 1 us) or a billionth (of energies a millionth) of the largest
-value that the column has had so far, whichever is finer; numbers in other units are kept as they are.  Digest and
-comparisons are made of the rounded numbers: whoever reads the file can compute them again.
+Numbers are recorded in steps far below what any reader can need, as the last digits of a double are noise of the
+integration, which cannot be compressed: a sample of exact doubles takes 1.9 kB, of rounded ones 1.1 kB. A step is a
+binary fraction of the unit (4e-12 m, 2e-10 m/s, 6e-5 N, 6e-5 J, 1 us) or a billionth (for energies a millionth) of the
+largest value of the column so far, whichever is finer; numbers in other units are not rounded. Digest and comparisons
+use the rounded numbers, so any reader of the file can compute them again.
 """
 
 import re
@@ -37,7 +37,7 @@ _PAIRS = {"m or rad": ("m", "rad"), "m/s or rad/s": ("m/s", "rad/s"), POSE_UNIT:
 
 
 class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
-    """A sentence of the sampler for the user: number and simulation time [ns]."""
+    """A sentence of the sampling node for the user, with number and simulation time [ns]."""
 
     number: int
     t_ns: int
@@ -59,12 +59,12 @@ _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
 
 
 def reeved(part: str) -> str:
-    """The rope over sheaves that a part is of."""
+    """Return the rope over sheaves to which a part belongs."""
     return part.rpartition(".")[0]
 
 
 def unit_of(unit: str, column: str) -> str:
-    """The unit of one column of a signal that has places and angles, or their rates, side by side."""
+    """Return the unit of one column of a signal that has both positions and angles, or their rates."""
     along, turning = _PAIRS.get(unit, (unit, unit))
     last = column.rpartition(".")[2]
     if along != turning and _QUATERNION.fullmatch(last):
@@ -83,8 +83,8 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """All channels of a row; the first `recalled` rows come from another recording with columns up to `most`. `lifts`:
-    those whose events leave rows of their own."""
+    """All channels of a row; the first `recalled` rows come from another recording, with largest values `most` of
+    columns. `lifts`: layouts of lifts that have rows of their own at events."""
 
     channels: list[SampleChannel]
     recalled: int = 0
@@ -97,11 +97,11 @@ class SampleLayout(msgspec.Struct, frozen=True):
         return max((channel.stop for channel in self.channels), default=0)
 
     def find(self, topic: str) -> SampleChannel | None:
-        """The channel of this topic, if the row has one."""
+        """Return the channel of this topic; None if the row has none."""
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
     def check(self) -> "SampleLayout":
-        """The layout, after checking that topics are unique and names match columns; raises RecordingError."""
+        """Return the layout after checking that topics are unique and names match columns; raises RecordingError."""
         topics: set[str] = set()
         for channel in self.channels:
             columns = channel.stop - channel.start
@@ -123,8 +123,8 @@ class SampleLayout(msgspec.Struct, frozen=True):
 class Batch(msgspec.Struct, frozen=True):
     """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes.
 
-    `period` [ns]: that of the samples which come after these unless something happens; 0: these have come.  `lift`: of
-    which alone they are; "" of all.
+    `period` [ns]: 0 for actual samples, else these are predicted ones with this period, valid unless an event occurs.
+    `lift`: the single lift to which they belong; "" for samples of all.
     """
 
     first: int
@@ -165,7 +165,7 @@ class Field(msgspec.Struct, frozen=True):
 
 
 def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
-    """The fields of the channels: `rope/peak_time` is rope_peak_time."""
+    """Return the message fields of the channels: `rope/peak_time` is rope_peak_time."""
     fields: list[Field] = []
     taken: set[str] = set()
     for channel in channels:
@@ -179,7 +179,7 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
-    """Numbers of at most `rows` rows: first, last, and the minima and maxima of these columns in equal parts."""
+    """Return numbers of at most `rows` rows: first, last, and the minima and maxima of these columns in equal parts."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)
@@ -195,7 +195,7 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """Columns of the rows of one layout: `fields` of the numbers, then `bodies` with seven columns each."""
+    """Recorded columns of the rows of one layout: `fields` of numbers, then `bodies` with seven columns each."""
 
     def __init__(self, layout: SampleLayout) -> None:
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
@@ -216,18 +216,18 @@ class Columns:
         return len(self._columns)
 
     def spread(self, recorded: NDArray[np.float64], width: int) -> NDArray[np.float64]:
-        """Full rows (n, width) from recorded ones; missing columns are 0."""
+        """Return full rows (n, width) from recorded ones; missing columns are 0."""
         rows = np.zeros((len(recorded), width))
         rows[:, self._columns] = recorded
         return rows
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Recorded columns (n, recorded columns) of consecutive rows (n, width)."""
+        """Return the recorded columns, rounded, of consecutive rows (n, width)."""
         return self._rounded(rows[:, self._columns])
 
 
 def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
-    """The channel without coordinates of free joints, and the columns that it keeps."""
+    """Return the channel without coordinates of free joints, and the columns that it keeps."""
     parts, names = [name.rpartition(".") for name in channel.names], {*channel.names}
     free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in names for x in POSE_COLUMNS)}
     if channel.topic != "joint/position":
@@ -238,10 +238,10 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounds the columns of these channels, side by side in their order, row after row of a run."""
+    """Rounding of the columns of these channels, in their order; called with the rows of a run one after the other."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
-        """The first `recalled` rows are rounded already, with columns up to `most`."""
+        """The first `recalled` rows are rounded already; `most`: largest values of their columns."""
         steps: list[tuple[int, int] | None] = []
         for channel in channels:
             pose = channel.topic.startswith(POSE)
@@ -256,12 +256,12 @@ class Rounding:
         self._scale = self._scaled(self._largest)
 
     def _scaled(self, largest: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Rounding steps in a unit, for largest values of these powers of two."""
+        """Return the rounding steps in the unit of each column, for largest values of these powers of two."""
         scale: NDArray[np.float64] = np.ldexp(1.0, np.maximum(self._finest, self._digits - largest))
         return scale
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n, columns) rounded; zeros are positive."""
+        """Return the rows (n, columns) rounded; zeros are positive."""
         if self._recalled:
             known, rows = np.split(rows, [self._recalled])
             self._recalled -= len(known)
@@ -282,5 +282,5 @@ class Rounding:
 
 
 def _powers(sizes: NDArray[np.float64]) -> NDArray[np.int32]:
-    """The power of two above each size."""
+    """Return the exponent of the power of two above each size."""
     return np.where(sizes > 0.0, np.maximum(np.frexp(sizes)[1], NOTHING), NOTHING)

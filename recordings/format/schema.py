@@ -1,15 +1,15 @@
 """The schemas of a recording: protobuf descriptors for numbers, JSON Schema for events and protocol traffic.
 
-`heavylift.Samples` is one row of numbers, a field per signal; columns and units stand in the channel's metadata.  It
-is built here from a descriptor, so no protoc is needed, and each protobuf schema of a file carries its whole
+`heavylift.Samples` is one row of numbers, with a field per signal; columns and units are in the channel's metadata. It
+is built here from a descriptor, so no protoc is needed, and each protobuf schema of a file has its whole
 FileDescriptorSet (MCAP well-known encoding "protobuf"), so any stock reader decodes it.
 
-A protobuf message in which only numbers and time stamps change, written and read a batch at a time.
+Also templates of protobuf messages in which only numbers and time stamps change, encoded and decoded in batches.
 
-The protobuf library encodes the message once with marker numbers at a marker time, the places of the markers are
-found, and each further message is a copy with other numbers and another stamp.  Two differences to the library, both
-decode to the same message: a number that is exactly 0 is written out instead of left away, and the varints of a stamp
-always have five bytes, so that all messages have one length.
+The protobuf library encodes the message once with marker numbers at a marker time, the places of the markers are found,
+and each further message is a copy with other numbers and another stamp. Two differences to the library, which decode to
+the same message: a number that is exactly 0 is written instead of omitted, and the varints of a stamp always have five
+bytes, so that all messages have one length.
 """
 
 import re
@@ -34,12 +34,12 @@ WRONG = "a message is not of the form of its channel"
 
 
 def stamp(t_ns: int) -> Timestamp:
-    """Simulation time [ns] as a protobuf Timestamp."""
+    """Return a simulation time [ns] as a protobuf Timestamp."""
     return Timestamp(seconds=t_ns // 1_000_000_000, nanos=t_ns % 1_000_000_000)
 
 
 def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
-    """(n, 12) Timestamps: tag, five bytes of seconds, tag, five bytes of nanoseconds."""
+    """Return Timestamps as bytes (n, 12): tag, five bytes of seconds, tag, five bytes of nanoseconds."""
     parts = np.stack(np.divmod(np.array(times, np.uint64), np.uint64(1_000_000_000)), axis=1)[:, :, None]
     out = np.empty((len(times), 2, 6), np.uint8)
     out[:, :, 0] = 0x08, 0x10
@@ -49,7 +49,8 @@ def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
 
 
 class Template:
-    """`build(timestamp, numbers)` makes the message with the library; `stamps`: occurrences of the time."""
+    """Template of messages that differ in numbers and time only; `build(timestamp, numbers)` makes one by the library;
+    `stamps`: number of places with the time."""
 
     def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
         markers = b"".join(struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers))  # finite doubles
@@ -71,7 +72,7 @@ class Template:
             self._fixed[place] = False
 
     def encode(self, times: Sequence[int], numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """(n, bytes) messages at these simulation times [ns] with these numbers (n, numbers)."""
+        """Return the messages (n, bytes) at these simulation times [ns] with these numbers (n, numbers)."""
         out = np.tile(self._image, (len(times), 1))
         data, at = np.ascontiguousarray(numbers, "<f8").view(np.uint8).reshape(len(times), -1), 0
         for run in self._runs:
@@ -80,7 +81,7 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """Numbers (n, numbers) of messages (n, bytes) made by `encode`; raises ValueError for others."""
+        """Return numbers (n, numbers) of messages (n, bytes) made by `encode`; raises ValueError for others."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
         starts = (self._starts[x] for x in wanted)
@@ -92,7 +93,7 @@ STRING = {"type": "string"}
 
 
 def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descriptor:
-    """The descriptor of `heavylift.Samples` with these fields: `repeated double <field> = <number> [packed]`."""
+    """Return the descriptor of `heavylift.Samples` with these fields: `repeated double <field> = <number> [packed]`."""
     file = descriptor_pb2.FileDescriptorProto(name=f"heavylift/{name}.proto", package="heavylift", syntax="proto3")
     message = file.message_type.add(name=name)
     for i, field_name in enumerate(fields):
@@ -109,7 +110,8 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descript
 
 
 def samples_template(fields: Sequence[Field]) -> Template:
-    """Template of all `heavylift.Samples` messages of a run; numbers are the columns of its fields in order."""
+    """Return the template of all `heavylift.Samples` messages of a run; its numbers are the columns of the fields in
+    order."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
     def build(_: Timestamp, numbers: list[float]) -> Message:
@@ -120,13 +122,13 @@ def samples_template(fields: Sequence[Field]) -> Template:
 
 
 def field_places(fields: Sequence[Field]) -> dict[str, slice]:
-    """Places of each signal among the numbers of such a message."""
+    """Return the places of each signal among the numbers of a `heavylift.Samples` message."""
     ends = [*accumulate((len(field.columns) for field in fields), initial=0)]
     return {field.signal: slice(*place) for field, place in zip(fields, pairwise(ends), strict=True)}
 
 
 def file_descriptor_set(descriptor: Descriptor) -> bytes:
-    """The serialised FileDescriptorSet of a protobuf message descriptor, dependencies first."""
+    """Return the serialised FileDescriptorSet of a protobuf message descriptor, dependencies first."""
     files: dict[str, FileDescriptor] = {}
 
     def visit(file: FileDescriptor) -> None:
@@ -155,12 +157,12 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
     @property
     def t(self) -> float:
-        """When [s]."""
+        """Simulation time of the event [s]."""
         return self.t_ns / 1e9
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """JSON Schema of an event record with this schema of `value`; its $defs move to the root."""
+    """Return the JSON Schema of an event record with this schema of `value`; its $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner
@@ -171,7 +173,7 @@ def event_schema(value: Mapping[str, object]) -> bytes:
 
 
 def _record(**properties: object) -> dict[str, object]:
-    """An object that has all of these properties."""
+    """Return the JSON Schema of an object with all of these properties, each required."""
     return {"type": "object", "properties": properties, "required": list(properties)}
 
 

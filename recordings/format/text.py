@@ -14,8 +14,8 @@ MOST = 30  # names in a sentence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
-    """Columns side by side, `numeric` ones (default: columns of digits) right-aligned, cells printable; empty without
-    rows."""
+    """Return columns side by side, `numeric` ones (default: columns of digits) right-aligned, cells printable; empty
+    without rows."""
     if not rows:
         return ""
     head, rows = shown(head), shown(rows)
@@ -32,7 +32,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[
 
 
 def shown(data: T) -> T:
-    """Foreign data with every text as a printable line."""
+    """Return foreign data with every text as a printable line."""
     made: Any = data
     if isinstance(data, str):
         made = printable(data, keep=SPACES)
@@ -44,14 +44,14 @@ def shown(data: T) -> T:
 
 
 def cell(value: object) -> object:
-    """A CSV cell: one line, with an apostrophe before text that a spreadsheet would evaluate."""
+    """Return a CSV cell: one line, with an apostrophe before text that a spreadsheet would evaluate."""
     if not isinstance(value, str):
         return value
     return f"'{shown(value)}" if value.lstrip()[:1] in FORMULAS else shown(value)
 
 
 def meant(name: str, names: Sequence[str]) -> str:
-    """The names most similar to the given one, or a list of names."""
+    """Return a question with the names most similar to the given one, or a list of names."""
     lower = {x.lower(): x for x in names}
     near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
     if near:
@@ -61,7 +61,7 @@ def meant(name: str, names: Sequence[str]) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time span for people: 3.2 s, 4 min 05 s, 1 h 06 min 04 s."""
+    """Return a time span as text for people: 3.2 s, 4 min 05 s, 1 h 06 min 04 s."""
     if seconds < 60:
         return f"{seconds:.3g} s"
     minutes, rest = divmod(round(seconds), 60)

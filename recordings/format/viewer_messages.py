@@ -1,7 +1,7 @@
-"""What viewers draw, in the standard foxglove protobuf schemas: frames, boxes, ropes, log.
+"""Messages for viewers, in the standard foxglove protobuf schemas: frames, boxes, ropes, log.
 
-Frames stand in the file with each sample and in full; ropes are a picture, rounded to a millimetre and drawn anew only
-where they have moved, since their ends follow from the frames.
+Frames are written with each sample and unrounded; ropes are a picture only, rounded to a millimetre and written again
+only when they have moved, as their ends follow from the frames.
 """
 
 from collections.abc import Sequence
@@ -56,14 +56,14 @@ class RopeLine(msgspec.Struct, frozen=True):
 
 
 class Rig(msgspec.Struct, frozen=True):
-    """The rope lines from this simulation time on."""
+    """A set of rope lines to draw, valid from simulation time `t_ns` [ns] on."""
 
     t_ns: int
     lines: list[RopeLine]
 
 
 def boxes_message(boxes: Sequence[DrawnBox]) -> bytes:
-    """A SceneUpdate at time 0 with an entity per body, locked to its frame."""
+    """Return a SceneUpdate at time 0 with an entity per body, locked to its frame."""
     update = SceneUpdate()
     for body in dict.fromkeys(box.body for box in boxes):
         entity = update.entities.add(frame_id=body, id=body, frame_locked=True)
@@ -81,7 +81,7 @@ def boxes_message(boxes: Sequence[DrawnBox]) -> bytes:
 
 
 def boxes_of(data: bytes) -> list[DrawnBox]:
-    """The shapes of such a SceneUpdate."""
+    """Return the shapes in a SceneUpdate of `boxes_message`."""
     out: list[DrawnBox] = []
     kinds: dict[str, Literal["box", "ball", "cylinder"]] = {"cubes": "box", "spheres": "ball", "cylinders": "cylinder"}
     for entity in SceneUpdate.FromString(data).entities:
@@ -96,13 +96,15 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """A foxglove.Log; level is one of debug, info, warning, error, fatal; `number`, in the field `line`: of a note."""
+    """Return a foxglove.Log; level is one of debug, info, warning, error, fatal; `number` of a note, in the field
+    `line`."""
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
 
 def frames_template(bodies: Sequence[str]) -> Template:
-    """FrameTransforms of all bodies from the world; numbers are x y z qx qy qz qw, body after body."""
+    """Return the template of FrameTransforms of all bodies from the world; numbers are x y z qx qy qz qw, body after
+    body."""
 
     def build(time: Timestamp, numbers: list[float]) -> FrameTransforms:
         out = FrameTransforms()
@@ -116,7 +118,8 @@ def frames_template(bodies: Sequence[str]) -> Template:
 
 
 def ropes_template(lines: int) -> Template:
-    """A SceneUpdate of the entity "ropes", two points per line; numbers are x y z in the world."""
+    """Return the template of a SceneUpdate of the entity "ropes", two points per line; numbers are x y z in the
+    world."""
 
     def build(time: Timestamp, numbers: list[float]) -> SceneUpdate:
         out = SceneUpdate()
@@ -132,20 +135,20 @@ def ropes_template(lines: int) -> Template:
 
 
 def turned(q: Floats, points: Floats) -> Floats:
-    """(..., 3) points turned by unit quaternions (..., 4) x y z w: x + 2 u x (u x x + w x) of q = (u, w)."""
+    """Return points (..., 3) rotated by unit quaternions (..., 4) x y z w: x + 2 u x (u x x + w x) for q = (u, w)."""
     u, w = q[..., :3], q[..., 3:]
     out: Floats = points + 2.0 * _cross(u, _cross(u, points) + w * points)
     return out
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Cross products (..., 3); three times as fast as NumPy's."""
+    """Return cross products (..., 3); three times as fast as NumPy's."""
     (x, y, z), (u, v, w) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def corners(box: DrawnBox) -> Floats:
-    """Corners (8, 3) of a shape in its body's frame [m]; a ball or cylinder counts as its box."""
+    """Return the corners (8, 3) of a shape in its body's frame [m]; a ball or cylinder counts as its box."""
     return np.array(box.centre) + turned(np.array(box.turn), CORNERS * np.array(box.size))
 
 
@@ -162,14 +165,15 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Whether a body has moved since the last drawing; then the lines are redrawn at these poses."""
+        """Return whether a body has moved since the lines were last drawn at `poses`; if so, these poses count as
+        drawn."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses
         return moved
 
     def messages(self, times: Sequence[int], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """(n, bytes) SceneUpdates at these times [ns]; poses (n, bodies, 7) [m, quaternion x y z w]."""
+        """Return SceneUpdates (n, bytes) at these times [ns]; poses (n, bodies, 7) [m, quaternion x y z w]."""
         ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
         pose = np.concatenate([poses, ground], axis=1)[:, self._body]
         places = pose[:, :, :3] + turned(pose[:, :, 3:], self._points)

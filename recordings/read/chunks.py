@@ -1,5 +1,6 @@
-"""Chunks of an MCAP file of unknown origin: unpacked within limits, cut into records and messages, or into tables; and
-its records one after the other, without any index, where some are damaged.
+"""Chunks of an MCAP file of unknown origin: unpacked within limits, cut into records and messages, or into tables.
+
+Also reading its records one after the other without an index, if some are damaged.
 """
 
 import re
@@ -54,7 +55,8 @@ class MessageTable(NamedTuple):
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """Records of a chunk; raises ValueError if it is too large, damaged or compressed by an unknown method."""
+    """Return the records of a chunk as bytes; raises ValueError if it is too large, damaged or compressed by an unknown
+    method."""
     size = chunk.uncompressed_size
     if size > LIMIT:
         raise ValueError(f"a chunk of {size} bytes is beyond the limit")
@@ -72,7 +74,7 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Opcode, begin and end of the content of each record of an unpacked chunk; raises ValueError for incomplete
+    """Yield opcode, begin and end of the content of each record of an unpacked chunk; raises ValueError for incomplete
     records."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
@@ -83,7 +85,7 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
 
 
 def attached(body: bytes) -> Attachment:
-    """An attachment from its record; raises ValueError for a wrong checksum."""
+    """Return an attachment from its record; raises ValueError for a wrong checksum."""
     if body[-4:] not in (bytes(4), struct.pack("<I", zlib.crc32(body[:-4]))):
         raise ValueError("an attachment's checksum is wrong")
     found: Attachment = Attachment.read(ReadDataStream(BytesIO(body)))
@@ -91,12 +93,12 @@ def attached(body: bytes) -> Attachment:
 
 
 def numbers_of(data: bytes) -> Iterator[int]:
-    """The channel of each message in an unpacked chunk."""
+    """Yield the channel of each message in an unpacked chunk."""
     return (data[begin] | data[begin + 1] << 8 for opcode, begin, _ in records(data) if opcode == Opcode.MESSAGE)
 
 
 def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
-    """The messages of these channels in an unpacked chunk."""
+    """Yield the messages of these channels in an unpacked chunk."""
     for opcode, begin, end in records(data):
         if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
@@ -104,7 +106,8 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """The same as tables: repeating records of a sampler are read as rows of bytes."""
+    """Yield the messages of these channels in an unpacked chunk as tables: repeated records of a sampler are read as
+    rows of bytes."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
@@ -136,8 +139,8 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
-    """Readable records of the data section in order, including those in chunks, from the stream's position and `beyond`
-    it; `lost` receives what is unreadable."""
+    """Yield readable records of the data section in order, including those in chunks, from the stream's position, with
+    `beyond` also after the section; `lost` receives sentences on what is unreadable."""
     room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)
@@ -171,7 +174,7 @@ def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False)
 
 
 def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
-    """Whether a chain of records begins at this place; the stream is then at it."""
+    """Return whether a chain of records begins at this place; the stream is then at it."""
     at, opcode, sound = place, 0, True
     while sound and chain and at != size and opcode != Opcode.DATA_END:
         stream.seek(at)
@@ -184,14 +187,14 @@ def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
 
 
 def _next(stream: BinaryIO, place: int, size: int) -> int | None:
-    """The next record followed by others."""
+    """Return the place of the next record that others follow; None if there is none."""
     stream.seek(place)
     rest = stream.read(2 * LIMIT)
     return next((place + x.start() for x in NEXT.finditer(rest) if _begins(stream, place + x.start(), size, 3)), None)
 
 
 def _span(opcode: int, body: bytes) -> str:
-    """Time span of a damaged chunk, from its first bytes."""
+    """Return the time span of a damaged chunk, from its first bytes, as text; "" if it is unknown."""
     if opcode != Opcode.CHUNK or len(body) < CHUNK.size:
         return ""
     first, last, _ = (x * 1e-9 for x in CHUNK.unpack_from(body))
@@ -199,7 +202,7 @@ def _span(opcode: int, body: bytes) -> str:
 
 
 def _parsed(opcode: int, record: bytes) -> Iterator[object]:
-    """A record, or those of a chunk; raises one of BROKEN for damage."""
+    """Yield a record, or those of a chunk; raises one of BROKEN for damage."""
     stream = ReadDataStream(BytesIO(record[RECORD.size :]))
     if opcode in READERS:
         yield READERS[opcode](stream)

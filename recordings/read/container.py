@@ -1,9 +1,9 @@
 """Safe access to an MCAP file of unknown origin: sizes are checked before anything is read or unpacked.
 
-The summary at the end is read first and its CRC checked, then only the chunks that hold the wanted
-channels; a damaged, cut-off, foreign or hostile file ends in one sentence (RecordingError), never in a
-traceback or without memory.  Before a sentence says that a file is damaged, `damage` has looked at all of its bytes, as
-it does for `recover`: what one calls damaged the other does not call whole.
+The summary at the end is read first and its CRC checked, then only the chunks that hold the wanted channels; a damaged,
+cut-off, foreign or hostile file ends in one sentence (RecordingError), never in a traceback or without memory. Before a
+sentence says that a file is damaged, `damage` has checked all of its bytes, as it does for `recover`, so that both
+always agree.
 """
 
 import struct
@@ -59,12 +59,12 @@ class FileChannel(NamedTuple):
 
 
 def is_recording(head: bytes) -> bool:
-    """Whether bytes begin an MCAP file, or one of heavylift with damaged first bytes."""
+    """Return whether bytes begin an MCAP file, or one of heavylift with damaged first bytes."""
     return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
 class Container:
-    """A finished MCAP file."""
+    """A finished MCAP file, read safely."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = file_path(path)
@@ -75,7 +75,7 @@ class Container:
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """Convert errors inside into sentences about this file."""
+        """Context that converts errors of reading into a RecordingError with a sentence about this file."""
         try:
             yield
         except RecordingError:
@@ -98,7 +98,7 @@ class Container:
         )
 
     def error(self, what: str) -> RecordingError:
-        """A sentence about this file."""
+        """Return a RecordingError with a sentence about this file."""
         return RecordingError(shown(f"{self.path}: {what}"))
 
     def _open(self) -> None:
@@ -163,7 +163,7 @@ class Container:
             raise ValueError("the summary's checksum is wrong")
 
     def damage(self) -> str:
-        """Damaged bytes by checksums and indexes; "" if there are none."""
+        """Return what is damaged, by checksums and indexes; "" if nothing is."""
         try:
             self._check_data()
             found: Counter[int] = Counter()
@@ -208,7 +208,7 @@ class Container:
             raise ValueError("its summary does not tell of all records")
 
     def _at(self, offset: int, length: int, opcode: Opcode) -> bytes:
-        """The body of the record of this kind at this place."""
+        """Return the body of the record of this kind at this place."""
         if not 9 <= length <= LIMIT or not 0 <= offset <= self.size - length:
             raise ValueError(f"a {opcode.name.lower()} of {length} bytes is beyond the limit or the end")
         self._stream.seek(offset)
@@ -218,7 +218,7 @@ class Container:
         return self._stream.read(body)
 
     def topics(self) -> dict[str, FileChannel]:
-        """All channels by topic."""
+        """Return all channels by topic."""
         with self.reading():
             return {
                 shown(x.topic): FileChannel(
@@ -233,7 +233,7 @@ class Container:
             }
 
     def metadata(self) -> dict[str, dict[str, str]]:
-        """All metadata records by name."""
+        """Return all metadata records by name."""
         with self.reading():
             found = (
                 Metadata.read(ReadDataStream(BytesIO(self._at(index.offset, index.length, Opcode.METADATA))))
@@ -242,7 +242,7 @@ class Container:
             return {record.name: dict(record.metadata) for record in found}
 
     def attachments(self, wanted: Callable[[str], bool] = lambda name: True) -> dict[str, bytes]:
-        """The attached files by name, all or those of the names that are wanted."""
+        """Return the attached files by name, all or those with `wanted` names."""
         with self.reading():
             found = (
                 attached(self._at(index.offset, index.length, Opcode.ATTACHMENT))
@@ -252,15 +252,15 @@ class Container:
             return {record.name: record.data for record in found}
 
     def messages(self, channels: set[int]) -> Iterator[RawMessage]:
-        """The messages of these channels in the order of the file."""
+        """Yield the messages of these channels in the order of the file."""
         for index in self._chunks(channels):
             with self.reading():
                 found = list(messages_of(self._unpack(index), channels))
             yield from found
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
-        """The same as tables of equal length; `only`: numbers of messages by channel, rising. Other chunks are not
-        unpacked."""
+        """Yield the messages of these channels as tables of equal length; `only`: numbers of the messages wanted of
+        each channel, rising. Other chunks are not unpacked."""
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
         for index in self._chunks(channels):
             with self.reading():
@@ -276,13 +276,13 @@ class Container:
                 before[channel] += len(times)
 
     def _chunks(self, channels: set[int]) -> Iterator[ChunkIndex]:
-        """Chunks that may hold messages of these channels, in file order."""
+        """Yield the indexes of chunks that may hold messages of these channels, in file order."""
         for index in sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
             if not index.message_index_offsets or not channels.isdisjoint(index.message_index_offsets):
                 yield index
 
     def _count(self, offset: int, channel: int) -> int:
-        """Number of messages of a channel by the index of a chunk."""
+        """Return the number of messages of a channel, by the message index of a chunk."""
         self._stream.seek(offset)
         opcode, _, found, size = INDEX.unpack(self._stream.read(INDEX.size))
         if opcode != Opcode.MESSAGE_INDEX or found != channel:
@@ -300,6 +300,6 @@ class Container:
 
 
 def _between(numbers: NDArray[np.int64], first: int, count: int) -> NDArray[np.int64]:
-    """Those of rising numbers within `count` from `first` on, relative to it."""
+    """Return those of the rising `numbers` from `first` to before `first` + `count`, less `first`."""
     found: NDArray[np.int64] = numbers[slice(*np.searchsorted(numbers, (first, first + count)))] - first
     return found

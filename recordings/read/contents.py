@@ -32,12 +32,12 @@ EVENT = msgspec.json.Decoder(RecordedEvent).decode
 
 
 class Unknown(ValueError):
-    """The file does not determine a value."""
+    """Raised for a value that the file does not determine."""
 
 
 class Contents:
-    """Reads the messages of a file in order until `end`; then `digest`, `peaks` of ropes from rounded rows, `events`
-    and `rows`. No digest if values are `unknown` or rows `torn`, both sentences."""
+    """Contents of a file, from its messages in order until `end`; then `digest`, `peaks` of ropes from rounded rows,
+    numbers of `events` and `rows`. No digest if values are `unknown` or rows `torn`, both sentences."""
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}
@@ -48,7 +48,7 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """The next message of a topic with these facts, published at this time [ns]; raises an error of damaged
+        """Add the next message of a topic with this metadata, published at this time [ns]; raises an error for damaged
         bytes."""
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
@@ -64,16 +64,16 @@ class Contents:
 
     @property
     def rows(self) -> int:
-        """Samples of all lifts together."""
+        """Number of samples of all lifts together."""
         return self._lifts[""].count
 
     @property
     def digest(self) -> str:
-        """Digest of all messages."""
+        """Digest of all messages; "" if it cannot be computed."""
         return "" if self.unknown or self.torn else self._digest.hexdigest()
 
     def agrees(self, result: Mapping[str, str]) -> bool:
-        """Whether the digest of a result equals that of the messages."""
+        """Return whether the digest of a recorded result equals that of the messages."""
         return bool(self.digest) and self.digest == result.get("digest")
 
     def _event(self, schema: bytes, data: bytes) -> None:
@@ -89,14 +89,14 @@ class Contents:
         self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
 
     def end(self) -> None:
-        """End of the messages."""
+        """Complete rows and digest after the last message."""
         for lift in self._lifts.values():
             self._add(lift)
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
             self._digest.note(number, t_ns, sentence)
 
     def _add(self, lift: "_Lift") -> None:
-        """The rows that wait."""
+        """Add the pending rows of a lift to digest and peaks."""
         times, numbers, rows = lift.joined()
         if rows is None:
             self.torn = self.torn or f"rows of /samples and /poses are not of the same times, from row {lift.count} on"
@@ -109,7 +109,7 @@ class Contents:
 
 
 class _Lift:
-    """Pending samples and poses of all or of a single lift; `count`: rows before these."""
+    """Pending samples and poses of all lifts together or of a single lift; `count`: number of rows before these."""
 
     def __init__(self, name: str = "") -> None:
         self.name, self.count = name, 0
@@ -137,11 +137,11 @@ class _Lift:
 
     @property
     def full(self) -> bool:
-        """Whether it is time to decode."""
+        """Whether enough messages are pending to be decoded."""
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Times [ns] of pending rows, numbers, and numbers with poses, None if their times differ."""
+        """Return the times [ns] of pending rows, their numbers, and numbers with poses, None if their times differ."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []
@@ -153,7 +153,7 @@ class _Lift:
 
 
 def _table(messages: list[bytes]) -> NDArray[np.uint8]:
-    """(n, bytes) of messages; ValueError if their lengths differ."""
+    """Return messages as bytes (n, length); raises ValueError if their lengths differ."""
     lengths = {len(message) for message in messages}
     if len(lengths) > 1:
         raise ValueError("rows of one topic have several lengths")
@@ -161,7 +161,7 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
 
 
 def sampler_note(data: bytes) -> tuple[int, int, str] | None:
-    """Number, time [ns] and sentence of a log line of the sampler."""
+    """Return number, time [ns] and sentence of a log line of the sampler; None for another line."""
     line = Log.FromString(data)
     if line.name != SAMPLER or line.level != Log.Level.WARNING:
         return None
@@ -169,7 +169,8 @@ def sampler_note(data: bytes) -> tuple[int, int, str] | None:
 
 
 def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Any:
-    """A value from JSON as it was: bytes where the schema has them; raises Unknown for null in place of a number."""
+    """Return a value from JSON in its original form: bytes where the schema has them; raises Unknown for null in place
+    of a number."""
     while "$ref" in schema:
         schema = defs[schema["$ref"].rpartition("/")[2]]
     if "anyOf" in schema:
@@ -194,7 +195,7 @@ KINDS: dict[str, type | tuple[type, ...]] = {
 
 
 def _fits(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> bool:
-    """Whether a value matches this part of a union."""
+    """Return whether a value matches this part of a union."""
     while "$ref" in schema:
         schema = defs[schema["$ref"].rpartition("/")[2]]
     kind = schema.get("type")
@@ -208,7 +209,7 @@ Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signal
 
 
 def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
-    """Rows of these channels in equal numbers."""
+    """Yield blocks of rows of these channels, with equal numbers of rows."""
     waiting: dict[int, list[MessageTable]] = {channel: [] for channel in forms}
     counts = dict.fromkeys(forms, 0)
     for table in tables:
@@ -222,7 +223,7 @@ def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterat
 
 
 def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice]) -> Rows:
-    """The first messages that wait."""
+    """Decode the first pending messages of a channel."""
     times, rows = list[int](), list[NDArray[np.uint8]]()
     while waiting and len(times) < BLOCK:
         channel, t, data = waiting.pop(0)
@@ -237,7 +238,7 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Columns of a signal, with additional rows of single lifts merged; these come last at equal times."""
+    """Return columns of a signal with additional rows of single lifts merged; at equal times these come last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:
@@ -254,7 +255,7 @@ def with_own_rows(
 
 
 def _form(topic: str, facts: dict[str, str], signal: Signal) -> tuple[Form, list[str]] | None:
-    """Format of the rows of a lift, and its columns of the signal, if complete."""
+    """Return the format of the rows of a lift, and its columns of the signal; None if it does not have all."""
     if topic.startswith("/samples/"):
         fields = msgspec.json.decode(facts["signals"], type=list[Field])
         columns = next((x.columns for x in fields if x.signal == signal.name), [])

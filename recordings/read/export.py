@@ -42,12 +42,12 @@ HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 
 def silent(rec: Recording) -> bool:
-    """Whether it has events only, no samples."""
+    """Return whether a recording has events only, no samples."""
     return "model" in rec.run and not rec.signals()
 
 
 def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
-    """A signal for each port that has spoken, with the columns that match one of the patterns (all without one)."""
+    """Return a signal for each port with outputs, with the columns that match one of the patterns (all without one)."""
     found = [_signal(name, events) for name, events in _ports(rec).items()]
     chosen = {id(x): [c for c in x.names if _fits(x.name, c, patterns)] for x in found}
     for pattern in patterns:
@@ -61,7 +61,8 @@ def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
-    """Heads and rows of a table of all events in total order, a column for each field; those of ports that match."""
+    """Return head and rows of a table of all events in total order, with a column for each field; only of matching
+    ports."""
     names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
@@ -107,7 +108,8 @@ def _numbers(value: object) -> Iterator[tuple[str, float]]:
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """Fields of a message; nested messages and named values with a dot; other tuples as JSON."""
+    """Yield the fields of a message; names of nested messages and of named values are joined by dots; other tuples are
+    JSON."""
     if value and isinstance(value, list) and all(isinstance(x, list) and len(x) == 2 for x in value):
         value = dict(value) if all(isinstance(name, str) for name, _ in value) else value
     if isinstance(value, dict):
@@ -169,7 +171,7 @@ def _parquet_rows(stream: BinaryIO, heads: list[str], rows: list[list[object]]) 
 
 
 def _alike(column: list[object]) -> list[object]:
-    """Column of a single type: fields of one name in several message classes may differ."""
+    """Return a column with values of a single type, since fields of one name may differ between message classes."""
     kinds = {type(x) for x in column if x is not None}
     return column if len(kinds) < 2 or kinds == {int, float} else [None if x is None else str(x) for x in column]
 
@@ -183,7 +185,8 @@ def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
-    """(signal, column) pairs that match one of the patterns (all without one), in the order of the recording."""
+    """Return the (signal, column) pairs that match one of the patterns (all without one), in the order of the
+    recording."""
     every = chosen(rec, "*")
     wanted: set[tuple[str, str]] = set()
     for pattern in patterns:
@@ -198,7 +201,8 @@ def extended(
     path: str | Path, out: str | Path, signals: Sequence[Signal], facts: Mapping[str, object],
     files: Mapping[str, bytes], force: bool = False,
 ) -> Path:  # fmt: skip
-    """Write the recording `path` with these signals, further facts of its result and further files; the new path."""
+    """Write a copy of the recording `path` with these signals, further facts of its result and further files; returns
+    the new path."""
     out = output_path(out)
     if out.resolve() == file_path(path).resolve():
         raise RecordingError(f"{out}: is the recording itself, which stays as it is; choose another name with -o")

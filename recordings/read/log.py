@@ -1,7 +1,7 @@
-"""The log of a machine: columns of numbers over time from a CSV file, each fault named by file, row and column.
+"""The log of a machine: columns of numbers over time from a CSV file; errors name file, row and column.
 
-Separator is comma, semicolon or tab; beside the latter two a comma may be the decimal one.  Rows are counted as in the
-file, its head being row 1.  A head may carry its unit: `force [kN]`.  Times are numbers or dates by ISO 8601.
+The separator is comma, semicolon or tab; with the latter two a decimal comma is possible. Rows are counted as in the
+file, its head being row 1. A head may contain its unit: `force [kN]`. Times are numbers or dates by ISO 8601.
 """
 
 import csv
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A text table with head, (name, unit) by column; `rows`: row numbers in the file."""
+    """A CSV table as text: `head` with (name, unit) by column; `rows`: row numbers in the file; `decimal`: sign."""
 
     path: Path
     head: list[tuple[str, str]]
@@ -36,15 +36,15 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """A sentence about a cell."""
+        """Return the error for a cell."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
-        """Unit in its head, "" if none."""
+        """Return the unit in a column's head, "" if it has none."""
         return self.head[self._number(column)][1]
 
     def _number(self, column: str) -> int:
-        """Number of the column with this name, with or without unit."""
+        """Return the index of the column with this name, given with or without unit; raises RecordingError."""
         found = [i for i, (name, unit) in enumerate(self.head) if column in (name, f"{name} [{unit}]")]
         if len(found) == 1:
             return found[0]
@@ -53,7 +53,7 @@ class LogTable:
         raise self.error(1, column, several if found else missing)
 
     def values(self, column: str) -> Floats:
-        """Numbers (n,) of a column, all finite."""
+        """Return the numbers (n,) of a column; raises RecordingError unless all are finite."""
         k, out = self._number(column), np.empty(len(self.cells))
         for i, (row, cells) in enumerate(zip(self.rows, self.cells, strict=True)):
             text = cells[k].strip()
@@ -67,7 +67,7 @@ class LogTable:
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """(n,) times [s], which rise without a gap; of dates since the first row."""
+        """Return the times (n,) [s], which must rise and be complete; dates are counted from the first row."""
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]

@@ -2,11 +2,11 @@
 
     rec = Recording("turnover.mcap")
     t, tension, names, unit = rec.signal("rope/tension")     # s, (n, m), ["west.H1", ...], "N"
-    rec["block"].pose, rec["rope/tension/west.*"]            # as people ask; see READING.md
+    rec["block"].pose, rec["rope/tension/west.*"]            # by names of parts or patterns; see READING.md
 
-`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples` or, as measured at
-a real machine, of `/measured` at times of its own; only what is asked for is read.  Columns of one lift among several
-come with the rows of that lift alone.
+`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples`, or for a log of a
+real machine of `/measured`, at times of its own; only requested signals are read. Columns of a single lift include the
+rows of this lift alone.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -39,7 +39,7 @@ NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
-    """A finished recording; opening one that is missing, cut off, damaged or foreign is a RecordingError."""
+    """A finished recording; raises RecordingError for a file that is missing, cut off, damaged or foreign."""
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
@@ -74,12 +74,12 @@ class Recording:
 
     @property
     def version(self) -> str:
-        """The version of heavylift that wrote it."""
+        """The version of heavylift that wrote the recording."""
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """A fact of `result` or `run`, parsed if it is JSON; raises RecordingError for another type than the default's,
-        or an invalid number."""
+        """Return a fact of `result` or `run`, parsed if it is JSON; raises RecordingError for another type than the
+        default's, or an invalid number."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -93,7 +93,7 @@ class Recording:
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """States of the mechanics for `heavylift branch`: bytes by tag (ns, microstep)."""
+        """Checkpoints of the mechanics for `heavylift branch`: sizes in bytes by tag (ns, microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
             sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}
@@ -101,7 +101,7 @@ class Recording:
             return dict(sorted(((int(t), int(k)), sizes[name]) for name, (t, _, k) in tags.items()))
 
     def checkpoint(self, at: tuple[int, int]) -> bytes:
-        """The checkpoint at a tag."""
+        """Return the checkpoint at a tag."""
         with self.reading():
             name = "{}{}.{}".format(CHECKPOINT, *at)
             packed = self._file.attachments(name.__eq__)[name]
@@ -110,16 +110,16 @@ class Recording:
             return zstandard.decompress(packed)
 
     def messages(self, *topics: str) -> Iterator[RawMessage]:
-        """The undecoded messages of these topics in the order of the file."""
+        """Yield the undecoded messages of these topics in the order of the file."""
         return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels})
 
     def stream(self, *topics: str) -> Iterator[tuple[str, RawMessage]]:
-        """The same with the topic of each message."""
+        """Yield the undecoded messages of these topics, each with its topic."""
         names = {number: topic for topic, number in self._channels.items()}
         return ((names[raw.channel], raw) for raw in self.messages(*topics))
 
     def numbers(self, forms: Mapping[str, Form], only: Sequence[int] | None = None) -> Iterator[list[Rows]]:
-        """Rows of these topics; `only`: row numbers by topic."""
+        """Yield blocks of decoded rows of these topics; `only`: numbers of the rows wanted."""
         numbers = {self._channels[topic]: form for topic, form in forms.items()}
         return decoded(self._file.tables(set(numbers), only), numbers)
 
@@ -128,7 +128,7 @@ class Recording:
         return self._file.reading()
 
     def events(self, source: str | None = None, port: str | None = None) -> list[RecordedEvent]:
-        """All events in total order, or those of a model or port."""
+        """Return all events in total order, or those of a model or port."""
         wanted = [
             topic.name
             for topic in self.topics.values()
@@ -142,22 +142,23 @@ class Recording:
         return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
 
     def stages(self) -> list[tuple[float, str]]:
-        """Begin [s] and name of each stage."""
+        """Return begin [s] and name of each stage."""
         text = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
         return [(t, shown(str(value["name"]))) for t, value in text if isinstance(value, dict) and value.get("name")]
 
     def notes(self) -> list[tuple[float, str]]:
-        """Notes of the kernel on the run: simulation time [s] and text."""
+        """Return the notes of the kernel on the run: simulation time [s] and text."""
         with self._file.reading():
             found = [note for raw in self.messages("/log") if (note := sampler_note(raw.data))]
         return [(t_ns * 1e-9, shown(sentence)) for _, t_ns, sentence in sorted(found, key=lambda note: note[0])]
 
     def __getitem__(self, name: str) -> Any:
-        """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
+        """Return a signal, some of its columns by a pattern, or all data of a part of the scene; raises SignalError
+        otherwise.
 
         rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["legs/1"].tension
 
-        `signal` and `part` say which of both they return.
+        Use `signal` or `part` to get one kind only.
         """
         if name in self.signals():
             return self.signal(name)
@@ -171,11 +172,11 @@ class Recording:
         return RecordedPart(self, name, found) if found else self.part(name)
 
     def part(self, name: str) -> RecordedPart:
-        """Data of a crane, rope, joint or body, "legs/1" for legs-1; raises SignalError if there is none."""
+        """Return the data of a crane, rope, joint or body, "legs/1" for legs-1; raises SignalError if there is none."""
         return RecordedPart.of(self, name)
 
     def _repr_html_(self) -> str:
-        """For notebooks: facts, tensions, stages, available signals."""
+        """Return HTML for notebooks: facts, tensions, stages, available signals."""
         with self.reading():
             signals = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
             signals += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
@@ -188,43 +189,43 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Sentences of a fact: `measured`, comparison with the log of a real lift; `certified`, error estimates
-        (`heavylift run --certify`)."""
+        """Return the sentences of a fact: `measured`, comparison with the log of a real lift; `certified`, error
+        estimates (`heavylift run --certify`)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
-        """Final results of the atomics of a DEVS model by path: class `type`, and fields as `value`."""
+        """Return the final results of the atomics of a DEVS model by path: class `type`, and fields as `value`."""
         return dict(self.fact("results", {}))
 
     def rigs(self) -> list[Rig]:
-        """Rope lines, each set with its begin."""
+        """Return the sets of rope lines, each with the time from which it is valid."""
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
 
     def boxes(self) -> list[DrawnBox]:
-        """The shapes drawn on the bodies."""
+        """Return the shapes drawn on the bodies."""
         with self._file.reading():
             return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
-        """Names for `signal`."""
+        """Return the names of all signals, as arguments for `signal`."""
         return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
-        """Names of a signal's columns."""
+        """Return the names of a signal's columns."""
         return list(POSE_COLUMNS) if name.startswith(POSE) else self._fields[name].columns
 
     def unit(self, name: str) -> str:
-        """The unit of a signal's columns."""
+        """Return the unit of a signal's columns."""
         return POSE_UNIT if name.startswith(POSE) else self._fields[name].unit
 
     def signal(self, name: str) -> Signal:
-        """A sampled signal such as "rope/tension" over the whole run."""
+        """Return a sampled signal such as "rope/tension" over the whole run."""
         self.load([name])
         return self._signals[name]
 
     def load(self, names: Sequence[str]) -> None:
-        """Read these signals in one pass through the file; `signal` then has them at hand."""
+        """Read these signals in one pass through the file, and keep them for `signal`."""
         for name in names:
             if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
@@ -238,10 +239,12 @@ class Recording:
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None, keep: Sequence[str] = ()
     ) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Times [ns] and values of these signals in blocks of some thousand rows, where all exist.
+        """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all of
+        them have.
 
-        Beside signals of the run, measured ones are taken at its times (`Signal.at`).  `only`: numbers of samples,
-        rising; `keep`: those of them that `signal` has at hand when all blocks have been seen.
+        Measured signals among signals of the run are interpolated at its times (`Signal.at`). `only`: numbers of the
+        wanted samples, rising; `keep`: signals that are kept for `signal` after all blocks of all samples have been
+        read.
         """
         kept: list[tuple[list[int], list[Floats]]] = []
         topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
@@ -266,18 +269,18 @@ class Recording:
                 self._signals[name] = self._joined(name, t, (values.pop(0) for _, values in kept))
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
-        """These signals at samples of these numbers."""
+        """Return these signals at the samples with these numbers."""
         parts = list(self.blocks(names, numbers.tolist()))
         t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
         return {name: self._joined(name, t, (values[i] for _, values in parts)) for i, name in enumerate(names)}
 
     def _joined(self, name: str, t: Floats, parts: Iterable[Floats]) -> Signal:
-        """A signal from its blocks."""
+        """Return a signal made of its blocks."""
         columns = self.columns(name)
         return Signal(t, np.concatenate([np.zeros((0, len(columns))), *parts]), columns, self.unit(name), name)
 
     def _forms(self, names: Sequence[str]) -> dict[str, Form]:
-        """The topics of these signals with the forms of their messages."""
+        """Return the topics of these signals, with the formats of their messages."""
         forms: dict[str, Form] = {}
         for topic, fields in self._tables.items():
             if any(name in fields for name in names):
@@ -291,7 +294,7 @@ class Recording:
 
     @cached_property
     def _tables(self) -> dict[str, dict[str, Field]]:
-        """Fields by signal, by topic."""
+        """Fields by signal, for each topic."""
         with self._file.reading():
             texts = {name: self.topics[name].metadata["signals"] for name in (NUMBERS, BESIDE) if name in self.topics}
             tables = {name: msgspec.convert(shown(msgspec.json.decode(x)), list[Field]) for name, x in texts.items()}

@@ -1,10 +1,10 @@
-"""What a cut-off or damaged file still holds, as a finished recording.
+"""Recovery of a cut-off or damaged file: its readable contents become a finished recording.
 
-A killed run leaves `<name>.mcap.part`: all that was flushed, without summary and without end.  Records are read one
-after the other (never by an index, which such a file lacks); a damaged chunk is passed over, and where a length is
-damaged the next record is looked for.  Metadata, attachments, channels and messages are copied as they are; the new
-`result` says that the run was cut off, until when, and what was lost.  If only the end behind all data is damaged and
-the digest, computed again, is that of the old result, nothing was lost: the old result stays.
+A killed run leaves `NAME.mcap.part`: everything that was flushed, without summary and without end. Records are read one
+after the other (never by an index, which such a file lacks); a damaged chunk is skipped, and after a damaged length the
+next record is searched for. Metadata, attachments, channels and messages are copied unchanged; the new `result` says
+that the run was cut off, until when, and what was lost. If only the end after all data is damaged and the digest,
+computed again, is that of the old result, nothing was lost: the old result is kept.
 """
 
 import zlib
@@ -29,7 +29,7 @@ TORN = "rows of numbers without poses, or poses without numbers"
 
 @dataclass
 class Recovered:
-    """The new file, its number of messages, time of the last one [s], unreadable parts."""
+    """Result of a recovery: the new file, its number of messages, time of the last one [s], unreadable parts."""
 
     path: Path
     messages: int = 0
@@ -42,10 +42,8 @@ class Recovered:
 
 
 def recover(path: str | Path, out: str | Path | None = None, force: bool = False, begun: bool = False) -> Recovered:
-    """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it.
-
-    `begun`: any run that did not come to its end will do, though nothing happened in it or its file is whole.
-    """
+    """Copy everything readable into `out` (default: NAME-recovered.mcap); raises RecordingError if the file holds no
+    run. `begun`: accept any run that did not reach its end, even if it has no messages yet or its file is undamaged."""
     path = file_path(path)
     if refused := unnamable(path):
         raise RecordingError(f"{path}: cannot be opened ({refused}); check the name")
@@ -76,7 +74,7 @@ def recover(path: str | Path, out: str | Path | None = None, force: bool = False
 
 
 def _crc(stream: BinaryIO, end: int) -> int:
-    """The checksum of all bytes before a place."""
+    """Return the CRC of all bytes before a place."""
     stream.seek(0)
     crc = 0
     while data := stream.read(min(LIMIT, end - stream.tell())):
@@ -85,7 +83,7 @@ def _crc(stream: BinaryIO, end: int) -> int:
 
 
 class _Copy:
-    """Copies records; the new file is opened at the first channel, after facts and attachments."""
+    """Copy of the readable records; the new file is opened at the first channel, after facts and attachments."""
 
     def __init__(self, path: Path, out: Path, begun: bool, force: bool, ended: bool) -> None:
         self._path, self._out, self._begun, self._force = path, out, begun, force
@@ -140,7 +138,7 @@ class _Copy:
                 self._sink.mcap.attachment(record.create_time, record.name, record.media_type, record.data)
 
     def _message(self, message: Message) -> None:
-        """Copy a message; numbers of a row wait for its poses, for one without the other is no row."""
+        """Copy a message; the numbers of a row are held until its poses arrive, since a row needs both."""
         self._open()
         if not self._known(message) and self._described:
             self._described = False
@@ -170,12 +168,12 @@ class _Copy:
         self.found.lost += [what] if what not in self.found.lost else []
 
     def _known(self, message: Message) -> bool:
-        """Whether its channel and schema are described."""
+        """Return whether the channel of a message and its schema are described."""
         channel = self._channels.get(message.channel_id)
         return channel is not None and channel.schema_id in self._schemas
 
     def _describe(self) -> None:
-        """Search for descriptions in the whole file, including its summary."""
+        """Search the whole file, including its summary, for descriptions of channels and schemas."""
         with self._path.open("rb") as stream:
             stream.seek(len(MAGIC))
             for record in salvaged(stream, self._path.stat().st_size, [], beyond=True):
@@ -195,7 +193,7 @@ class _Copy:
         )
 
     def _number(self, channel: Channel) -> int:
-        """Number of a channel in the new file."""
+        """Return the number of a channel in the new file."""
         if channel.id not in self._numbers:
             schema = self._schemas[channel.schema_id]
             self._numbers[channel.id] = self._open().channel(
@@ -204,7 +202,7 @@ class _Copy:
         return self._numbers[channel.id]
 
     def _understood(self, take: Callable[..., None], *what: object) -> None:
-        """Examine copied records while they follow the rules of this version."""
+        """Evaluate a copied record by `take`, until one does not follow the format of this version."""
         try:
             if self._readable:
                 take(*what)
@@ -212,7 +210,7 @@ class _Copy:
             self._readable = False
 
     def finish(self) -> Recovered:
-        """Write the result and give the file its name."""
+        """Write the result and give the new file its name."""
         sink = self._open()
         if self._held:
             self._lose(TORN)
@@ -256,7 +254,7 @@ class _Copy:
 
 
 def _undamaged(path: Path) -> bool:
-    """Whether a recording is readable in all parts."""
+    """Return whether a recording is readable in all parts."""
     try:
         return not Container(path).damage()
     except RecordingError:

@@ -48,7 +48,7 @@ def recording_html(
     signals: Sequence[Sequence[str]],
     state: str,
 ) -> str:
-    """Facts of a run, a picture, stages [s], and available signals: name, unit, columns."""
+    """Return HTML with facts of a run, a picture, stages [s], and available signals: name, unit, columns."""
     message = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
     message |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
     message |= {"simulated": duration(float(result["sim_s"]))} if "sim_s" in result else {}
@@ -58,7 +58,7 @@ def recording_html(
 
 
 def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: Floats) -> str:
-    """Minimum and maximum of each column (n, m) at times (n,), and a curve."""
+    """Return HTML with minimum and maximum of each column of `values` (n, m) at times (n,) [s], and a curve."""
     rows = []
     for title, column in zip(names, values.T, strict=True):
         if len(column) and not np.isnan(column).all():
@@ -70,7 +70,7 @@ def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: F
 
 
 def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
-    """Curves of a signal as SVG; for many samples minima and maxima of equal parts."""
+    """Return the curves of a signal as SVG; for many samples minima and maxima of equal parts."""
     good = values[np.isfinite(values)]
     if len(t) < 2 or not good.size or t[-1] <= t[0]:
         return ""
@@ -90,7 +90,7 @@ def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
 
 
 def heading(text: str) -> str:
-    """A line of text in bold."""
+    """Return a line of text in bold, as HTML."""
     return f"<p><b>{escape(text)}</b></p>"
 
 
@@ -104,7 +104,8 @@ def _table(head: Sequence[str], rows: Iterable[Iterable[Cell]]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """Simulation times (n,) [s], values (n, m), the names of the m columns, their unit, and the signal's own name."""
+    """A signal: simulation times (n,) [s], values (n, m), the names of the m columns, their unit, and the signal's
+    name."""
 
     t: Floats
     values: Floats
@@ -119,27 +120,27 @@ class Signal:
         return len(self.t)
 
     def __getitem__(self, column: str) -> Floats:
-        """(n,) the column of this name."""
+        """Return the column of this name (n,); raises SignalError if there is none."""
         if column not in self.names:
             raise SignalError(f"{self.name or 'the signal'} has no column {column}; {meant(column, self.names)}")
         return self.values[:, self.names.index(column)]
 
     def at(self, t: Floats) -> "Signal":
-        """The signal at other times [s], linearly interpolated; NaN outside."""
+        """Return the signal at other times [s], linearly interpolated; NaN outside."""
         if np.array_equal(t, self.t):
             return self
         columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]
         return Signal(t, np.column_stack(columns), self.names, self.unit, self.name)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """A DataFrame: index time [s], units in the column names."""
+        """Return a DataFrame: index time [s], units in the column names."""
         missing = "a DataFrame needs pandas; install heavylift[pandas] or use .t and .values"
         library = extra("pandas", RecordingError(missing))
         index = library.Index(self.t, name="time [s]")
         return library.DataFrame(dict(zip(titles(self), self.values.T, strict=True)), index=index)
 
     def to_arrow(self) -> "pyarrow.Table":
-        """A pyarrow Table: the time [s] first, units in the column names."""
+        """Return a pyarrow Table: the time [s] first, units in the column names."""
         missing = "a Table needs pyarrow; install heavylift[parquet] or use .t and .values"
         return extra("pyarrow", RecordingError(missing)).table(
             {"time [s]": self.t, **dict(zip(titles(self), self.values.T, strict=True))}
@@ -154,19 +155,19 @@ class Signal:
 
 
 def titles(signal: Signal) -> list[str]:
-    """`column [unit]` of each column."""
+    """Return `column [unit]` of each column."""
     return [f"{name} [{unit_of(signal.unit, name)}]" for name in signal.names]
 
 
 def joined(name: str, parts: list[Signal]) -> Signal:
-    """Signals of the same samples side by side under one name."""
+    """Return one signal with the columns of several signals at the same samples."""
     values = np.concatenate([part.values for part in parts], axis=1)
     units = list(dict.fromkeys(part.unit for part in parts))
     return Signal(parts[0].t, values, [x for part in parts for x in part.names], " or ".join(units), name)
 
 
 def only(signal: Signal, columns: list[str]) -> Signal:
-    """The signal with selected columns."""
+    """Return the signal with selected columns."""
     picks = [signal.names.index(column) for column in columns]
     return Signal(signal.t, signal.values[:, picks], columns, signal.unit, signal.name)
 
@@ -175,7 +176,7 @@ HANGING = "loaders"  # fact: machines that hang on a hook of another one, by its
 
 
 class SignalSource(Protocol):
-    """What parts need of their recording (`reader.Recording`)."""
+    """Interface of a recording that its parts need (`reader.Recording`)."""
 
     @property
     def path(self) -> Path: ...
@@ -188,13 +189,14 @@ class SignalSource(Protocol):
 
 
 def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
-    """(signal, column) pairs selected by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
+    """Return the (signal, column) pairs selected by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
     every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
     return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
 
 
 class RecordedPart:
-    """Signals by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` list them."""
+    """Signals of a part of the scene by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` list
+    them."""
 
     def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns
@@ -206,7 +208,7 @@ class RecordedPart:
 
     @staticmethod
     def of(rec: SignalSource, name: str) -> "RecordedPart":
-        """The part of this name; "legs/1" is legs-1."""
+        """Return the part of this name; "legs/1" is legs-1. Raises SignalError if there is none."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(HANGING, {}).items() if hung in names}
         found: dict[str, list[str]] = {}

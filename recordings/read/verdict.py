@@ -30,8 +30,8 @@ Vector = tuple[float, float, float]
 
 
 class Clearance(msgspec.Struct, frozen=True, kw_only=True):
-    """Two things, their smallest distance [m] and its time [s], nearest points in the world [m], and the parts in
-    words; `limit` [m], 0 if only penetration counts."""
+    """A clearance: two things, their smallest distance [m] and its time [s], nearest points in the world [m], and the
+    parts in words; `limit` [m], 0 if only penetration counts."""
 
     a: str
     b: str
@@ -44,7 +44,7 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def message(self) -> str:
-        """In a sentence."""
+        """The clearance as a sentence."""
         return f"{self.distance:.2f} m, {self.a} and {self.b}, at {clock(self.t)}"
 
 
@@ -75,7 +75,7 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
 
 
 def contents(rec: Recording) -> Contents:
-    """Contents of a whole recording, read once."""
+    """Return the contents of a whole recording, read once."""
     with rec.reading():
         if rec.contents is not None:
             return rec.contents
@@ -89,7 +89,7 @@ def contents(rec: Recording) -> Contents:
 
 
 def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
-    """The verdict in a recording; None if it has none."""
+    """Return the verdict in a recording; None if it has none."""
     if not rec.result.get("verdict"):
         return None
     with rec.reading():
@@ -97,7 +97,7 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Parts of a recording that are stored only in its result: the verdict, times of peaks, and a digest that cannot be
+    """Return what a recording stores only in its result: the verdict, times of peaks, and a digest that cannot be
     computed again."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
@@ -105,7 +105,7 @@ def as_recorded(rec: Recording) -> list[str]:
 
 
 def recorded_peaks(rec: Recording) -> dict[str, Peak]:
-    """Peak tension of each rope [N] and time [s] by its result."""
+    """Return the peak tension [N] and its time [s] of each rope, from the recorded result."""
     with rec.reading():
         found = msgspec.convert(rec.fact("peaks", {}), dict[str, dict[str, float]])
         peaks = {name: Peak(peak["tension"], peak["time"]) for name, peak in found.items()}
@@ -115,8 +115,8 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Contradictions of a recording, as sentences: damaged bytes, or digest, number of samples or peaks that differ
-    from events and rows."""
+    """Return the contradictions within a recording as sentences: damaged bytes, or digest, number of samples or peaks
+    that differ from events and rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints
@@ -141,12 +141,12 @@ def _contradictions(rec: Recording) -> list[str]:
 
 
 def opened(path: str | Path | Recording) -> Recording:
-    """The recording at a path, or an open one."""
+    """Return the recording at a path; an open one is returned unchanged."""
     return path if isinstance(path, Recording) else Recording(path)
 
 
 def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> str:
-    """Describe the recording at `path` in lines of text; `verdict`: replaces a missing one."""
+    """Return a description of the recording at `path` as text; `verdict`: replaces a missing one."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
@@ -165,7 +165,7 @@ def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -
 
 
 def info_data(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> dict[str, Any]:
-    """Plain data in SI units: facts of run and result, verdict, file, signals, channels, attachments. `wrong`:
+    """Return plain data in SI units: facts of run and result, verdict, file, signals, channels, attachments. `wrong`:
     contradictions; `as_recorded`: values not computed again."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)

@@ -1,9 +1,10 @@
-"""Two recordings side by side: equal in all that a run determines, or where they part and how far each signal is off.
+"""Comparison of two recordings: equal in all that a run determines, or their first difference and deviations of
+signals.
 
-Nothing is taken from what a file says of itself: digests are computed again, events compared in their total order, rows
-one by one; then facts and attachments, but for the circumstances of a run, which are reported.  Signals are compared
-at the instants of the first recording, between the samples of the second one by straight lines, over the time that
-both cover. A difference is reported as its largest absolute value and its RMS over time.
+Stored results are not trusted: digests are computed again, events compared in their total order, rows one by one; then
+facts and attachments, except circumstances of a run, which are only reported. Signals are compared at the instants of
+the first recording, with linear interpolation between samples of the second one, over their common time. A difference
+is reported as its largest absolute value and its RMS over time.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -28,8 +29,9 @@ ROWS = 24  # signals in the text
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of one column of a signal: largest |b - a|, its time [s], RMS over the common time, largest |a|,
-    unit."""
+    """Difference in one column of a signal: largest |b - a|, its time [s], RMS over the common time, largest
+    |a|, unit.
+    """
 
     name: str
     most: float
@@ -41,9 +43,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class RecordingComparison:
-    """Comparison of two recordings: `first` difference in events and samples ("" if none), `rows` in one only,
-    `others`: other differences; `wrong`: contradictions within a recording; `circumstances` of the runs; `as_recorded`:
-    why there is no digest."""
+    """Comparison of two recordings: `first` difference in events and samples ("" if none), signals in one only, `rows`
+    in one only, `others`: other differences; `wrong`: contradictions within a recording; `circumstances` in which the
+    runs differ; `as_recorded`: why there is no digest."""
 
     a: Path
     b: Path
@@ -89,10 +91,8 @@ class RecordingComparison:
 
 
 def _shares(differences: Sequence[Difference]) -> dict[str, float]:
-    """Largest difference of each column relative to the largest value of its signal.
-
-    A column that is zero but for rounding would else differ by all of its range, and stand first.
-    """
+    """Return the largest difference of each column relative to the largest value of its signal. Otherwise a column that
+    is zero except for rounding would differ by its whole range, and come first."""
     scales: dict[str, float] = {}
     for d in differences:
         signal = d.name.rpartition("/")[0]
@@ -101,8 +101,8 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
 
 
 def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> RecordingComparison:
-    """Compare two recordings, `but` for facts, topics and attachments of these names; RecordingError if one cannot be
-    read."""
+    """Compare two recordings, without facts, topics and attachments named in `but`; raises RecordingError if one cannot
+    be read."""
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
         return _compared(A, B, but)
@@ -140,7 +140,8 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComp
 
 
 def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Draw both recordings over one another: the columns that match, or the worst of each of four signals."""
+    """Draw two recordings over each other: the columns that match the patterns, or by default the most different column
+    of each of four signals."""
     out = checked(out)
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
@@ -190,7 +191,7 @@ def _signal(A: Recording, B: Recording, name: str) -> Iterator[Difference]:
 
 
 def _rms(t: NDArray[np.float64], x: NDArray[np.float64]) -> float:
-    """Root of the mean square over time."""
+    """Return the root mean square over time."""
     if len(t) < 2 or t[-1] == t[0]:
         return float(np.max(x))
     return float(np.sqrt(np.trapezoid(x * x, t) / (t[-1] - t[0])))

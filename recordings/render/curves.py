@@ -1,7 +1,7 @@
 """Any signals of recordings as curves over time: a panel per unit, rated values as limits, stages shaded.
 
-`curves("run.mcap", ["rope/tension/*", "joint/position/west.*"], "run.html")`; the suffix decides: .png or .svg are
-pictures, .html is a page with zoom and cursor that needs no network.
+`curves("run.mcap", ["rope/tension/*", "joint/position/west.*"], "run.html")`; the suffix selects the form: .png or .svg
+are pictures, .html is a page with zoom and cursor that needs no network.
 
 Figures of curves on paper (matplotlib) and on a page of their own (the bundled uPlot).
 """
@@ -37,8 +37,8 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """Times (n,) [s] and values (n,) in the unit of its panel; dashed for a second recording; points for port
-    values."""
+    """A curve: times (n,) [s] and values (n,) in the unit of its panel; dashed for a second recording; `spoken`:
+    points, for values sent on ports."""
 
     name: str
     t: NDArray[np.float64]
@@ -50,7 +50,7 @@ class Curve:
 
 @dataclass
 class Panel:
-    """Curves of one unit, with limits by name."""
+    """A panel with curves of one unit, and limits by name."""
 
     unit: str
     curves: list[Curve]
@@ -60,7 +60,7 @@ class Panel:
 
 @dataclass
 class Figure:
-    """Panels with a common time; stages are (start [s], name)."""
+    """A figure of panels with a common time; stages are (start [s], name)."""
 
     title: str
     panels: list[Panel]
@@ -115,7 +115,7 @@ def _panel(axes: "Axes", panel: Panel) -> None:
 
 
 def page(figure: Figure) -> str:
-    """A self-contained page with selectable curves and zoom by dragging."""
+    """Return a self-contained page with selectable curves and zoom by dragging."""
     content = {
         "title": figure.title,
         "stages": [{"t": t, "name": name} for t, name in figure.stages],
@@ -125,7 +125,8 @@ def page(figure: Figure) -> str:
 
 
 def _content(panel: Panel) -> dict[str, object]:
-    """Curves of one recording share their times; thinned to minima and maxima of equal parts."""
+    """Return a panel as plain data; curves of one recording share their times, thinned to minima and maxima of equal
+    parts."""
     times: list[np.ndarray] = []
     of: list[int] = []  # table of times by curve
     for curve in panel.curves:
@@ -148,7 +149,7 @@ MANY = 60  # curves: more than that nobody can tell apart
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
-    """Plot the columns that match one of the patterns (default: tensions) to .png, .svg or .html; for a DEVS run the
+    """Draw the columns that match one of the patterns (default: tensions) to .png, .svg or .html; for a DEVS run the
     values on its ports."""
     out = checked(out)
     rec = Recording(path)
@@ -161,19 +162,20 @@ def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bo
 
 
 def checked(out: str | Path) -> Path:
-    """The path, after checking that curves can be written there."""
+    """Return the path, after checking that curves can be written there."""
     return output_path(out, "a figure", (*FORMATS, ".html"))
 
 
 def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
-    """Write the figure in the form that the suffix asks for."""
+    """Write the figure in the form given by the suffix, and return the path."""
     if out.suffix.lower() != ".html":
         return picture(figure, out, force)
     return written(page(figure), out, "a figure", (*FORMATS, ".html"), force)
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Matching columns with measured ones, by unit, with rated values of ropes as limits."""
+    """Return panels by unit, with matching columns, their measured counterparts, and rated values of ropes as
+    limits."""
     wanted = matching(rec, patterns)
     measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
@@ -200,7 +202,7 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Values on ports of a DEVS run, one panel each."""
+    """Return a panel for each port of a DEVS run with its values."""
     found = port_signals(rec, patterns)
     if not found:
         raise RecordingError(f"{rec.path}: has no events to draw; let the run last longer")
@@ -213,5 +215,5 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def larger(unit: str) -> tuple[float, str]:
-    """Factor and unit for display."""
+    """Return a factor and a larger unit for display."""
     return LARGER.get(unit, (1.0, unit))

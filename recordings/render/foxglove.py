@@ -47,10 +47,10 @@ class _Viewer(NamedTuple):
 
 
 class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
-    """A `Listener` for viewers on this machine; a context manager around the run."""
+    """A `Listener` that serves viewers on this machine; a context manager around the run."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
-        """RecordingError if the package is missing or the port is taken."""
+        """Open the websocket; raises RecordingError if the package is missing or the port is taken."""
         missing = "--foxglove needs the package websockets: pip install 'heavylift[foxglove]'"
         server = extra("websockets.sync.server", RecordingError(missing))
         self._hello = json.dumps({"op": "serverInfo", "name": name, "capabilities": [], "metadata": {}})
@@ -70,7 +70,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
         threading.Thread(target=self._server.serve_forever, name="foxglove", daemon=True).start()
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
-        """There will be messages of this kind on the topic."""
+        """Announce a topic and the type of its messages."""
         schema = base64.b64encode(file_descriptor_set(descriptor)).decode()
         about = {"topic": topic, "encoding": "protobuf", "schemaName": descriptor.full_name, "schema": schema}
         with self._lock:
@@ -79,11 +79,11 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                 _put(viewer, json.dumps({"op": "advertise", "channels": [self._channels[topic]]}))
 
     def listens(self) -> bool:
-        """Whether a viewer has subscribed to one of them."""
+        """Return whether a viewer has subscribed to one of the topics."""
         return any(viewer.numbers for viewer in self._viewers)
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
-        """A message of this simulation time."""
+        """Send a message with this simulation time [ns] to its subscribers."""
         with self._lock:
             channel = self._channels[topic]["id"]
             for viewer in self._viewers:
@@ -91,7 +91,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                     _put(viewer, MESSAGE.pack(1, viewer.numbers[channel], t_ns) + data)
 
     def _refused(self, connection: Any, request: Any) -> Any:
-        """The refusal of a request; None if it is accepted."""
+        """Return the refusal of a request; None if it is accepted."""
         headers = request.headers
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         names = [f"{name}:{self._server.socket.getsockname()[1]}" for name in (HOST, "localhost")]
@@ -135,7 +135,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
 
 
 def _chosen(connection: Any, offered: Any) -> Any:
-    """The protocol for a viewer with these offers; None if there is none."""
+    """Return the protocol for a viewer with these offers; None if it offers no suitable one."""
     return next((name for name in PROTOCOLS if name in offered), None)
 
 
@@ -161,7 +161,7 @@ VIEW = (-0.62, -0.72, 0.32)  # from where the scene is seen
 
 
 def layout(ropes: Sequence[str], middle: tuple[float, float, float], radius: float) -> bytes:
-    """The layout as JSON: ropes in the order of `rope/tension`, a bounding sphere of the view [m]."""
+    """Return the layout as JSON: ropes in the order of `rope/tension`, a bounding sphere of the view [m]."""
     whole = msgspec.json.decode((Path(__file__).parents[1] / "page" / LAYOUT).read_bytes())
     panels: dict[str, Any] = whole["configById"]
     x, y, z = VIEW

@@ -1,8 +1,7 @@
-"""The figure of a run after the paper's Fig. 11: the rope used most on top, those next to it below, stages marked.
+"""The figure of a run, after Fig. 11 of the paper: governing rope on top, the next ones below, stages marked.
 
-`plot("run.mcap", "run.png")`; the suffix .png or .svg decides the format.  The colours are those of Okabe
-and Ito, which colour-blind readers can tell apart; curves that coincide are drawn in shrinking widths, so
-all of them are seen.
+`plot("run.mcap", "run.png")`; the suffix .png or .svg selects the format. The colours are those of Okabe and Ito, which
+colour-blind readers can distinguish; coinciding curves are drawn in shrinking widths, so that all of them are seen.
 """
 
 from __future__ import annotations
@@ -46,7 +45,8 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """Data of a plot: time [s], values (n, m), name and rated value per column, title."""
+    """Data of a plot: time [s], values and peaks (n, m), name and rated value per column, quantity; measured curves,
+    error estimates of peaks and dynamic factors by column."""
 
     t: Floats
     values: Floats
@@ -66,8 +66,8 @@ def plot(
     force: bool = False,
     rest: Mapping[str, Rest] | None = None,
 ) -> Path:
-    """Draw a recording into the file `out`; `ropes` by label, else those that are used most; `rest`: tensions at rest
-    [N], over which a panel shows the tensions of the run."""
+    """Draw a recording into the file `out`; `ropes` by label, by default those with the highest utilisation; `rest`:
+    static tensions [N], for which a panel shows the tensions of the run relative to them."""
     out = output_path(out, "a figure", FORMATS)
     rec = opened(path)
     if silent(rec):
@@ -77,7 +77,7 @@ def plot(
 
 
 def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, Rest]) -> Curves:
-    """Tensions, or joint positions without ropes."""
+    """Return the curves of tensions, or of joint positions if there are no ropes."""
     wanted = ("rope/tension", "rope/peak") if "rope/tension" in rec.signals() else ("joint/position",)
     rec.load([name for name in wanted if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
@@ -116,14 +116,15 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
 
 
 def _over(t: Floats, tension: Floats, peak: Floats, rest: Rest) -> tuple[Floats, Floats]:
-    """Tension and its peak since the last sample (n,) relative to the static tension, where that is loaded."""
+    """Return tension and its peak since the last sample (n,) relative to the static tension; NaN where the rope is not
+    loaded."""
     still = np.interp(t, *rest)
     still[still <= BEARS * still.max(initial=0.0)] = np.nan
     return tension / still, peak / still
 
 
 def _most_used(names: Sequence[str], peaks: Floats, rated: Mapping[str, float]) -> list[str]:
-    """Ropes by utilisation, those without rating behind them by tension."""
+    """Sort ropes by utilisation; those without rating follow, by tension."""
     most = dict(zip(names, peaks.max(axis=0, initial=0.0), strict=True))
     return sorted(names, key=lambda x: (x not in rated, -most[x] / rated.get(x, 1.0)))
 
@@ -194,7 +195,7 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A band in steps finer than a pixel; a filled one of 100 000 samples would take a gigabyte."""
+    """Return a band in steps finer than a pixel, as a filled one of 100 000 samples would take a gigabyte."""
     first = np.arange(0, len(t), -(-len(t) // FINE))
     return t[first], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 
@@ -233,7 +234,7 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
 
 
 def _dynamic(axes: Axes, curves: Curves, stages: Sequence[tuple[float, str]]) -> None:
-    """Tensions relative to static ones: the dynamic part."""
+    """Draw tensions relative to static ones: the dynamic part."""
     for start, _ in banded(axes, [t for t, _ in stages], curves.t[-1]):
         axes.axvline(start, color=QUIET, lw=0.6, alpha=0.6, zorder=1)
     for i, (over, peak) in curves.over.items():
@@ -247,12 +248,12 @@ def _dynamic(axes: Axes, curves: Curves, stages: Sequence[tuple[float, str]]) ->
 
 
 def _bar(curves: Curves) -> str:
-    """What a certificate leaves open of the first curve's peak."""
+    """Return the certificate's error estimate of the first curve's peak as text; "" without one."""
     return f" ± {digits(float(f'{curves.bars[0]:.2g}'))}" if 0 in curves.bars else ""
 
 
 def _note_peak(axes: Axes, curves: Curves) -> None:
-    """A dot and a line of text at the largest value of the first curve."""
+    """Mark the largest value of the first curve by a dot and a line of text."""
     k = int(np.argmax(curves.peaks[:, 0]))
     t, value = curves.t[k], curves.peaks[k, 0]
     unit = curves.quantity.partition("[")[2].rstrip("]")
@@ -273,7 +274,7 @@ def _note_peak(axes: Axes, curves: Curves) -> None:
 
 
 def _label_stages(axes: Axes, times: Sequence[float], names: Sequence[str]) -> None:
-    """Names of stages above the panel, spaced, with lines to their begin."""
+    """Write the names of stages above the panel, spaced, with lines to their begin."""
     first, last = axes.get_xlim()
     points = 72 * WIDTH * (RIGHT - LEFT)
     wanted = [(t - first) / (last - first) * points for t in times]

@@ -1,13 +1,13 @@
-"""A server for one page on this machine: 127.0.0.1, a random word in the address, nothing for other sites.
+"""Server for one page on this machine: 127.0.0.1, a random word in the address, no access for other sites.
 
-Requests must name this host, may not come from a page of another origin, and must know the word.  GET of the word's
-folder is the page, of `events` in it the messages as Server-Sent Events: all from the first (or from the one after
-`Last-Event-ID`), then each as it comes.  A browser that does not read for a while is let go; it comes back by itself.
+Requests must name this host, may not come from a page of another origin, and must contain the word. GET of the word's
+folder returns the page, of `events` in it the messages as Server-Sent Events: all from the first (or from the one after
+`Last-Event-ID`), then each as it comes. A browser that stops reading is disconnected; it reconnects by itself.
 
-The page of a run that still goes on: what happens is packed 30 times a second and kept for whoever looks.
+The page of a run in progress: data are packed 30 times a second and kept for all browsers.
 
-The run only hands over what it has anyhow; a thread of the page's own packs it, and every browser reads the same list
-of messages at its own pace, so neither a slow browser nor none at all can hold up the run.
+The run only hands over data that it has anyway; a separate thread packs them, and every browser reads the same list of
+messages at its own pace, so neither a slow browser nor none at all can delay the run.
 """
 
 import hmac
@@ -61,7 +61,7 @@ def refusal(headers: Mapping[str, str], port: int) -> str:
 
 
 class PageServer:
-    """Serves the page until `close`; `say` adds a message for all."""
+    """Server of the page until `close`; `say` adds a message for all browsers."""
 
     def __init__(self) -> None:
         self.word = secrets.token_urlsafe(24)
@@ -77,14 +77,15 @@ class PageServer:
         self._thread.start()
 
     def say(self, kind: str, data: bytes) -> None:
-        """Add a message: JSON in one line."""
+        """Add a message for all browsers: JSON in one line."""
         with self.change:
             number = len(self.messages)
             self.messages.append(b"id: %d\nevent: %s\ndata: %s\n\n" % (number, kind.encode(), data))
             self.change.notify_all()
 
     def close(self, patience: float, farewell: float) -> None:
-        """Wait for a first browser so many seconds, for all to have read to the end, then end."""
+        """Wait up to `patience` [s] for a first browser, up to `farewell` [s] until all have read to the end, then
+        stop."""
         with self.change:
             self.change.wait_for(lambda: self.readers or self.served, timeout=patience)
             self.closing = True
@@ -156,7 +157,7 @@ class _Handler(BaseHTTPRequestHandler):
                 owner.change.notify_all()
 
     def _send_from(self, at: int) -> None:
-        """Send messages from this one on until the server closes."""
+        """Send messages from number `at` on until the server closes."""
         owner = self.server.owner
         while True:
             with owner.change:
@@ -172,7 +173,7 @@ class _Handler(BaseHTTPRequestHandler):
                 return
 
     def log_message(self, format: str, *args: object) -> None:
-        """Nobody reads a log of requests."""
+        """Write no log of requests."""
 
 
 FRAME = 1 / 30  # [s] at least between two messages
@@ -183,7 +184,8 @@ FAREWELL = 2.0  # [s] for browsers to get the end
 
 
 class LivePage(Spectator, AbstractContextManager["LivePage"]):
-    """`begin`, `event`, `ropes`, `samples` and `end` as they come; a context manager around the run."""
+    """The page of a run in progress: receives `begin`, `event`, `ropes`, `samples` and `end`; a context manager around
+    the run."""
 
     def __init__(self) -> None:
         self._server = PageServer()
@@ -256,7 +258,7 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
             self._pack()
 
     def _pack(self) -> None:
-        """One message of all data since the last one."""
+        """Pack all data since the last message into one message."""
         with self._lock:
             rows, self._rows = self._rows, []
             more, self._more = self._more, {"events": [], "stages": [], "rig": []}
@@ -275,7 +277,7 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
 
     @staticmethod
     def _message(events: list[Any]) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
-        """Events and stages for the page."""
+        """Return events and stages as plain data for the page."""
         listed, stages = [], []
         for t_ns, source, port, type_, payload in events:
             value = msgspec.msgpack.decode(payload)

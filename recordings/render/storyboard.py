@@ -45,7 +45,7 @@ CLOSE = 0.05  # of the largest value: limits that are nearer to one another shar
 
 @contextmanager
 def on_paper() -> Iterator[None]:
-    """Style of drawn and saved figures."""
+    """Context with the style of drawn and saved figures."""
     from matplotlib import rc_context
 
     with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8, "text.parse_math": False}):
@@ -53,7 +53,7 @@ def on_paper() -> Iterator[None]:
 
 
 def tidied(axes: Axes, label: str) -> None:
-    """Light grid, no frame at top and right; label of the values."""
+    """Style axes: light grid, no frame at top and right, label of the values."""
     axes.set_ylabel(label, color=INK)
     axes.grid(axis="y", color="#d9dee3", lw=0.6)
     axes.set_axisbelow(True)
@@ -61,7 +61,7 @@ def tidied(axes: Axes, label: str) -> None:
 
 
 def timed(axes: Axes) -> None:
-    """Run time [s] along x, beyond a minute as h:min:s."""
+    """Label the run time [s] along x, beyond a minute as h:min:s."""
     from matplotlib.ticker import FixedLocator
 
     first, last = axes.get_xlim()
@@ -75,7 +75,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Lines at rated values near the largest value; returns the upper end of the axis."""
+    """Draw lines at rated values near the largest value; returns the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label
@@ -97,13 +97,13 @@ def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> 
 
 
 def digits(value: float) -> str:
-    """A number for people, thousands apart by a thin space."""
+    """Return a number for people, thousands separated by a thin space."""
     text = f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
     return text.replace(",", "\u2009").replace("-", "\u2212")
 
 
 def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[float, float]]:
-    """Shade every other stage; begin and end of each."""
+    """Shade every other stage; yields begin and end of each [s]."""
     for i, (start, stop) in enumerate(pairwise([*times, last])):
         if i % 2 == 0:
             axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
@@ -111,7 +111,7 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Places nearest to the wanted ones, at least `gap` apart, none above its `highest`."""
+    """Return the places nearest to the wanted ones that are at least `gap` apart, none above its `highest`."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -127,7 +127,8 @@ def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> lis
 
 
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
-    """Write a figure to a .png or .svg file, and return which (outputs.py); RecordingError if the system refuses."""
+    """Write a figure to a .png or .svg file and return its path (outputs.py); raises RecordingError if the system
+    refuses."""
     form = out.suffix.lower()[1:]
     metadata = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
     with PartFile(out, "a figure", FORMATS, force) as file, file.writing():
@@ -145,8 +146,8 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, force: bool = False) -> Path:
-    """Draw `frames` instants of a recording side by side into a .png or .svg, or as many as a film has, one after
-    another, into a .gif; RecordingError if that cannot be done."""
+    """Draw `frames` instants of a recording side by side into a .png or .svg, or a film, one after another, into a
+    .gif; raises RecordingError if that is not possible."""
     out = output_path(out, "a picture", (*FORMATS, FILM))
     rec = path if isinstance(path, Recording) else Recording(path)
     with rec.reading(), on_paper():
@@ -156,7 +157,7 @@ def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, f
 
 
 class _Drawing:
-    """Some instants of a recording, and how each is drawn."""
+    """Some instants of a recording, with the data to draw each."""
 
     def __init__(self, rec: Recording, frames: int) -> None:
         names = [name for name in rec.signals() if name.startswith("pose/")]
@@ -221,7 +222,7 @@ def _figure(drawing: _Drawing, frames: int) -> Figure:
 
 
 def _film(drawing: _Drawing) -> bytes:
-    """All instants in one frame, one after another."""
+    """Return a film (GIF) of all instants in one frame, one after another."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Canvas
     from PIL import Image
@@ -250,7 +251,7 @@ def _film(drawing: _Drawing) -> bytes:
 
 
 def _instants(poses: list[Signal], frames: int) -> list[float]:
-    """Times that divide the motion of all bodies, seen along x, into equal parts."""
+    """Return times [s] that divide the motion of all bodies, seen along x, into equal parts."""
     t = poses[0].t
     steps = []
     for pose in poses:
@@ -267,7 +268,7 @@ def _instants(poses: list[Signal], frames: int) -> list[float]:
 
 
 def _ropes(rec: Recording, times: list[float], poses: dict[str, Signal]) -> list[Floats]:
-    """(n, 2, 3) ends of the rope lines at each of the instants of poses."""
+    """Return the ends (n, 2, 3) of the rope lines at each of the instants of `poses`."""
     rigs, found = rec.rigs(), list[Floats]()
     for i, t in enumerate(times):
         lines = next((rig.lines for rig in reversed(rigs) if rig.t_ns * 1e-9 <= t), [])
@@ -277,7 +278,7 @@ def _ropes(rec: Recording, times: list[float], poses: dict[str, Signal]) -> list
 
 
 def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: int) -> Floats:
-    """(3,) a point of a body in the world at an instant."""
+    """Return the world position (3,) of a point of a body at an instant."""
     row = poses[body].values[i] if body in poses else np.array((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
     out: Floats = turned(row[3:], np.array(p)) + row[:3]
     return out

@@ -1,6 +1,6 @@
-"""A recording as one page: the lift in three dimensions, signals, stages and events with a common time.
+"""A recording as one page: the lift in 3D, signals, stages and events with a common time.
 
-`view("run.mcap", "run.html")` writes a self-contained file that any browser opens without network.  The bundle in
+`view("run.mcap", "run.html")` writes a self-contained file that any browser opens without network. The bundle in
 `page/` is built from its sources by `npm run build`.
 """
 
@@ -38,24 +38,22 @@ def view(
     force: bool = False,
     beside: str | Path | None = None,
 ) -> Path:
-    """Write the page of a recording to a .html file; RecordingError if one of them cannot be used.
-
-    `verdict`: where the recording has none of its own; `beside`: another one, shown as glass and dashed curves.
-    """
+    """Write the page of a recording to a .html file; raises RecordingError if a file cannot be used. `verdict`: for a
+    recording that has none; `beside`: a second recording, shown as transparent bodies and dashed curves."""
     out = output_path(out, "a page", (".html",))
     other = None if beside is None else Recording(beside)
     return written(page(content(Recording(path), verdict, other)), out, "a page", (".html",), force)
 
 
 def page(run: dict[str, object]) -> str:
-    """The page that shows this content."""
+    """Return the page that shows this content."""
     return bundled("page", run, "; img-src data: blob:; connect-src 'self'")
 
 
 def content(
     rec: Recording, verdict: RecordedVerdict | None = None, beside: Recording | None = None
 ) -> dict[str, object]:
-    """All data of a recording for the page, and of another one `beside` it."""
+    """Return all data of a recording for the page, and those of a second one, `beside`."""
     with rec.reading():
         verdict = verdict or recorded_verdict(rec)
         layout, names = layout_of(rec), rec.signals()
@@ -105,13 +103,13 @@ def content(
 
 
 def _loads(rec: Recording, columns: PageColumns) -> Floats:
-    """What the samples are thinned by: the ropes' load at each."""
+    """Return the load of the ropes at each sample, by which samples are thinned."""
     names = ["rope/tension"] if "rope/tension" in rec.signals() else list(dict.fromkeys(s[0] for s in columns.signals))
     return np.concatenate([load_of([], np.hstack(values)) for _, values in rec.blocks(names or rec.signals())])
 
 
 def _block(rec: Recording) -> dict[str, object] | None:
-    """Name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without one."""
+    """Return name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without a block."""
     block = machines.block(machines.plan_of(rec.attachments))
     if not block:
         return None
@@ -124,14 +122,14 @@ def _block(rec: Recording) -> dict[str, object] | None:
 
 
 def sample_rows(rec: Recording) -> tuple[SampleLayout, Floats, Floats]:
-    """All signals in rows at common times, with their layout."""
+    """Return all signals in rows at common times, with their layout."""
     with rec.reading():
         layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
         return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
 
 
 def layout_of(rec: Recording) -> SampleLayout:
-    """Layout of signals in a row; raises RecordingError if there is nothing to see."""
+    """Return the layout of signals in a row; raises RecordingError if the recording has nothing to show."""
     least = min((rec.topics[topic].messages for topic in ("/samples", "/poses") if topic in rec.topics), default=0)
     if least < 2 or not rec.signals():
         models = "a DEVS model says messages only: `heavylift plot` draws them"
@@ -146,7 +144,7 @@ def layout_of(rec: Recording) -> SampleLayout:
 
 
 def _events(rec: Recording) -> tuple[list[dict[str, object]], list[tuple[str, str]]]:
-    """Events of the list, and a remark if it is incomplete."""
+    """Return the events for the page's list, and a remark if the list is incomplete."""
     found = [event_shown(e.t_ns, e.source, e.port, e.type, e.value) for e in rec.events()]
     if len(found) <= EVENTS:
         return found, []
@@ -161,7 +159,7 @@ def _status(rec: Recording, verdict: RecordedVerdict | None) -> str:
 
 
 def _verdict_rows(verdict: RecordedVerdict | None) -> list[tuple[str, str]]:
-    """The verdict, what was found, and the smallest clearances, among the facts."""
+    """Return the verdict, findings, and the smallest clearances as rows of the facts."""
     if verdict is None:
         return []
     rows = [("verdict", verdict.line)]
@@ -171,7 +169,8 @@ def _verdict_rows(verdict: RecordedVerdict | None) -> list[tuple[str, str]]:
 
 
 class _Ghost(NamedTuple):
-    """Names of bodies and their shapes; (group, name, unit) of signals; poses (n, 7 bodies), values (n, signals)."""
+    """Second recording on the page: names and shapes of transparent bodies; (group, name, unit) of signals; poses (n, 7
+    bodies), values (n, signals)."""
 
     bodies: list[str]
     boxes: list[DrawnBox]
@@ -181,8 +180,8 @@ class _Ghost(NamedTuple):
 
 
 def _ghost(rec: Recording, like: PageColumns, t: Floats) -> _Ghost:
-    """Bodies and signals of another recording at these times (n,) [s]; after its end bodies stay and signals are
-    NaN."""
+    """Return bodies and signals of a second recording at these times (n,) [s]; after its end bodies stay and signals
+    are NaN."""
     known, drawn = rec.signals(), rec.boxes()
     bodies = [b for b in like.bodies if POSE + b in known and any(box.body == b for box in drawn)]
     signals = [s for s in like.signals if s[0] in known and s[1] in rec.columns(s[0])]

@@ -1,4 +1,4 @@
-"""Prints a page to PDF with a browser of this machine: Chromium or one of its kin, without a window."""
+"""Print a page to PDF with a browser on this machine: Chromium or a relative of it, without a window."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PATIENCE = 60.0  # [s]
 
 
 def print_page(page: str, out: Path) -> bytes:
-    """Print a self-contained page as the PDF `out`; raises RecordingError if no browser can."""
+    """Print a self-contained page as PDF and return its bytes; raises RecordingError if no browser can do it."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(

@@ -1,4 +1,4 @@
-"""Figures that stand on pages: drawn in inks for which the page puts the colours of its reader's theme."""
+"""Figures on pages: drawn in placeholder colours, which the page replaces by those of the reader's theme."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "
 
 
 def in_page(figure: Figure) -> str:
-    """A figure as <svg> with text and colours of the page."""
+    """Return a figure as <svg> with text and colours of the page."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     svg = text.getvalue()
@@ -28,7 +28,8 @@ def in_page(figure: Figure) -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Style of figures with this module's colours; `fonts` of SVG: "none" for text, "path" for outlines."""
+    """Context with the style of figures in this module's colours; `fonts` of SVG: "none" for text, "path" for
+    outlines."""
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

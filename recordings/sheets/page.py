@@ -1,4 +1,4 @@
-"""A sheet as one page without scripts that loads nothing; whatever stands in it is escaped, and it prints on A4."""
+"""A sheet as one page without scripts that loads nothing; all contents are escaped; it prints on A4."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def page_of(sheet: Sheet) -> str:
-    """The page of a sheet."""
+    """Return the page of a sheet."""
     body = "\n".join(filter(None, map(_part, sheet.parts)))
     return f"""<!doctype html>
 <html lang="en">
@@ -52,7 +52,7 @@ def _part(part: Part) -> str:
 
 
 def table_html(table: Table) -> str:
-    """A table below its title; empty without rows."""
+    """Return a table as HTML with its title; empty without rows."""
     if not table.rows:
         return ""
     head = "".join(f"<th{_kind(column)}>{escape(column.heading)}</th>" for column in table.columns)

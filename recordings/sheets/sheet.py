@@ -1,7 +1,7 @@
-"""A sheet: what a verdict, a report, a study or a trade-off says, before it is printed.
+"""Sheets: content of a verdict, a report, a study or a trade-off, before it is printed.
 
 A column holds one quantity in one unit, which its heading names; a cell is a number in that unit, a time of the run in
-a `CLOCK` column [s], a text, or nothing.  `Marked` colours a cell by a state.
+a `CLOCK` column [s], a text, or empty. `Marked` colours a cell by a state.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Value: TypeAlias = str | float | None
 
 
 class Marked(NamedTuple):
-    """A cell in the colour of a state: red, amber, undecided, green, or a choice."""
+    """A cell value with the colour of a state: red, amber, undecided, green, or a choice."""
 
     value: Value
     state: str = "red"
@@ -29,7 +29,8 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A quantity with unit; `digits` after the point, default as needed; words have neither."""
+    """A column: a quantity with unit; `digits` after the decimal point, default as needed; a column of texts has
+    neither."""
 
     name: str
     unit: str = ""
@@ -46,7 +47,7 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
         return bool(self.unit) or self.digits is not None
 
     def text(self, cell: Cell) -> str:
-        """Text of a cell."""
+        """Return a cell of this column as text."""
         value = plain(cell)
         if value is None or isinstance(value, str):
             return value or ""
@@ -58,7 +59,8 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 def columns(*headings: str) -> tuple[Column, ...]:
-    """Columns from their headings: `stage`, `peak [kN] .1`, `at [h:min:s]`; behind the unit digits behind the point."""
+    """Return columns made from headings: `stage`, `peak [kN] .1`, `at [h:min:s]`; the number after the unit is that of
+    decimals."""
     found = []
     for heading in headings:
         message, _, digits = heading.partition(" .")
@@ -96,7 +98,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A title, a summary, its state (colour), and the parts."""
+    """A sheet: title, summary, state (colour), and the parts in reading order."""
 
     title: str
     lead: str
@@ -110,17 +112,17 @@ class Sheet(msgspec.Struct, frozen=True):
 
 
 def plain(cell: Cell) -> Value:
-    """What a cell holds."""
+    """Return the value of a cell, without its mark."""
     return cell.value if isinstance(cell, Marked) else cell
 
 
 def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *notes: str) -> Table:
-    """A table of texts."""
+    """Return a table of texts."""
     return Table(title, tuple(map(Column, heads)), tuple(map(tuple, rows)), notes)
 
 
 def trimmed(table: Table) -> Table:
-    """A table without empty columns."""
+    """Return a table without empty columns."""
     kept = [i for i in range(len(table.columns)) if any(plain(row[i]) not in ("", None) for row in table.rows)]
     columns, rows = table.columns, table.rows
     picked = tuple(tuple(row[i] for i in kept) for row in rows)
@@ -128,7 +130,7 @@ def trimmed(table: Table) -> Table:
 
 
 def data_of(sheet: Sheet) -> dict[str, Any]:
-    """Plain data of a sheet without charts; times in seconds."""
+    """Return a sheet as plain data without charts; times in seconds."""
     tables = [
         {
             "title": table.title,

@@ -1,4 +1,4 @@
-"""Sheets and tables as text: columns side by side, numbers to the right."""
+"""Sheets and tables as text: columns side by side, numbers right-aligned."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from .sheet import Notes, Part, Sheet, Table, plain
 
 
 def table_text(made: Table) -> str:
-    """A table as lines with printable cells; empty without rows."""
+    """Return a table as lines with printable cells; empty without rows."""
     rows = [[column.text(cell) for column, cell in zip(made.columns, row, strict=True)] for row in made.rows]
     numeric = [column.numeric for column in made.columns]
     return table([column.heading for column in made.columns], rows, numeric)
 
 
 def text_of(sheet: Sheet) -> str:
-    """A sheet as text, without charts."""
+    """Return a sheet as text, without charts."""
     parts = [f"{sheet.title}\n{sheet.lead}", *filter(None, map(part_text, sheet.parts))]
     return "\n\n".join([*parts, f"made by {GENERATOR}\n"])
 
 
 def part_text(part: Part) -> str:
-    """A table or notes below their title; nothing of a table without rows."""
+    """Return a table or notes as text with their title; empty for a table without rows."""
     lines: Sequence[str] = part.lines if isinstance(part, Notes) else part.notes
     body = table_text(part) if isinstance(part, Table) else ""
     message = body or (lines and not isinstance(part, Table))
@@ -34,7 +34,7 @@ def part_text(part: Part) -> str:
 
 
 def table_csv(made: Table) -> str:
-    """A table as comma-separated lines with full precision."""
+    """Return a table as comma-separated lines with full precision."""
     out = io.StringIO()
     lines = csv.writer(out, lineterminator="\n")
     lines.writerow(cell(column.heading) for column in made.columns)

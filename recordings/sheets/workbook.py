@@ -1,4 +1,4 @@
-"""The tables of a sheet as a workbook: a leaf each, one quantity and one unit a column, numbers as numbers."""
+"""The tables of a sheet as a workbook: a worksheet each, one quantity and one unit per column, numbers as numbers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NAMELESS = re.compile(r"[\\/*?:\[\]\x00-\x1f]")  # and no name of a leaf
 
 
 def workbook_of(sheet: Sheet) -> bytes:
-    """An .xlsx file; raises RecordingError if its library is not installed."""
+    """Return an .xlsx file; raises RecordingError if its library is not installed."""
     missing = "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
     book = extra("openpyxl", RecordingError(missing)).Workbook()
     book.remove(book.active)
@@ -49,7 +49,7 @@ def _named(title: str, taken: list[str]) -> str:
 
 
 def _fill(leaf: Worksheet, table: Table, first: int) -> None:
-    """Head, rows and notes, from this row of the leaf on."""
+    """Write head, rows and notes of a table into a worksheet, from row `first` on."""
     from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter
 
@@ -83,7 +83,7 @@ def _form(column: Column) -> str:
 
 
 def _write(place: Any, value: Value) -> None:
-    """Write a number, or a text that is no formula, into a cell."""
+    """Write a number, or a text that is never taken as a formula, into a cell."""
     if value is not None:
         place.value = FORBIDDEN.sub(" ", value) if isinstance(value, str) else value
         place.data_type = "s" if isinstance(value, str) else "n"

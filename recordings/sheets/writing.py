@@ -1,4 +1,4 @@
-"""A sheet into a file: a page, a PDF, a workbook, text or plain data, by the ending of its name."""
+"""Writing a sheet to a file: a page, a PDF, a workbook, text or plain data, by the ending of its name."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
 
 
 def write(sheet: Sheet, out: str | Path, what: str, force: bool = False) -> Path:
-    """Write a sheet, `what` being what it is, such as "a report", and return where; RecordingError if that fails."""
+    """Write a sheet and return its path; `what` names it in errors, such as "a report". Raises RecordingError."""
     path = output_path(out, what, FORMATS)
     return written(printed(sheet, path), path, what, FORMATS, force)
 
 
 def printed(sheet: Sheet, out: Path) -> str | bytes:
-    """A sheet in the form that the ending of `out` asks for."""
+    """Return a sheet in the form given by the ending of `out`."""
     match out.suffix.lower():
         case ".pdf":
             return print_page(page_of(sheet), out) + PRINTED

@@ -1,9 +1,9 @@
-"""The data topics of a recording while a run goes on, for programs that draw them: thinned, and if somebody listens.
+"""Data topics of a recording in progress for programs that draw them: thinned, and only if somebody listens.
 
-`/samples`, `/poses` and `/ropes` have the bytes that the recording has, `/scene` and `/log` too.  What stands still is
-sent again each second, for who comes late.
+`/samples`, `/poses`, `/ropes`, `/scene` and `/log` have the same bytes as in the recording. Shapes and lines are sent
+again each second, for late listeners.
 
-Whoever looks at a run while it goes on; this one is nobody.
+Also the interface of observers of a run in progress; its base class ignores everything.
 """
 
 import time
@@ -23,28 +23,29 @@ from .sink import RowWriter
 
 
 class Spectator:
-    """Receives what is recorded: `begin`, then `event`, `ropes`, `samples`, then `end`."""
+    """Observer of recorded data: receives `begin`, then `event`, `ropes`, `samples`, then `end`; the base class ignores
+    all."""
 
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
-        """Start data: facts of the run, sample columns, shapes and lines."""
+        """Receive the start data: facts of the run, sample columns, shapes and lines."""
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
-        """An event on a port of a coupled model."""
+        """Receive an event on a port of a coupled model."""
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """The rope lines from now on."""
+        """Receive the rope lines that are valid from now on."""
 
     def samples(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-        """Simulation times [ns] and rows of samples."""
+        """Receive simulation times [ns] and rows of samples."""
 
     def end(self, status: str, message: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
-        """End of the run, remarks, peaks of the ropes, path of the recording."""
+        """Receive the end of the run: status, remarks, peaks of the ropes, path of the recording."""
 
 
 class Spectators(Spectator):
-    """Several spectators in order."""
+    """Passes everything to several observers in order."""
 
     def __init__(self, *those: Spectator) -> None:
         for method in ("begin", "event", "ropes", "samples", "end"):
@@ -60,20 +61,20 @@ AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
 
 
 class Listener(Protocol):
-    """Receives protobuf messages without blocking the caller."""
+    """Interface of a receiver of protobuf messages that never blocks the caller."""
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
-        """There will be messages of this kind on the topic."""
+        """Announce a topic and the type of its messages."""
 
     def listens(self) -> bool:
-        """Whether a subscriber exists."""
+        """Return whether a subscriber exists."""
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
-        """A message of this simulation time."""
+        """Publish a message with this simulation time [ns]."""
 
 
 class Broadcast(Spectator):
-    """Passes at most `hz` samples per simulated second to the listener."""
+    """Observer that passes at most `hz` samples per simulated second to the listener."""
 
     def __init__(self, listener: Listener, hz: float) -> None:
         self._listener, self._every_ns, self._due = listener, round(1e9 / hz), 0
@@ -88,13 +89,13 @@ class Broadcast(Spectator):
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """A channel as in a recording."""
+        """Add a channel, as `Sink.protobuf` does for a recording; returns its number."""
         self._topics.append(topic)
         self._listener.announce(topic, getattr(message, "DESCRIPTOR", message))
         return len(self._topics) - 1
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """A message as in a recording."""
+        """Pass a message to the listener, as a recording would write it."""
         self._listener.put(self._topics[channel], publish_ns, data)
 
     def begin(

@@ -1,11 +1,11 @@
-"""Under which name an output is written: nothing that is there already is lost.
+"""Choice of the name of an output: no existing file is lost.
 
-    nothing stands there            the name is given
-    an earlier output               stays; the next free name is given: run-2.mcap; with --force it is replaced
+    no file of this name            the name is used
+    an earlier output               is kept; the next free name is used: run-2.mcap; with --force it is replaced
     anything else                   OutputError: a folder, a link, a device, a pipe, a file that heavylift has not made
 
-What a run that was cut off has left, `run.mcap.part` and the orders beside it, stays with --force, too, as long as it
-can be resumed or recovered: OutputError.
+The remains of a run that was cut off, `run.mcap.part` and the journal of orders beside it, are kept even with
+--force as long as the run can be resumed or recovered: OutputError.
 """
 
 import os
@@ -34,7 +34,7 @@ KINDS = (
 
 
 def file_path(path: object) -> Path:
-    """The path of a file name: text or a Path; raises RecordingError for anything else."""
+    """Return the path of a file name, given as text or a Path; raises RecordingError for anything else."""
     named = os.fspath(path) if isinstance(path, str | os.PathLike) else b""
     if isinstance(named, bytes) or "\0" in named:
         raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
@@ -42,7 +42,7 @@ def file_path(path: object) -> Path:
 
 
 def unnamable(path: Path) -> str:
-    """Why no file can have this name, including suffixes of a run; "" if one can."""
+    """Return why no file can have this name, including suffixes of a run; "" if one can."""
     try:
         _mode(path.with_name(path.name + COMMANDS))
     except OSError as error:
@@ -51,8 +51,8 @@ def unnamable(path: Path) -> str:
 
 
 def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
-    """The path if it is free or an earlier output; raises OutputError that names what exists there or the allowed
-    suffixes, RecordingError if its folder is missing."""
+    """Return the path if it is free or an earlier output; raises OutputError that names what exists there or the
+    allowed suffixes, RecordingError if its folder is missing."""
     path = file_path(path)
     with writing(path):
         _refuse(path)
@@ -71,20 +71,20 @@ def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -
 
 
 def names(path: Path) -> Iterator[Path]:
-    """run.mcap, run-2.mcap, run-3.mcap and so on."""
+    """Yield run.mcap, run-2.mcap, run-3.mcap and so on."""
     yield path
     for number in count(2):
         yield path.with_name(f"{path.stem}-{number}{path.suffix}")
 
 
 def remains(path: Path) -> list[Path]:
-    """Existing files of an output of this name."""
+    """Return the existing files of an output of this name."""
     every = [path, *(path.with_name(path.name + ending) for ending in (PART, COMMANDS))]
     return [x for x in every if _mode(x) is not None]
 
 
 def left_by_a_run(part: Path) -> bool:
-    """Whether a file holds the beginning of a run that can be resumed or recovered."""
+    """Return whether a file holds the beginning of a run that can be resumed or recovered."""
     with part.open("rb") as file:
         file.seek(len(MAGIC))
         for wanted in (1, METADATA):  # header, and what was run
@@ -96,13 +96,13 @@ def left_by_a_run(part: Path) -> bool:
 
 
 def beside(path: Path, ending: str) -> Path:
-    """Default name of a derived file: run.mcap and -report.html give run-report.html."""
+    """Return the default name of a derived file: run.mcap and -report.html give run-report.html."""
     return path.parent / f"{path.stem}{ending}"
 
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turns the system's refusals into a sentence about this file."""
+    """Context that converts errors of the system into a RecordingError with a sentence about this file."""
     try:
         yield
     except OSError as error:
@@ -124,7 +124,7 @@ def _refuse(path: Path) -> None:
 
 
 def _mode(path: Path) -> int | None:
-    """File type and rights without following a link; None if it does not exist."""
+    """Return file type and rights without following a link; None if the file does not exist."""
     try:
         return os.lstat(path).st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -132,7 +132,7 @@ def _mode(path: Path) -> int | None:
 
 
 def _made(path: Path) -> bool:
-    """Whether a regular file was written by heavylift; for a journal by its name."""
+    """Return whether a regular file was written by heavylift; a journal is recognised by its name."""
     if path.suffix == COMMANDS:
         return True
     try:

@@ -1,10 +1,9 @@
-"""The file under construction: hidden until there is something to keep, `<path>.part` while a run writes it, named when
-it is whole.
+"""The file under construction: without name until it is worth keeping, `PATH.part` while a run writes it, renamed when
+it is complete.
 
-So a file that bears its final name is always whole, two runs cannot write into one another, and nothing that is there
-is lost: names are given by the system's calls that replace nothing (outputs.py has the rule).  What happens to the
-file meanwhile is noticed: a name that leads elsewhere, a size that is not what was written, and, if somebody else has
-written to it, other bytes.
+So a file with its final name is always complete, two runs cannot write into one file, and no existing file is lost:
+names are given by system calls that never replace a file (outputs.py has the rule). Changes by others are detected: a
+name that points elsewhere, a size other than written, and, if another program has written to the file, other bytes.
 """
 
 import ctypes
@@ -29,10 +28,10 @@ BLOCK = 1 << 20  # [bytes] read at once
 
 
 class PartFile(AbstractContextManager["PartFile"]):
-    """`stream` writes to a file that is named by `show()` or `finish()`; `path`: its final name.
+    """A file under construction: `stream` writes to it, `show()` or `finish()` names it; `path`: its final name.
 
-    If `force`, an earlier output of heavylift of this name is replaced; else the next free name is taken.  Used as a
-    context, it is finished at its end, or leaves nothing when the body raises.
+    If `force`, an earlier output of heavylift of this name is replaced; else the next free name is taken. As a context
+    manager it finishes the file at its end, or leaves no file if the body raises.
     """
 
     def __init__(
@@ -53,11 +52,11 @@ class PartFile(AbstractContextManager["PartFile"]):
         return self.path.with_name(self.path.name + PART)
 
     def writing(self) -> AbstractContextManager[None]:
-        """Turns the system's refusals into a sentence."""
+        """Return a context that converts errors of the system into a RecordingError."""
         return writing(self._at or self.path)
 
     def show(self) -> None:
-        """Name the file `<path>.part`, or that of the next free path: it is worth keeping from now on."""
+        """Name the file `PATH.part`, or that of the next free path, as it is worth keeping from now on."""
         with self.writing():
             self.stream.flush()
             for path in names(self.path):
@@ -89,7 +88,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         self._raw.check(whole)
 
     def finish(self) -> Path:
-        """Close the file and give it its final name, while it is still locked; the path that it has now."""
+        """Close the file and give it its final name, while it is still locked; returns its path."""
         with self.writing():
             self.stream.flush()
             self.check(whole=True)
@@ -106,7 +105,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         return self.path
 
     def abandon(self, keep: bool = True) -> None:
-        """Close what cannot be finished; if `keep`, the part stays for whoever wants to read it."""
+        """Close a file that cannot be finished; if `keep`, the incomplete file stays."""
         with suppress(OSError, RecordingError):
             self.stream.close()
         with suppress(OSError):
@@ -115,7 +114,7 @@ class PartFile(AbstractContextManager["PartFile"]):
             self._at.unlink(missing_ok=True)
 
     def _name_free(self) -> None:
-        """The intended name, or the next one if a file has appeared there."""
+        """Give the file the intended name, or the next free one if another file has taken it."""
         for path in names(self.path):
             if path != self.path and remains(path):
                 continue
@@ -127,7 +126,7 @@ class PartFile(AbstractContextManager["PartFile"]):
             return
 
     def _name(self, path: Path) -> None:
-        """Rename the file; raises FileExistsError if the name is taken."""
+        """Give the file a name; raises FileExistsError if the name is taken."""
         if self._at is None:  # with a descriptor of a folder `link` is `linkat`, which follows the name of an open file
             opened = f"{OPENED}/{self._raw.fileno()}"
             os.link(opened, path, src_dir_fd=self._raw.fileno(), follow_symlinks=True)
@@ -170,7 +169,7 @@ class PartFile(AbstractContextManager["PartFile"]):
 
 
 def written(data: str | bytes, path: str | Path, what: str, endings: Sequence[str], force: bool = False) -> Path:
-    """Write a whole file of this content; the path that it has now."""
+    """Write a complete file with this content and return its path."""
     with PartFile(path, what, endings, force) as file:
         file.stream.write(data.encode() if isinstance(data, str) else data)
     return file.path
@@ -194,7 +193,7 @@ class _Guarded(io.FileIO):
         return n
 
     def check(self, whole: bool = False) -> None:
-        """Compare size and time; if the time differs, the bytes."""
+        """Raise RecordingError if size or time of the file have changed and, for a new time or `whole`, its bytes."""
         now = os.fstat(self.fileno())
         if now.st_size < self._size:
             raise self._owner._lost("cut")
@@ -215,7 +214,7 @@ def _written(part: Path) -> OutputError:
 
 
 def _unnamed(path: Path) -> tuple[Path | None, int]:
-    """A new file in the folder of this path: without name if possible, else with a unique one."""
+    """Create a new file in the folder of this path: without name if possible, else with a unique one."""
     if hasattr(os, "O_TMPFILE") and os.path.isdir(OPENED):
         try:
             return None, os.open(path.parent, os.O_RDWR | os.O_TMPFILE | os.O_CLOEXEC, 0o644)
@@ -231,7 +230,7 @@ def _beside(path: Path) -> Path:
 
 
 def _rename(old: Path, new: Path) -> None:
-    """Rename a file; FileExistsError if the new name is taken."""
+    """Rename a file; raises FileExistsError if the new name is taken."""
     if rename := getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None):
         if not rename(AT_FDCWD, os.fsencode(old), AT_FDCWD, os.fsencode(new), RENAME_NOREPLACE):
             return

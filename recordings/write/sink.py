@@ -40,12 +40,12 @@ MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
 
 
 def library() -> str:
-    """The name of the writer in the file's header: `heavylift X mcap-python/Y`."""
+    """Return the name of the writer in the file's header: `heavylift X mcap-python/Y`."""
     return f"heavylift {__version__} mcap-python/{version('mcap')}"
 
 
 def texts(facts: Mapping[str, object]) -> dict[str, str]:
-    """Metadata values: text unchanged, everything else as JSON."""
+    """Return metadata values: text unchanged, everything else as JSON."""
     return {
         name: value if isinstance(value, str) else msgspec.json.encode(value).decode() for name, value in facts.items()
     }
@@ -65,7 +65,7 @@ class RecordingSink:
         force: bool = False,
         made: str = "",
     ) -> None:
-        """`made`: of a copy, the library of the original."""
+        """`made`: for a copy, the library that wrote the original."""
         self._file = PartFile(path, force=force)
         self.topics: dict[str, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
@@ -94,19 +94,19 @@ class RecordingSink:
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """A new channel of this protobuf message class (or its descriptor)."""
+        """Add a channel of this protobuf message class (or its descriptor); returns its number."""
         descriptor = getattr(message, "DESCRIPTOR", message)
         schema, name = file_descriptor_set(descriptor), descriptor.full_name
         return self.channel(topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {})
 
     def json(self, topic: str, name: str, schema: bytes, facts: Mapping[str, object]) -> int:
-        """A new channel of JSON objects with this JSON Schema."""
+        """Add a channel of JSON objects with this JSON Schema; returns its number."""
         return self.channel(topic, MessageEncoding.JSON, name, SchemaEncoding.JSONSchema, schema, facts)
 
     def channel(
         self, topic: str, encoding: str, name: str, language: str, schema: bytes, facts: Mapping[str, object]
     ) -> int:
-        """A new channel with this message encoding, schema name, schema language and schema."""
+        """Add a channel with this message encoding, schema name, schema language and schema; returns its number."""
         if topic in self.topics:
             raise RecordingError(f"topic {topic}: announced twice; name models, ports and samples apart")
         with self.writing():
@@ -125,7 +125,8 @@ class RecordingSink:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Keeps the thread off the file and turns the system's refusals into a RecordingError."""
+        """Context that locks the file against the flushing thread and converts errors of the system into a
+        RecordingError."""
         with self._lock, self._file.writing():
             if self._refused is not None:
                 raise self._refused
@@ -148,12 +149,12 @@ class RecordingSink:
                 return
 
     def _rest(self) -> None:
-        """End the thread."""
+        """Stop the flushing thread."""
         self._over.set()
         self._thread.join()
 
     def finish(self, result: Mapping[str, object]) -> Path:
-        """Write the metadata `result` and the summary, give the file its name."""
+        """Write the metadata `result` and the summary, and give the file its name; returns its path."""
         self._rest()
         with self.writing():
             self.mcap.metadata("result", texts(result))
@@ -161,20 +162,20 @@ class RecordingSink:
         return self._file.finish()
 
     def abandon(self, keep: bool = True) -> None:
-        """Close a file that cannot be finished, and `keep` what there is of it; without effect on a finished one."""
+        """Close a file that cannot be finished; `keep` the incomplete file. Without effect on a finished one."""
         self._rest()
         self._file.abandon(keep)
 
 
 class Peak(NamedTuple):
-    """Largest tension of a rope [N] and when [s]."""
+    """Largest tension of a rope [N] and its time [s]."""
 
     tension: float
     time: float
 
 
 class RowBlock(NamedTuple):
-    """Rows as in the file: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
+    """Encoded rows: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
 
     times: list[int]
     log_ns: list[int]
@@ -184,13 +185,13 @@ class RowBlock(NamedTuple):
 
 
 class Messages(Protocol):
-    """Receives messages of channels, usually a recording."""
+    """Interface that receives messages of channels, usually a recording."""
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None: ...
 
 
 class Channels(Protocol):
-    """Creates channels, whose messages go to `mcap`."""
+    """Interface that creates channels, whose messages go to `mcap`."""
 
     @property
     def mcap(self) -> Messages: ...
@@ -200,10 +201,10 @@ class Channels(Protocol):
 
 
 class RowWriter:
-    """Writes the rows of one layout into the sink and keeps the peak of each rope."""
+    """Writer of the rows of one layout; keeps the peak of each rope."""
 
     def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float, lift: str = "") -> None:
-        """For all rows, or those of a single lift in topics with its name."""
+        """Create the channels of all rows, or of the rows of a single lift in topics with its name."""
         own = f"/{lift}" if lift else ""
         self.layout = layout.check()
         self.peaks: dict[str, Peak] = {}
@@ -223,7 +224,7 @@ class RowWriter:
             self._lines = 0 if lift else sink.protobuf("/ropes", viewers.SceneUpdate)
 
     def ropes(self, lines: Sequence[viewers.RopeLine]) -> viewers.Ropes:
-        """Lines prepared for `hang`; raises RecordingError for one on a body without poses."""
+        """Return rope lines prepared for `hang`; raises RecordingError for a line on a body without poses."""
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != viewers.WORLD and body not in self.bodies:
@@ -235,7 +236,7 @@ class RowWriter:
         self._ropes, self._lines_due = ropes, 0
 
     def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> RowBlock:
-        """Rows (n, width) of these simulation and log times [ns] made ready for `write`."""
+        """Encode rows (n, width) with these simulation and log times [ns] for `write`."""
         columns = self._columns(rows)
         numbers, poses = np.split(columns, [self._columns.numbers], axis=1)
         samples = self._form.encode(times, numbers)
@@ -254,7 +255,7 @@ class RowWriter:
                 write(self._lines, log_ns, t_ns, drawn[i])
 
     def _drawn(self, block: RowBlock, first: int, end: int) -> dict[int, bytes]:
-        """Messages of the rows at which ropes are redrawn."""
+        """Return the messages of ropes by number of the row at which they are redrawn."""
         if self._ropes is None:
             return {}
         times, poses = block.times, block.columns[:, self._columns.numbers :].reshape(len(block.times), -1, 7)
@@ -271,8 +272,8 @@ class RowWriter:
 
 
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-    """Update each rope's peak tension, of all accepted steps if rows have it; over sheaves of samples, of its most
-    loaded part."""
+    """Update each rope's peak tension: from all accepted steps if rows have it; for ropes over sheaves from samples, of
+    the most loaded part."""
     found = [x for x in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)) if x]
     when = layout.find("rope/peak_time")
     for tension in found:

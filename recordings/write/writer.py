@@ -1,10 +1,9 @@
-"""The recorder: one MCAP file per run, written while it runs, whole once it bears its name.
+"""The recorder: one MCAP file per run, written while it runs, complete once it has its final name.
 
-First the metadata `run` and the attachments; messages in the order of simulation time; last the metadata
-`result`, whose absence means "cut off".  log_time is the recorder's own simulation time [ns] and never goes
-back; publish_time is the sender's.  Events come in total order and samples in theirs, but not together:
-both wait until nothing earlier can come, that is below `settle(t)` or below both the last event and the
-last sample.
+First come the metadata `run` and the attachments; then messages in the order of simulation time; last the metadata
+`result`, whose absence means "cut off". log_time is the recorder's own simulation time [ns] and never decreases;
+publish_time is the sender's. Events arrive in total order and samples in theirs, but not together: both wait until
+nothing earlier can arrive, that is below `settle(t)` or below both the last event and the last sample.
 """
 
 import heapq
@@ -47,18 +46,18 @@ class PendingRows(NamedTuple):
 
 @dataclass
 class _Apart:
-    """Rows of a single lift, and the number of the next one."""
+    """Writer of the rows of a single lift, and the number of its next row."""
 
     rows: RowWriter
     next: int = 0
 
 
 class Recorder:
-    """Writes the recording `path`; `run`: facts known at the start, `attachments`: files by name.
+    """Writer of the recording `path`; `run`: facts known at the start, `attachments`: files by name.
 
-    An earlier recording of this name stays and this one is run-2.mcap, unless `force` replaces it.  At most every
-    `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as failed when the
-    body raises.
+    An earlier recording of this name is kept and this one is run-2.mcap, unless `force` replaces it. Ropes are drawn at
+    most every `lines_every` [s] of simulation time. As a context manager it closes the file as failed when the body
+    raises.
     """
 
     def __init__(
@@ -108,17 +107,17 @@ class Recorder:
         )
 
     def layout(self, layout: SampleLayout) -> None:
-        """Set the columns of sample rows; once."""
+        """Set the columns of sample rows; to be called once."""
         self._rows = RowWriter(self._sink, layout, self._lines_every)
         self._lifts = {name: _Apart(RowWriter(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
     def boxes(self, boxes: Sequence[DrawnBox]) -> None:
-        """Draw these boxes on their bodies, from time 0 on; once, before the first message."""
+        """Draw these boxes on their bodies, from time 0 on; to be called once, before the first message."""
         channel = self._sink.protobuf("/scene", SceneUpdate)
         self._message(channel, 0, boxes_message(boxes))
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """Draw these ropes with the samples from this simulation time on, in place of those before."""
+        """Draw these ropes with the samples from this simulation time [ns] on, in place of earlier ones."""
         rows = self._announced()
         ropes = rows.ropes(lines)
         self._put(t_ns, lambda _: rows.hang(ropes))
@@ -128,7 +127,7 @@ class Recorder:
     # what happens
 
     def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
-        """Record an event on a port of a coupled model, in total order; `payload` are its msgpack bytes."""
+        """Record an event on a port of a coupled model, in total order; `payload`: its msgpack bytes."""
         channel = self._ports.get((source, port))
         if channel is None:
             raise RecordingError(f"event of {source}.{port}: this port was not announced; call add_port first")
@@ -139,7 +138,7 @@ class Recorder:
         self._drain()
 
     def samples(self, payload: bytes) -> None:
-        """Record a batch of the kernel in its wire form; numbers that are here already are passed over."""
+        """Record an encoded batch of the kernel; rows that are already recorded are skipped."""
         rows = self._announced()
         batch = decode_batch(payload, rows.layout)
         if batch.lift:
@@ -169,7 +168,7 @@ class Recorder:
         self._drain()
 
     def _samples_apart(self, batch: Batch) -> None:
-        """Rows of a single lift."""
+        """Record rows of a single lift."""
         lift = self._lifts[batch.lift]
         if batch.first > lift.next:
             raise RecordingError(f"samples {lift.next} to {batch.first - 1} of lift {batch.lift} are missing")
@@ -204,12 +203,12 @@ class Recorder:
         self._message(self._log, t_ns, log_message(t_ns, level, name, message))
 
     def settle(self, t_ns: int) -> None:
-        """All data before this simulation time are complete and may be written."""
+        """Note that all data before this simulation time [ns] are complete, and write them."""
         self._settled = max(self._settled, t_ns)
         self._drain()
 
     def close(self, status: str = "finished", reason: str = "", result: Mapping[str, object] | None = None) -> Path:
-        """Write all that waits and the metadata `result`, finish the file and give it its name."""
+        """Write all pending data and the metadata `result`, finish the file and give it its name; returns its path."""
         if self._closed:
             return self._sink.path
         self._closed = True
@@ -276,7 +275,7 @@ class Recorder:
                     what(self._now)
 
     def _write_rows(self, waiting: PendingRows, ticket: int, horizon: float) -> None:
-        """Rows below the horizon and before other pending data."""
+        """Write pending rows below the horizon and before other pending data."""
         queue, (rows, block, first) = self._queue, waiting
         if queue:
             horizon = min(horizon, queue[0][0] + queue[0][1])  # an event stands before the sample of its instant

@@ -38,12 +38,12 @@ HEADINGS = {
 
 
 class Spared:
-    """Parameters without Typer's conversion by Pydantic, whose import is slow."""
+    """Mixin that skips Typer's conversion of parameters by Pydantic, whose import is slow."""
 
     get_params: Any
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse arguments as Typer does."""
+        """Parse arguments as Typer does, but leave the values of parameters unconverted."""
         for param in self.get_params(ctx):
             if getattr(param, "_runtime_param", param) is None:
                 vars(param)["_runtime_param"] = _AsGiven()
@@ -51,7 +51,7 @@ class Spared:
 
 
 class _AsGiven:
-    """Leave the value of a parameter unconverted."""
+    """Parameter type that leaves a value unconverted."""
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         wanted = param.type_descriptor
@@ -85,7 +85,7 @@ class CommandList(Spared, TyperGroup):
     """The list of all commands under their headings."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Print commands by heading, each with its whole first sentence."""
+        """Print commands by heading, each with the whole first sentence of its docstring."""
         by_heading: dict[str, list[tuple[str, str]]] = {heading: [] for heading in HEADINGS.values()}
         for name, command in self.commands.items():
             module = getattr(command.callback, "__module__", "").rpartition(".")[2]
@@ -113,7 +113,8 @@ class App(typer.Typer):
     """The command-line application: every command has the same form of help."""
 
     def __call__(self, *args: Any, **settings: Any) -> Any:
-        """Run the command line; commands that it does not name are not imported."""
+        """Run the command line; if it names a command, only this one is registered, so that no other one is
+        imported."""
         known = self.registered_commands
         named = [x for x in known if sys.argv[1:2] == [x.name or get_command_name(getattr(x.callback, "__name__", ""))]]
         self.registered_commands = named or known
@@ -123,13 +124,15 @@ class App(typer.Typer):
             self.registered_commands = known
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[..., Any]:
-        """Register a command with its example, and with --allow-code if it may load foreign code."""
+        """Return a decorator that registers a command with its example, and with --allow-code if it may load foreign
+        code."""
         register = super().command(name, cls=Command, **settings)
         return lambda function: register(_with_allow_code(function))
 
 
 def _code_set(sets: Iterable[str]) -> list[str]:
-    """Functions named by --set, as the scene will name them; typing them on the command line trusts them."""
+    """Return the Python functions that --set options name, spelled as in a scene; naming one on the command line trusts
+    it."""
     found = []
     for key, _, value in (setting.partition("=") for setting in sets):
         module, colon, name = value.strip().strip("'\"").rpartition(":")
@@ -248,7 +251,7 @@ def carry_out() -> None:
 
 
 def _print_partial_verdict(error: HeavyliftError) -> None:
-    """The verdict on what was recorded of a run that the error has ended."""
+    """Print the verdict on the part of a run that was recorded before the error ended it."""
     if error.verdict is None:
         return
     from heavylift.coordinator.run.progress import print_verdict
@@ -260,7 +263,8 @@ def _print_partial_verdict(error: HeavyliftError) -> None:
 
 
 def _refused(error: Exception) -> str:
-    """A sentence for an error of the operating system (disk full, no permission); "" for any other error."""
+    """Return a sentence for an error of the operating system (memory, full disk, permission); "" for any other
+    error."""
     if out_of_memory(error):
         then = "then `heavylift resume` the recording, if there is one"
         return f"the system gives no more memory; end other programs or raise the limit (`ulimit -v`), {then}"
@@ -281,7 +285,7 @@ def _here() -> bool:
 
 
 def _unwritable() -> str:
-    """Why standard output cannot be written to; "" if it can."""
+    """Return why standard output cannot be written to; "" if it can."""
     try:
         if sys.stdout is not None:
             os.write(sys.stdout.fileno(), b"\n")  # what has failed once is gone from Python's own buffer
@@ -291,5 +295,5 @@ def _unwritable() -> str:
 
 
 def _discard_output() -> None:
-    """Discard standard output from now on, so that Python does not fail when it flushes at exit."""
+    """Redirect standard output to /dev/null, so that Python does not fail when it flushes at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

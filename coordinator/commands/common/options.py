@@ -24,7 +24,7 @@ AUTO = 1 << 30  # more processes than anybody has: as many as pay
 
 
 def process_count(text: str | int) -> int:
-    """The number of processes requested; AUTO to measure which number is fastest."""
+    """Read the number of processes from the option's text; AUTO for `auto`: measure which number is fastest."""
     if text == "auto":
         return AUTO
     try:
@@ -36,7 +36,8 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """The number `asked` for; for AUTO the number with which `run(count, watch)` is fastest, which is printed."""
+    """Return the number of processes `asked` for; for AUTO measure and print with which number `run(count, watch)` is
+    fastest."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -49,7 +50,7 @@ def paying_processes(
 
 
 def one_process(in_process: bool, processes: int, places: Sequence[str] | None) -> bool:
-    """Whether all models run in this process; refuses options that contradict it."""
+    """Return `in_process`; raises BadParameter for options that contradict it."""
     if in_process and (processes or places):
         raise typer.BadParameter("--in-process: all models run in this process, leave out --processes and --place")
     return in_process
@@ -78,7 +79,7 @@ def run_names(incomplete: str) -> list[str]:
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
-    """Files with these suffixes, and folders that may contain them."""
+    """Return matching files with these suffixes, and folders that may contain them."""
     folder, _, begun = incomplete.rpartition("/")
     where = f"{folder}/" if "/" in incomplete else ""
     try:
@@ -139,7 +140,7 @@ Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: -
 
 
 def written_to(help: str) -> Any:
-    """The option for the file or folder that a command writes."""
+    """Return the option -o for the file or folder that a command writes."""
     return typer.Option("-o", "--output", help=help)
 
 
@@ -186,7 +187,7 @@ def browse(url: str) -> None:
 
 
 def quantity(option: str, text: str, dimension: "Dimension") -> float:
-    """Read the value of an option in SI units; raises SceneError if it is no quantity."""
+    """Read the value of an option, in SI units; raises SceneError if it is not a quantity of this dimension."""
     try:
         return dimension.read(text)
     except ValueError as error:
@@ -212,7 +213,7 @@ def wall_s(option: str, text: str) -> float:
 
 
 def deadline_s(text: str) -> float:
-    """Read a deadline [s]."""
+    """Read a deadline [s]; raises SceneError if it is too short for a process."""
     seconds = wall_s("--deadline", text)
     if seconds < LEAST_s:
         raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
@@ -220,6 +221,6 @@ def deadline_s(text: str) -> float:
 
 
 def fails(state: str, strict: bool, fail_on: str) -> bool:
-    """Whether a verdict state ends in exit code 1."""
+    """Return whether a verdict `state` gives exit code 1, with --strict or --fail-on `fail_on`."""
     worst = {"red": 1, "undecided": 2, "amber": 3}
     return worst.get(state, 4) <= max(2 * strict, worst.get(fail_on, 0))

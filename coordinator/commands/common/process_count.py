@@ -1,8 +1,8 @@
-"""How many processes pay on this machine: one, two, four ... do the beginning of a run, and the fastest are taken.
+"""Measure how many processes are fastest on this machine: the beginning of a run with one, two, four ... processes.
 
-What a process gains depends on how long the models work between two messages and on what a message costs, and both
-are known only here and now.  The first trial tells how far one process comes in a second; each of the others does
-the same stretch, and is cut where it takes longer than the best.  A run is the same to the last bit in all of them.
+The gain of a process depends on how long the models work between two messages and on the cost of a message, which are
+known only on this machine. The first trial gives the simulation time that one process reaches in a second; each other
+trial runs up to this time, and is cut when it takes longer than the best. The number does not change any bit of a run.
 """
 
 import time
@@ -18,11 +18,12 @@ GAIN = 1.1  # so many times as fast must more processes be: less is noise, and t
 
 
 class _StretchDone(Exception):
-    """The measured stretch is over, or takes too long."""
+    """Ends a trial run: its simulation time is reached, or it takes too long."""
 
 
 class _TimedStretch(RunObserver):
-    """Ends a run at simulation time `until` [ns], or `limit` seconds of wall time after its first grants."""
+    """Observer that ends a run at simulation time `until` [ns], or `limit` seconds of wall time after its first
+    grants."""
 
     def __init__(self, limit: float, until: int) -> None:
         self._limit, self._until = limit, until
@@ -35,7 +36,7 @@ class _TimedStretch(RunObserver):
         self.waiting()
 
     def waiting(self) -> None:
-        """End the stretch if its time is over."""
+        """End the run by _StretchDone if its simulation time or wall time is over."""
         now = time.perf_counter()
         if self._began is None:
             self._began = now
@@ -45,8 +46,8 @@ class _TimedStretch(RunObserver):
 
 
 def paying(run: Callable[[int, RunObserver], object], models: int, most: int | None = None) -> tuple[int, str]:
-    """Measure with how many processes `run(count, watch)` is fastest, at most one per core; returns the number and how
-    it was found. A trial that fails is ignored: the recorded run will report it."""
+    """Measure with how many processes `run(count, watch)` is fastest, at most one per core. Returns the number and a
+    sentence with the measured times. A trial that fails is ignored: the recorded run will report the error."""
     most = min(models, cores() if most is None else most)
     until, best, found, notes = NEVER, 1, TRIED_s, list[str]()
     for count in sorted({*(2**i for i in range(most.bit_length())), most}):

@@ -1,8 +1,8 @@
-"""Rigid contact with friction: where bodies touch, and the rows of what touches.
+"""Rigid contact with friction: where bodies touch, and the constraint rows of touching bodies.
 
-candidates       what could touch, as a fixed list of witnesses per pair of shapes; how far no shape passes another
+candidates       fixed list of contact candidates for each pair of shapes; bound of a step against tunnelling
 frames, pairs    contact point, normal and tangents with their rates; the table of pairs of shapes
-contact_points   rows, guards and heat of what touches, inside an evaluation
+contact_points   rows, guards and heat of contacts, inside an evaluation
 """
 
 from heavylift.kernel.on_demand import face

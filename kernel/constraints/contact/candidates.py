@@ -1,4 +1,4 @@
-"""What could touch: a fixed list of candidates for each pair of shapes, each a witness that is positive while apart.
+"""Contact candidates: a fixed list for each pair of shapes, each with a witness, a gap that is positive while apart.
 
 ball - plane, ball - ball     one candidate
 box - plane                   its 8 vertices
@@ -7,22 +7,21 @@ box - box                     16 vertices in the other box; 144 pairs of edges
 
 A ball is (centre, radius), a box (centre, axes as rows, half edges), a plane (point, normal), in its body's frame.
 
-A vertex has its distance from the box's surface (largest over the three axes), so that it needs no test of a foot.
-The border of a face belongs to it: above the face that separates two overlapping boxes most, a vertex has its height,
-else boxes of equal width, whose vertices meet border on border, would pass through each other.
-Of the 12 x 12 pairs of edges only those count that cross within both and are as far apart as the boxes are along the
-direction that separates them most (Gottschalk, Lin, Manocha, SIGGRAPH 1996: 15 directions decide): convex bodies
-touch nowhere else.  The others stand at `APART`.  Written without branches.
+The witness of a vertex is its distance from the surface of the other box (the largest over the three axes), so no test
+of a foot point is needed. The border of a face belongs to the face: above the face that separates two overlapping boxes
+most, the witness is the height above that face; otherwise boxes of equal width, whose vertices meet border on border,
+would pass through each other. Of the 12 x 12 pairs of edges only those count that cross within both edges and whose gap
+equals the separation of the boxes along their direction of largest separation (Gottschalk, Lin, Manocha, SIGGRAPH 1996:
+15 directions decide): convex bodies touch nowhere else. The others have the value `APART`. The code has no branches.
 
-Each witness comes with its rate: a candidate that has just been left lies at the edge of round-off, and is met again
-only where it is below zero and falling.
+Each witness comes with its rate: a candidate that has just been left is zero within round-off, and touches again only
+when it is negative and falling.
 
-How long a step may be, so that two shapes do not pass through each other unseen between two stages.
-
-A witness is below zero from the touch until the centres have passed (of a vertex: until the middle of the box), which
-takes at least the smallest half extents at the speed at which the shapes can close.  A step lasts no longer than that,
-and than half of the way between their bounding spheres before (conservative advancement: Mirtich, thesis, Berkeley
-1996, section 2.3).  Nothing passes through a plane: all below it touches.
+Bound of a step, so that two shapes do not pass through each other unseen between two stages: a witness is negative from
+the touch until the centres have passed (of a vertex: until the middle of the box), which takes at least the smallest
+half extents at the largest possible closing speed. A step is no longer than that, plus half of the time in which the
+bounding spheres can meet (conservative advancement: Mirtich, thesis, Berkeley 1996, section 2.3). Nothing passes
+through a plane: whatever is below it touches.
 """
 
 from dataclasses import dataclass
@@ -58,20 +57,21 @@ class OrientedBox:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
     def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
-        """Distance (3,) of x, a point of `body`, outside the nearer face along each axis, and its rate."""
+        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis, and its rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Signed distance of a point of `body` from the surface along the axis with the largest one."""
+        """Return the signed distance of a point of `body` from the surface, the largest over the axes, and its rate."""
         s, v = self.outside(x, body)
         first = s[0] > s[1]
         gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Height of a point above the relevant one of three `faces` if it lies over it, else its depth."""
+        """Return the height of a point of `body` above that of three `faces` which is marked, if the point lies over
+        this face; else its depth."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -81,14 +81,14 @@ class OrientedBox:
 
 
 def ball_plane(ball: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """A ball of A above a plane of B (point, normal)."""
+    """Return the witness of a ball of A and a plane (point, normal) of B."""
     a, b = Side(A), Side(B)
     c, n = a.place(ball[:3]), b.R @ plane[3:6]
     return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
 
 
 def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Two balls."""
+    """Return the witness of two balls."""
     a, b = Side(A), Side(B)
     p, q = a.place(first[:3]), b.place(second[:3])
     d = p - q
@@ -97,7 +97,7 @@ def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
-    """A ball of A against the nearest face, edge or corner of a box of B."""
+    """Return the witness of a ball of A and the nearest face, edge or corner of a box of B."""
     a, b = Side(A), OrientedBox(box, B)
     c = a.place(ball[:3])
     d = b.axes @ (c - b.c)
@@ -110,7 +110,7 @@ def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """Vertices of a box of A above a plane of B."""
+    """Return the witnesses of the vertices of a box of A above a plane of B."""
     return [w for x in OrientedBox(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
@@ -120,7 +120,8 @@ def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
 
 
 def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Vertices of A in B, vertices of B in A, then pairs of edges: (a_i, b_j, edge of A, of B)."""
+    """Return the witnesses of vertices of A in B, of vertices of B in A, then of pairs of edges (a_i, b_j, edge of A,
+    of B)."""
     a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c
@@ -136,15 +137,15 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def _faces(apart: list[Scalar]) -> list[Scalar]:
-    """The separating axis of two boxes that overlap along the other two, so that flush sliding boxes do not catch at
-    borders."""
+    """Mark the separating axis of two boxes that overlap along the other two axes, so that flush sliding boxes do not
+    catch at borders."""
     over = [x < -NEAR for x in apart]
     return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
 
 
 @dataclass(frozen=True)
 class Direction:
-    """n = a_i x b_j from B to A; `separation` of the boxes along it [m]."""
+    """The direction n = a_i x b_j across an edge of each box, from B to A; `separation` of the boxes along it [m]."""
 
     i: int
     j: int
@@ -154,7 +155,7 @@ class Direction:
 
 
 def crossings(a: OrientedBox, b: OrientedBox) -> list[Direction]:
-    """The nine directions across an edge of each box."""
+    """Return the nine directions across an edge of each box."""
     return [_crossing(a, b, i, j) for i in range(3) for j in range(3)]
 
 
@@ -168,16 +169,14 @@ def _crossing(a: OrientedBox, b: OrientedBox, i: int, j: int) -> Direction:
 
 
 def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
-    """Midpoint of an edge along axis i, in world axes."""
+    """Return the midpoint of an edge along axis i, in world axes; `signs`: its sides along the other axes."""
     k, l = (i + 1) % 3, (i + 2) % 3
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 
 
 def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[Witness]:
-    """Gaps of crossing edge pairs that no other direction separates further.
-
-    All is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n.
-    """
+    """Return the witnesses of crossing edge pairs that no other direction separates further. All is linear in the
+    midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n."""
     along, across = a.axes[x.i], b.axes[x.j]
     crossing = x.sine > CROSSING
     per = select(x.n @ cross(along, across) > 0.0, 1.0, -1.0) / select(crossing, x.sine, 1.0)
@@ -204,12 +203,12 @@ THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do n
 
 
 def passes(c: Contact) -> bool:
-    """Whether the shapes of a contact could pass through each other."""
+    """Return whether the shapes of a contact could pass through each other (not so with a plane)."""
     return not isinstance(c.b, Plane)
 
 
 def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
-    """Longest step [s] for the present poses and speeds."""
+    """Return the longest step [s] in which the shapes cannot pass through each other, for present poses and speeds."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     window = minimum(half_a, half_b) if both_boxes else half_a + half_b

@@ -1,9 +1,9 @@
-"""The rows of contacts inside an evaluation, their guards and their heat.
+"""Constraint rows of contacts inside an evaluation, their guards and their heat.
 
-A slot holds one place where two bodies touch.  Closed, its normal row lets nothing pass; sticking, its tangents are
-held as well; sliding, friction is part of the push of the normal row, which then differs from what the row senses.
-All of this is numbers of the run that stay frozen in a step.  Guards: a candidate touches (gap and its rate below
-zero), the normal force vanishes, friction reaches its limit or sliding its end, the place leaves its face.
+A slot holds one place where two bodies touch. Closed: its normal row prevents penetration; sticking: its tangents are
+constrained as well; sliding: friction is part of the wrench that the normal row exerts, which then differs from what
+the row senses. These states are parameters of the run, frozen during a step. Guards: a candidate touches (gap and its
+rate below zero), the normal force vanishes, friction reaches its limit, sliding ends, or the place leaves its face.
 """
 
 from collections.abc import Mapping
@@ -34,10 +34,10 @@ LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
 
 
 class SlotAt:
-    """Places of a slot's state after its base; candidate -1: free.
+    """Indices of a slot's state after the numbers of its frame; CANDIDATE is -1 in a free slot.
 
-    BACK: the speed against U [m/s] that ends a slip; for one that begins, more than a nanosecond may leave.
-    SLIPS: whether it slides away; a place at the limit of friction may be held by others.
+    BACK: speed against U [m/s] at which a slip ends; larger for a slip that has just begun, so that it does not end at
+    once. SLIPS: whether the contact slides away; a contact at its friction limit may also be held by others.
     """
 
     ON, STICK = range(HELD, HELD + 2)
@@ -48,8 +48,8 @@ class SlotAt:
 
 @dataclass(frozen=True)
 class Site:
-    """A contact: shape pair, size of its first shape's numbers, bodies, rows per slot; `reach`: bound of a step, if the
-    shapes could pass through each other."""
+    """A contact with its functions: shape pair, size of its first shape's numbers, bodies, rows per slot; `reach`:
+    bound of a step, if the shapes could pass through each other."""
 
     contact: Contact
     pair: ContactPair
@@ -62,12 +62,12 @@ class Site:
 
     @property
     def slots(self) -> list[str]:
-        """Names of its slots."""
+        """Return the names of the contact's slots."""
         return [f"{self.contact.name}/{k}" for k in range(self.pair.slots)]
 
 
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
-    """Numbers of P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
+    """Return the numbers in P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
     pair = pair_of(c)
     empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {
@@ -79,7 +79,7 @@ def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[flo
 
 
 class ContactPointRows:
-    """What the contacts of a system add to an evaluation."""
+    """Contribution of a system's contacts to an evaluation: rows, guards, heat."""
 
     def __init__(self, system: System, graph: Graph) -> None:
         kinds: dict[str, tuple[Function, Function, Function | None]] = {}
@@ -93,7 +93,7 @@ class ContactPointRows:
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
     def slots(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[SimpleNamespace]:
-        """All slots in order."""
+        """Return the state of all slots in order."""
         out = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -105,7 +105,7 @@ class ContactPointRows:
         return out
 
     def rows(self, slots: list[SimpleNamespace]) -> list[ConstraintRow]:
-        """Normal and, with friction, two tangents of each slot."""
+        """Return the rows of each slot: normal and, with friction, two tangents."""
         out = []
         for x in slots:
             a, b = x.site.bodies
@@ -117,7 +117,7 @@ class ContactPointRows:
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
-        """Guards of all candidates."""
+        """Return the guards of all candidates."""
         out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -127,11 +127,11 @@ class ContactPointRows:
 
     @property
     def bounded(self) -> bool:
-        """Whether shapes could pass through each other in a long step."""
+        """Return whether shapes could pass through each other in a long step."""
         return any(s.reach for s in self.sites)
 
     def reach(self, numbers: Numbers, ends: Mapping[int, Array]) -> Scalar:
-        """Longest step without shapes passing through each other [s]."""
+        """Return the longest step in which no shapes can pass through each other [s]."""
         longest: Scalar = FOREVER
         for s in self.sites:
             if s.reach:
@@ -140,7 +140,7 @@ class ContactPointRows:
         return longest
 
     def loads(self, slots: list[SimpleNamespace], multipliers: Any) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
-        """Guards of the slots, heat per contact [W], normal force per contact [N]."""
+        """Return the guards of the slots, heat per contact [W] and normal force per contact [N]."""
         own: dict[str, list[Scalar]] = {s.contact.name: [] for s in self.sites}
         heat: dict[str, Scalar] = dict.fromkeys(own, 0.0)
         force: dict[str, Scalar] = dict(heat)
@@ -161,7 +161,7 @@ class ContactPointRows:
 
 
 def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, Function | None]]) -> Site:
-    """`kinds`: functions of shape pairs, shared by contacts of the same pair."""
+    """Create the functions of a contact; `kinds`: functions by pair of shapes, shared by contacts of the same pair."""
     pair, bodies = pair_of(c), (graph.number(c.a.body), graph.number(c.b.body))
     kind = f"{type(c.a).__name__}_{type(c.b).__name__}".lower()
     n = len(shape_numbers(c.a))
@@ -171,7 +171,8 @@ def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, F
 
 
 def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
-    """Guards of the candidates, one slot, and the reach of a step; n numbers are of the first shape."""
+    """Create the functions for the guards of the candidates, one slot, and the bound of a step; n: number of values of
+    the first shape."""
 
     def watch(p: Array, held: Array, A: Array, B: Array) -> Outputs:
         witnesses = pair.watch(p[:n], p[n:], A, B)
@@ -191,15 +192,14 @@ def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Functi
 
 
 def _touch(gap: Scalar, rate: Scalar) -> Any:
-    """Below zero where a candidate touches: at once if it approaches, slowly if it only penetrates."""
+    """Return the guard of a candidate: negative where it touches, at once if it approaches, with a delay if it only
+    penetrates."""
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 
 
 def _slot(pair: ContactPair, h: Array, mu: Scalar, A: Array, B: Array) -> Outputs:
-    """A slot: sensing rows (wa, wb) and the normal wrench (pa, pb), zero if it is open.
-
-    `sliding`: speed against friction; `onward`: along the direction in which sliding began.
-    """
+    """Return the rows that a slot senses (wa, wb) and the wrench that its normal row exerts (pa, pb); zero if open.
+    `sliding`: speed against friction; `onward`: speed along the direction in which sliding began."""
     f = pair.frame(h[:HELD], A, B)
     r = frames.rows(f, A, B)
     on, stick = h[SlotAt.ON] > 0.0, h[SlotAt.STICK] > 0.0

@@ -1,10 +1,9 @@
-"""Where two bodies touch: the contact point x, the normal n that pushes A away from B, two tangents, and their rates.
+"""Contact frames: the contact point x, the normal n that pushes A away from B, two tangents, and their rates.
 
-Five kinds are enough for points, balls and boxes: a ball of A on a face, an edge or a corner of B, two balls, two
-edges that cross.
-With F = (n, t1, t2), the rows' velocities are F (v_A(x) - v_B(x)), and because x is one moving point of the world for
-both bodies, their derivatives hold besides the accelerations of the bodies only F ((w_A - w_B) x dx/dt) + dF/dt
-(v_A(x) - v_B(x)): each kind needs no more than x, dx/dt, F and dF/dt.
+Five kinds cover points, balls and boxes: a ball of A on a face, an edge or a corner of B; two balls; two edges that
+cross. With F = (n, t1, t2), the rows' velocities are F (v_A(x) - v_B(x)). Since x is the same moving point of the world
+for both bodies, their derivatives contain, besides the accelerations of the bodies, only F ((w_A - w_B) x dx/dt) +
+dF/dt (v_A(x) - v_B(x)): each kind needs no more than x, dx/dt, F and dF/dt.
 """
 
 from dataclasses import dataclass
@@ -51,7 +50,7 @@ class Side:
 
 
 def face(p: Array, A: Array, B: Array) -> ContactFrame:
-    """A ball of A on a plane fixed in B."""
+    """Return the frame of a ball of A on a plane fixed in B."""
     a, b = Side(A), Side(B)
     c, r, q = a.place(p[:3]), p[3], b.place(p[4:7])
     F = np.array([b.R @ e for e in np.reshape(p[7:16], (3, 3))])
@@ -61,7 +60,7 @@ def face(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def balls(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Two balls; the tangents are a direction of B seen along the normal, and the one across."""
+    """Return the frame of two balls; the first tangent is normal to a fixed direction of B, the second to both."""
     a, b = Side(A), Side(B)
     c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
     n, dn, distance = _unit(c_a - c_b, a.velocity(c_a) - b.velocity(c_b))
@@ -72,7 +71,7 @@ def balls(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edges(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Two edges that cross; the first tangent runs along that of A."""
+    """Return the frame of two edges that cross; the first tangent runs along that of A."""
     a, b = Side(A), Side(B)
     p_a, p_b, d, e = a.place(p[:3]), b.place(p[6:9]), a.R @ p[3:6], b.R @ p[9:12]
     dd, de = cross(a.w, d), cross(b.w, e)
@@ -90,7 +89,8 @@ def edges(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edge(p: Array, A: Array, B: Array) -> ContactFrame:
-    """A ball of A on an edge of B; `along`: along the edge, and 1 where the ball reaches an adjacent face."""
+    """Return the frame of a ball of A on an edge of B; `along`: position along the edge, and 1 where the ball reaches
+    an adjacent face."""
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
     d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)
@@ -102,7 +102,7 @@ def edge(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def corner(p: Array, A: Array, B: Array) -> ContactFrame:
-    """A ball of A on a corner of B; `along`: above 1 where the ball reaches an edge."""
+    """Return the frame of a ball of A on a corner of B; `along`: above 1 where the ball reaches an edge."""
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
@@ -111,14 +111,15 @@ def corner(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
-    """Unit vector, its rate, and the length."""
+    """Return the unit vector of m, its rate, and the length of m."""
     size = sqrt(m @ m + TINY)
     u, du = m * (1.0 / size), dm * (1.0 / size)
     return u, du - u * (u @ du), size
 
 
 def rows(f: ContactFrame, A: Array, B: Array) -> Outputs:
-    """rate and bias (3,), wrenches wa and wb (3, 6) on A and B about their trees' points, rate = wa V_A - wb V_B."""
+    """Return the rows of a frame: rate and bias (3,), wrenches wa and wb (3, 6) on A and B about their trees' points,
+    with rate = wa V_A - wb V_B."""
     a, b = Side(A), Side(B)
     v = a.velocity(f.x) - b.velocity(f.x)
     return {

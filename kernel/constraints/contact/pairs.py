@@ -1,8 +1,8 @@
-"""The table of pairs of shapes: what a pair watches, how many places can push at once, and what is held there.
+"""The table of pairs of shapes: witnesses, number of slots, and frames of each pair.
 
-A *candidate* is watched by its witness.  One that touches takes a *slot*, which has the three rows of a contact: the
-rows cost, so there are only as many slots as can push at once.  What a slot holds are numbers of the run, written at
-the touch; a new pair of shapes is one entry.
+A *candidate* is watched by its witness. One that touches takes a *slot*, which has the three rows of a contact; rows
+are expensive, so a pair has only as many slots as places that can push at once. The numbers of a slot are parameters of
+the run, written at the touch; a new pair of shapes is one entry.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,8 @@ NEAREST = 1e-12  # [m] beyond a face where a ball lies at its edge
 
 @dataclass(frozen=True)
 class ContactPair:
-    """`watch(a, b, A, B)` -> witnesses; `frame(h, A, B)` of a slot; `hold(candidate, a, b, A, B)` -> (19,) numbers."""
+    """A pair of shapes: `watch(a, b, A, B)` -> witnesses; `frame(h, A, B)` -> frame of a slot; `hold(candidate, a, b,
+    A, B)` -> numbers (19,) of the slot."""
 
     candidates: int
     slots: int
@@ -41,7 +42,8 @@ class ContactPair:
 
 
 def shape_numbers(s: Shape) -> list[float]:
-    """Ball: centre, radius; box: centre, axes as rows, half edges; plane: point, unit normal."""
+    """Return the numbers of a shape: ball: centre, radius; box: centre, axes as rows, half edges; plane: point, unit
+    normal."""
     if isinstance(s, Ball):
         return [*s.p, s.radius]
     if isinstance(s, Box):
@@ -50,7 +52,7 @@ def shape_numbers(s: Shape) -> list[float]:
 
 
 def _axes(n: np.ndarray) -> np.ndarray:
-    """n and two orthogonal directions, the first perpendicular to the axis with the smallest component of n."""
+    """Return n and two orthogonal directions, the first perpendicular to the axis of n's smallest component."""
     t = np.cross(np.eye(3)[int(np.argmin(np.abs(n)))], n)
     t = t / norm(t.tolist())
     return np.array([n, t, np.cross(n, t)])
@@ -65,7 +67,7 @@ def _on_plane(centre: Array, radius: float, plane: np.ndarray) -> list[float]:
 
 
 def _vertex(i: int, box: np.ndarray) -> np.ndarray:
-    """In the body's frame."""
+    """Return the i-th vertex of a box in its body's frame."""
     p: np.ndarray = box[:3] + (np.array(VERTICES[i]) * box[12:15]) @ np.reshape(box[3:12], (3, 3))
     return p
 
@@ -77,8 +79,8 @@ def _two_balls(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarra
 
 def _on_face(kind: float, p: np.ndarray, radius: float, box: np.ndarray, own: np.ndarray, other: np.ndarray,
              between: np.ndarray) -> list[float]:  # fmt: skip
-    """A ball at p of body `own` on the face of a box of `other` that separates the shapes best; `between`: from the
-    box's centre to the shape's."""
+    """Return the slot numbers of a ball at p of body `own` on the face of a box of `other` that separates the shapes
+    best; `between`: vector from the centre of the box to that of the other shape."""
     at = BoxAt(box, other)
     d = at.axes @ (Side(own).place(p) - at.c)
     outside = np.abs(d) - at.h
@@ -92,7 +94,7 @@ def _on_face(kind: float, p: np.ndarray, radius: float, box: np.ndarray, own: np
 
 
 def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray) -> list[float]:
-    """The face, edge or corner nearest to the ball's centre; points touch faces only."""
+    """Return the slot numbers for the face, edge or corner nearest to the ball's centre; points touch faces only."""
     at = BoxAt(b, B)
     between = Side(A).place(a[:3]) - at.c
     d = at.axes @ between
@@ -109,7 +111,7 @@ def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndar
 
 
 def _frame_of_ball_on_box(h: Array, A: Array, B: Array) -> ContactFrame:
-    """On a face, an edge or a corner."""
+    """Return the frame of a ball on a face, an edge or a corner of a box, as the slot states."""
     g = h[1:]
     kinds = frames.face(g[:FACE], A, B), frames.edge(g[:EDGE], A, B), frames.corner(g[:CORNER], A, B)
     return _chosen(h[0], kinds)
@@ -133,7 +135,7 @@ def _two_boxes(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarra
 
 
 def _frame_of_boxes(h: Array, A: Array, B: Array) -> ContactFrame:
-    """Whichever of the three kinds the slot holds."""
+    """Return the frame of two boxes: a face of B, a face of A or crossing edges, as the slot states."""
     g = h[1:]
     on_b, on_a = frames.face(g[:FACE], A, B), _turned(frames.face(g[:FACE], B, A))
     crossed = frames.edges(g[:EDGES], A, B)
@@ -149,7 +151,7 @@ def _chosen(kind: Scalar, found: tuple[ContactFrame, ContactFrame, ContactFrame]
 
 
 def _turned(f: ContactFrame) -> ContactFrame:
-    """The same contact with the normal from A to B."""
+    """Return the same contact with the normal from A to B."""
     return ContactFrame(f.gap, f.x, f.dx, -f.F, -f.dF, f.along)
 
 
@@ -183,7 +185,7 @@ def pair_of(c: Contact) -> ContactPair:
 
 
 def check_contact(c: Contact) -> None:
-    """Raises KernelError for shapes, friction or restitution that cannot be."""
+    """Raise KernelError for invalid shapes, friction or restitution."""
     where = f"contact '{c.name}'"
     pair_of(c)
     if c.a.body == c.b.body:

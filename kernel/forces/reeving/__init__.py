@@ -1,8 +1,8 @@
 """Ropes over sheaves and edges, with friction.
 
 law       the entry of the force table
-groups    the parts that move together, and what strains them; edges of several bodies
-nodes     sheaves, edges and ends as numbers; where a rope lies at the start
+groups    parts of a rope that slip together, and their strains; edges of several bodies
+nodes     sheaves, edges and ends as numbers; initial course of a rope
 sheaves   geometry over sheaves: tangents and arcs; geometry along edges, unrolled
 """
 

@@ -1,11 +1,10 @@
-"""The parts of a rope over sheaves that move together, and what strains them (see `reeving` for the equations).
+"""Groups of parts of a rope over sheaves that slip together, and their strains (see `reeving` for the equations).
 
-Parts joined by slipping sheaves form a group: their strains keep the ratios of its sheaves, their unstretched lengths
-one sum; the strain of the first part follows from it by Newton's method.
+Parts joined by slipping sheaves form a group: the ratios of their strains are those of the sheaves, and only the sum of
+their unstretched lengths is given; the strain of the first part follows from it by Newton's method.
 
-Edges of several bodies: one rope bends over them where nothing can turn them out of parallel.
-
-Between the bodies there are joints that slide, or turn about the direction of the edges, which they then keep.
+The edges of one rope may be on several bodies if nothing can turn them out of parallel: all joints between the bodies
+slide, or turn about the direction of the edges.
 """
 
 from collections.abc import Sequence
@@ -31,7 +30,8 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strains with rates, unstretched lengths of parts, and flows over sheaves in the present modes."""
+    """Strains with rates, unstretched lengths of parts, and flows over sheaves, for the present modes of the
+    sheaves."""
 
     def __init__(
         self,
@@ -81,11 +81,11 @@ class Groups:
             self.flows.append(self._joined(i, passed, 0.0))
 
     def _joined(self, i: int, yes: Scalar, no: Scalar) -> Any:
-        """`yes` where the rope slips over sheave i, else `no`."""
+        """Return `yes` where the rope slips over sheave i, else `no`."""
         return select(abs(self._modes[i]) > 0.0, yes, no) if self._rubs[i] else yes
 
     def _total(self, values: list[Scalar]) -> list[Scalar]:
-        """Sum over its group, for each part."""
+        """Return, for each part, the sum of values over its group."""
         sums = [values[0]]
         for i, x in enumerate(values[1:]):
             sums.append(x + self._joined(i, sums[i], 0.0))
@@ -95,12 +95,12 @@ class Groups:
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Scalar]:
-        """Mean of N s' over its group, for each part."""
+        """Return, for each part, the mean of N s' over its group."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
     def grips(self) -> list[Scalar]:
-        """Guards of the sheaves with friction."""
+        """Return the guards of the sheaves with friction."""
         s = self.strains
         out = []
         for i, (ratio, _) in enumerate(self._ratios):
@@ -119,7 +119,7 @@ def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
 
 
 def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
-    """Tension ratio of a slipping sheave, and its rate; wrap angle [rad] with rate."""
+    """Return the tension ratio of a slipping sheave and its rate; `wrap`: wrap angle [rad] with rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:
         angle, turning = wrap
@@ -152,7 +152,7 @@ def check_parallel(f: Reeving, graph: Graph, poses: Poses) -> None:
 
 
 def _path(graph: Graph, body: str) -> list[int]:
-    """The links from a body to the ground."""
+    """Return the numbers of the links from a body to the ground."""
     i = -1 if body == WORLD else graph.number(body)
     found = []
     while i >= 0:
@@ -162,7 +162,7 @@ def _path(graph: Graph, body: str) -> list[int]:
 
 
 def _turns(link: Link, poses: Poses, n: Array) -> bool:
-    """Whether a joint turns its child about an axis other than n."""
+    """Return whether a joint turns its child about an axis other than n."""
     joint = link.joint
     kind = JOINTS[joint.kind]
     if kind.quaternion is not None:

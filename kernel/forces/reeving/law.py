@@ -1,15 +1,15 @@
 """A massless elastic rope over sheaves with friction, stick and slip at each of them.
 
-Each part j between two nodes has its own unstretched length N_j and strain s_j = l_j/N_j - 1.  At a sheave that sticks
+Each part j between two nodes has its own unstretched length N_j and strain s_j = l_j/N_j - 1. At a sheave that sticks
 no rope passes; at one that slips the strains keep the ratio rho = exp(mu wrap)/efficiency against the motion
-(Euler-Eytelwein).  Parts joined by slipping sheaves form a group: s_j = r_j s, with s from sum l_j/(1 + r_j s) =
-unstretched length of the group (Newton's method, exact to round-off).  T_j = EA s_j + c sum N_j s_j' / sum N_j over its
-group, which for a rope without friction is `Rope`'s EA e/L0 + damping e' with c = damping L0.
-Discrete states, frozen in a step: a sheave slips when the ratio passes rho (1 + BITE) and sticks when the flow of rope
-over it falls through zero; a part whose damping would make it push is limp; slack rope slides freely, its parts are one
-group of equal strain.  A sheave with a radius is left when its wrap falls to zero, and found when the straight part
-comes back to it (`sheaves`); left, it joins its parts without friction.  Heat of a sheave is (T_out - T_in) times the
-flow, with the strain energy that is carried over.
+(Euler-Eytelwein). Parts joined by slipping sheaves form a group: s_j = r_j s, where s solves sum l_j/(1 + r_j s) =
+unstretched length of the group (Newton's method, exact to round-off). T_j = EA s_j + c sum N_j s_j' / sum N_j over its
+group, which for a rope without friction is `Rope`'s EA e/L0 + damping e' with c = damping L0. Discrete states, frozen
+in a step: a sheave slips when the ratio passes rho (1 + BITE) and sticks when the flow of rope over it falls through
+zero; a part whose damping would make it push is limp; a slack rope slides freely, and its parts are one group of equal
+strain. The rope leaves a sheave with a radius when its wrap falls to zero, and touches it again when the straight part
+comes back (`sheaves`); in between, the sheave joins its parts without friction. Heat of a sheave is (T_out - T_in)
+times the flow, including the strain energy that is carried over.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ UNSTRAINED = 1e-7  # strain of a part that has just come taut
 
 
 class ReevingAt:
-    """Places of a rope's numbers; `TAUT`: 1 taut, 0 slack, -1 unhooked."""
+    """Indices of a rope's numbers; `TAUT`: 1 taut, 0 slack, -1 unhooked."""
 
     EA, C, TAUT = range(3)
     HEAD = 3
 
 
 class ReevingLaw(ForceLaw[Reeving]):
-    """P: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along; FREE); N of each part but the first;
-    limp parts; sheaves in contact; nodes."""
+    """Law of a rope over sheaves. P holds: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along;
+    FREE); N of each part but the first; limp parts; sheaves in contact; nodes."""
 
     works = True
 
@@ -82,11 +82,11 @@ class ReevingLaw(ForceLaw[Reeving]):
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
-        """Initial length [m]; raises KernelError if the rope cannot run."""
+        """Return the initial length [m]; raises KernelError if the rope cannot run over its sheaves."""
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
-        """Where a rope has lost its direction, in words; "" if it runs."""
+        """Describe where a rope has lost its sheave or direction; "" if it runs."""
         first = 3 * len(f.sheaves) + 3
         return lost(f, poses, list(shown[first : first + len(leavable(f))]))
 
@@ -212,14 +212,14 @@ class ReevingLaw(ForceLaw[Reeving]):
         return "slip" if modes[i] else "stick", float(number)
 
     def take_off(self, f: Reeving, p: np.ndarray) -> None:
-        """Take the rope off all points."""
+        """Unhook the rope: it leaves all sheaves and points."""
         n = len(f.sheaves)
         modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
         p[ReevingAt.TAUT], modes[:], own[:], limp[:] = -1.0, FREE, 0.0, 0.0
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from a to b; returns by how much it is too short [m]."""
+        """Hang the rope, slack, from a to b; return by how much its unstretched length L0 is too short [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0
@@ -238,14 +238,15 @@ def _rubs(f: Reeving) -> list[bool]:
 
 
 def _only(on: Scalar, x: Array) -> Array:
-    """x where `on`, else zeros."""
+    """Return x where `on`, else zeros."""
     return np.array([select(on, e, 0.0) for e in x])
 
 
 def _along_edges(
     way: RopePath | Unrolled, there: list[Scalar | None], T: list[Scalar], given: list[Array]
 ) -> tuple[Scalar, list[Scalar], list[Scalar]]:
-    """Heat of sliding along edges, force [N] and place [m] at each edge, guards of their ends."""
+    """Return the heat of sliding along edges, force [N] and place [m] at each edge, and the guards of the edges'
+    ends."""
     if isinstance(way, RopePath):
         return 0.0, [], []
     pulls = [k * part.u for k, part in zip(T, way.parts, strict=True)]

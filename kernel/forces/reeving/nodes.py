@@ -1,4 +1,4 @@
-"""The nodes of a rope over sheaves or edges: their numbers in P, the way over them, and where it lies at the start."""
+"""Nodes of a rope over sheaves or edges: their numbers in P, the path over them, and its initial course."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ Demand = Callable[[str, bool, str], None]  # field, whether it is good, what is 
 
 
 def all_nodes(f: Reeving) -> list[Sheave]:
-    """Ends and sheaves."""
+    """Return the ends and sheaves of a rope as sheaves."""
     return [Sheave(f.a), *f.sheaves, Sheave(f.b)]
 
 
 def leavable(f: Reeving) -> list[int]:
-    """Sheaves that the rope can leave, counted from 0."""
+    """Return the numbers, from 0, of the sheaves that the rope can leave."""
     return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
 
 
 def turning(f: Reeving) -> list[bool]:
-    """Whether the wrap of each node is needed."""
+    """Return for each node whether its wrap is needed."""
     return [False, *(s.friction > 0.0 or s.radius > 0.0 for s in f.sheaves), False]
 
 
 def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
-    """The node of a sheave or rope end from its numbers q (NODE,)."""
+    """Return the node of a sheave or rope end from its numbers q (NODE,)."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
     needed = s.radius > 0.0 or s.friction > 0.0
@@ -54,14 +54,15 @@ def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
 def way_over(
     f: Reeving, nodes: Sequence[SheavePoint], on: Sequence[Scalar | None], counted: Array | None = None
 ) -> RopePath | Unrolled:
-    """Over sheaves in a plane each, or along edges."""
+    """Return the path of a rope over its nodes: over planar sheaves, or along edges."""
     if f.edges:
         return Unrolled(nodes, turning(f), on, counted, f.apart)
     return RopePath(nodes, turning(f), on, counted)
 
 
 def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], list[SheavePoint]]:
-    """Numbers, bodies and nodes in a pose, undivided."""
+    """Return the numbers of all nodes, their bodies at rest and the nodes themselves in a pose, with arcs not yet
+    divided."""
     given = [[*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency, *s.span] for s in all_nodes(f)]
     bodies = [_body(*poses(p.body)) for p in f.points]
     nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
@@ -69,7 +70,8 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Numbers of the nodes with arcs divided in the middle, and whether the rope touches each (None: permanently)."""
+    """Return the numbers of the nodes, with arcs divided in the middle, and whether the rope touches each node (None:
+    always)."""
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
@@ -89,7 +91,7 @@ def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]],
 
 
 def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
-    """The rope in a pose."""
+    """Return the path of the rope in a pose."""
     given, lies = placed(f, poses, demand)
     bodies = [_body(*poses(p.body)) for p in f.points]
     nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
@@ -97,7 +99,8 @@ def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
 
 
 def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
-    """Where a rope has lost its direction, in words; "" if it runs."""
+    """Describe where a rope has lost its sheave or direction; "" if it runs; `wraps`: wrap [rad] of each sheave that it
+    can leave."""
     _, _, nodes = _there(f, poses)
     left = {i + 1 for i, wrap in zip(leavable(f), wraps, strict=True) if wrap == 0.0}
     met = [i for i in range(len(nodes)) if i not in left]
@@ -134,7 +137,7 @@ def _check_places(f: Reeving, nodes: list[SheavePoint], demand: Demand) -> None:
 
 
 def _divide(node: SheavePoint, before: RopeSegment, after: RopeSegment) -> tuple[Array, float]:
-    """The middle of an arc, in world axes, and the wrap [rad] at the start."""
+    """Return the direction to the middle of an arc, in world axes, and the wrap [rad] at the start."""
     first, last = (cross(x.plane, node.axis) for x in (before, after))
     wrap = float(atan2(float(node.axis @ cross(first, last)), float(first @ last))) % (2.0 * pi)
     half = 0.5 * wrap
@@ -142,5 +145,5 @@ def _divide(node: SheavePoint, before: RopeSegment, after: RopeSegment) -> tuple
 
 
 def _body(R: Array, p: Array) -> Array:
-    """A body at rest as seen by laws, with its tree's point at the world's origin."""
+    """Return a body at rest in the form that laws take, with its tree's point at the world's origin."""
     return exact(np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)]))

@@ -1,23 +1,25 @@
 """Geometry of a rope over sheaves: straight parts between tangent points, and arcs.
 
-A node is a point (radius 0) or a sheave around which the rope turns positively about its axis.  With u the direction
-of a straight part and n the axis, a rope leaves a circle at c + r w, w = u x n; so for two circles
-u = (l D + (r_a - r_b) n x D) / |D|^2 with D from centre to centre and l^2 = |D|^2 - (r_a - r_b)^2.  A point has r = 0.
-Sheaves are planar: D lies across the axis up to a small fleet angle; neighbouring axes are parallel, or opposite where
-the rope turns the other way (a crossed belt).
+A node is a point (radius 0) or a sheave around which the rope turns positively about its axis. With u the direction of
+a straight part and n the axis, a rope leaves a circle at c + r w, w = u x n; so for two circles u = (l D + (r_a - r_b)
+n x D) / |D|^2 with D from centre to centre and l^2 = |D|^2 - (r_a - r_b)^2. A point has r = 0. Sheaves are planar: D
+lies across the axis up to a small fleet angle; neighbouring axes are parallel, or opposite where the rope turns the
+other way (a crossed belt).
 
-The arc is divided at a direction that is fixed on the sheave's body, so that the length of each part has the rate
-u . (v_B - v_A) of the material tangent points, which tensions of any ratio do work on.
+The arc is divided at a direction that is fixed on the sheave's body, so that the length of each part has the rate u .
+(v_B - v_A) of the material tangent points, on which the tensions do work, whatever their ratio.
 
-A sheave that the rope has left lies beside the straight part between the ones before and behind it; its two parts are
-then pieces of that one, divided at its foot, so that their lengths go on when the rope leaves and when it comes back.
+A sheave that the rope has left lies beside the straight part between its neighbours; the two parts at it are then
+pieces of that straight part, divided at the foot of its centre, so that their lengths are continuous when the rope
+leaves and returns.
 
 Geometry of a rope over edges that stay parallel, along which it slides without friction: an unrolled helix.
 
-Projected along the edges it is a rope over sheaves in their plane (`sheaves`), of length F.  Unrolled, it is a straight
-line that rises by h along the edges: slope s = h/F, length F sqrt(1 + s^2), and a wrap theta in the plane turns the
-rope by theta/sqrt(1 + s^2).  Each part pulls along itself.  What the sliding does on the edge, where friction makes the
-tensions of two parts differ, is the sum of T_j (rate of the material line - rate of the length).
+Projected along the edges it is a rope over sheaves in their plane (`sheaves`), of length F.  Unrolled, it is
+a straight line that rises by h along the edges: slope s = h/F, length F sqrt(1 + s^2), and a wrap theta in
+the plane turns the rope by theta/sqrt(1 + s^2).  Each part pulls along itself.  Where friction makes the
+tensions of two parts differ, the power of sliding along the edge is the sum of T_j (rate of the material line
+- rate of the length).
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and
 
 @dataclass(frozen=True)
 class SheavePoint:
-    """A point or sheave of a rope: centre from its tree's point, world position, velocity, angular velocity, axis and
+    """A point or sheave of a rope: centre from its tree's point, position, velocity, angular velocity, axis and
     dividing direction in world axes; radius None for a point."""
 
     x: Array
@@ -53,8 +55,8 @@ class SheavePoint:
 
 @dataclass(frozen=True)
 class RopeSegment:
-    """A straight part: length [m], its rate (including adjacent arcs), direction u, arms from the trees' points at both
-    ends, begin."""
+    """A straight part of a rope: length [m], its rate (including adjacent arcs), direction u, arms from the trees'
+    points at both ends, begin."""
 
     straight: Scalar
     rate: Scalar
@@ -67,7 +69,7 @@ class RopeSegment:
 
 
 def _blend(on: Scalar, a: Any, b: Any) -> Any:
-    """a where `on`, else b; for numbers, arrays, nodes and parts."""
+    """Return a where `on`, else b; for numbers, arrays, nodes and segments."""
     if a is None or b is None:
         return b if a is None else a
     if isinstance(a, SheavePoint | RopeSegment):
@@ -80,8 +82,8 @@ def _blend(on: Scalar, a: Any, b: Any) -> Any:
 
 
 class RopePath:
-    """A rope over its nodes; `turning`: whether the direction at a node matters, for its wrap; `on`: of each node,
-    whether the rope lies on it (None: it cannot leave); `counted`: integrals of the angles of nodes that turn."""
+    """The path of a rope over its nodes. `turning`: whether the direction at a node matters, for its wrap; `on`:
+    whether the rope lies on each node (None: it cannot leave); `counted`: integrals of the angles of turning nodes."""
 
     def __init__(
         self,
@@ -123,7 +125,8 @@ class RopePath:
                     self.lengths[i] = self.lengths[i] + x.radius * angles[1]
 
     def _pieces(self) -> list[Scalar]:
-        """Straight length between adjacent nodes; feet of nodes that the rope has left divide its parts."""
+        """Return the straight lengths between adjacent nodes; the feet of nodes that the rope has left divide its
+        straight parts."""
         starts: list[Scalar] = [0.0]
         for part, x, here in zip(self.parts[1:], self._nodes[1:], self._on[1:], strict=False):
             if here is None:
@@ -139,7 +142,7 @@ class RopePath:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Guards of each sheave: the rope leaves or touches it, or touches its other side."""
+        """Return the guards of each sheave: the rope leaves it or touches it again, and it touches its other side."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:
@@ -188,13 +191,14 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
 
 
 def turn(x: SheavePoint, plane: Array) -> Any:
-    """[rad] from the dividing direction of a node to where a part of this direction touches, within half a turn."""
+    """Return the angle [rad] from a node's dividing direction to where a part of this direction touches it, within half
+    a turn."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)
 
 
 class Unrolled:
-    """A rope from end to end over edges; the arguments and what it shows are those of a `RopePath`."""
+    """The path of a rope from end to end over edges; arguments and attributes are those of `RopePath`."""
 
     def __init__(
         self,
@@ -204,7 +208,7 @@ class Unrolled:
         counted: Array | None = None,
         apart: bool = False,
     ) -> None:
-        """`apart`: the edges are on several bodies that slide along one another."""
+        """Compute the path; `apart`: the edges are on several bodies that slide along one another."""
         self._on, edge = on, nodes[1]
         n = edge.axis
         dn = cross(edge.w, n)
@@ -250,11 +254,11 @@ class Unrolled:
             self.parts.append(replace(part, straight=longer * part.straight, u=u, arms=arms))
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """As of a `RopePath`."""
+        """Return the guards of each edge, as `RopePath.watches`."""
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:
-        """Guards of each edge: the rope lies between its ends (lower, upper) [m]."""
+        """Return the guard of each edge: the rope lies between its ends (lower, upper) [m]."""
         out = []
         for here, (comes, goes), (lower, upper) in zip(self._on[1:-1], self.spans, ends, strict=True):
             inside = minimum(minimum(comes, goes) - lower, upper - maximum(comes, goes))
@@ -263,7 +267,7 @@ class Unrolled:
 
 
 def _rises(rates: list[Scalar], apart: bool) -> list[Scalar]:
-    """Rise of each part's material along the edges [m/s], zero unless they are `apart`."""
+    """Return the speed of each part's material along the edges [m/s], zero unless the edges are on several bodies."""
     if apart:
         return [b - a for a, b in pairwise(rates)]
     return [-rates[0], *(0.0 for _ in rates[3:]), rates[-1]]

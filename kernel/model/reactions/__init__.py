@@ -1,6 +1,6 @@
-"""Constraints of a scene at one pose: rank, what they transmit, and what of it rigid bodies do not determine.
+"""Constraints of a scene at one pose: rank, transmitted forces, and the forces that rigid bodies leave undetermined.
 
 jacobian          the constraint Jacobian, scaled so that ranks can be distinguished from round-off
-mobility          degrees of freedom by its rank
-joint_reactions   force and moment of every joint; what statics does not determine, and the choice that is made
+mobility          degrees of freedom from its rank
+joint_reactions   force and moment of every joint; statically indeterminate forces, and the solution chosen
 """

@@ -1,9 +1,9 @@
-"""The constraint Jacobian of a scene at one pose, on floats, in a form whose singular values can be compared.
+"""The constraint Jacobian of a scene at one pose, on floats, scaled so that its singular values can be compared.
 
-Rows are the conditions of joints that close loops and of taut rigid ropes, columns the freedoms that no drive
-prescribes and no lock holds.  Lengths are counted in the longest lever of a group of coupled rows, angles in radians,
-so that ranks do not depend on units or sizes, nor on masses.  The text of the equations runs on Python floats here:
-the same bits on every processor.
+Rows are the conditions of loop joints and of taut rigid ropes, columns the degrees of freedom that are neither
+prescribed by a drive nor locked. The unit of length is the longest lever of a group of coupled rows, angles are in
+radians, so that ranks depend neither on units and sizes nor on masses. The equations run on Python floats here: the
+same bits on every processor.
 """
 
 from __future__ import annotations
@@ -35,10 +35,8 @@ State = tuple[float, list[float], list[float]]  # local time [s], y, P
 
 @dataclass(frozen=True)
 class RowGroup:
-    """Coupled rows: numbers, free columns (tree, dof), scaled matrix.
-
-    `rows_by` and `columns_by`: what a residual and a velocity component are divided by [m, or 1].
-    """
+    """A group of coupled rows: their numbers, free columns (tree, dof), scaled matrix. `rows_by`, `columns_by`: scales
+    by which a residual and a velocity component are divided [m, or 1]."""
 
     rows: list[int]
     columns: list[tuple[int, int]]
@@ -57,7 +55,7 @@ class RowGroup:
 
     @property
     def rank(self) -> int:
-        """Number of independent rows at this pose."""
+        """The number of independent rows at this pose."""
         return sum(size > self._least for size, _ in self._parts[0])
 
     @property
@@ -68,7 +66,7 @@ class RowGroup:
 
     @property
     def repeated(self) -> list[int]:
-        """Rows without which the rank would be the same."""
+        """The redundant rows: without any one of them the rank would be the same."""
         left = [1.0] * len(self.rows)
         for size, v in self._parts[0]:
             if size > self._least:
@@ -77,11 +75,12 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Scaled multipliers by row without effect on free columns, undetermined by statics; as local as possible."""
+        """Scaled multipliers, by row, that have no effect on free columns and that statics leaves undetermined; as
+        local as possible."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:
-        """Scaled step of Levenberg and Marquardt that lessens the scaled residuals."""
+        """Return a scaled Levenberg-Marquardt step that reduces the scaled residuals."""
         columns = [list(c) for c in zip(*self.G, strict=True)]
         A = [[0.0] * len(columns) for _ in columns]
         size = norm(residuals)
@@ -93,11 +92,8 @@ class RowGroup:
 
 
 class Pose:
-    """Poses of a scene's bodies, with the rows at them.
-
-    `running`: the state of a run, whose parameters say which ropes are taut and which contacts push; otherwise ropes
-    are taut that have no slack, and contacts do not count.
-    """
+    """The poses of a scene's bodies, with the rows at them. `running`: the state of a run, whose parameters state which
+    ropes are taut and which contacts push; otherwise ropes without slack are taut, and contacts do not count."""
 
     def __init__(self, program: Program, state: State, running: bool = False) -> None:
         self.program, (self.t, self.y, self.P), self.running = program, state, running
@@ -112,7 +108,7 @@ class Pose:
         self._K: dict[int, Kinematics] = {}
 
     def tree(self, i: int) -> Tree:
-        """The i-th tree with its numbers."""
+        """Return the i-th tree with its numbers."""
         return self.program.instances[i][0]
 
     def kinematics(self, i: int) -> Kinematics:
@@ -124,7 +120,7 @@ class Pose:
         return self._K[i]
 
     def holds(self, r: int) -> bool:
-        """Whether a row is active: of a rope while hooked and taut, of a contact while it pushes."""
+        """Return whether a row is active: of a rope while it is hooked and taut, of a contact while it pushes."""
         c = self.program.constraints
         first = len(c.of)
         if r < first:
@@ -137,11 +133,11 @@ class Pose:
         return bool(hooked) and bool(float(self.rows[r].gap) < TAUT)
 
     def pushes(self, r: int) -> list[tuple[int, Array]]:
-        """Bodies and wrenches of a unit multiplier."""
+        """Return the bodies and the wrenches on them by a unit multiplier of row r."""
         return self.rows[r].push or self.rows[r].wrenches
 
     def normal(self, r: int) -> bool:
-        """Whether a contact row is that of a normal force."""
+        """Return whether a contact row is that of a normal force."""
         c = self.program.constraints.contacts
         first = len(self.rows) - len(c.held)
         sizes = [s.per_slot for s in c.sites for _ in range(s.pair.slots)]
@@ -181,7 +177,7 @@ class Pose:
         return RowGroup(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
-        """Effect of a unit velocity of each degree of freedom, free or not, on a row."""
+        """Return the effect of a unit velocity of each degree of freedom, free or not, on row r."""
         found: dict[tuple[int, int], float] = {}
         sizes: dict[tuple[int, int], float] = {}
         for body, w in self.pushes(r):
@@ -196,7 +192,7 @@ class Pose:
         return {c: x if abs(x) > NOISE * sizes[c] else 0.0 for c, x in found.items()}
 
     def path(self, i: int, b: int) -> list[int]:
-        """Degrees of freedom of the i-th tree that move its body b."""
+        """Return the degrees of freedom of the i-th tree that move its body b."""
         bodies = self.tree(i).bodies
         out = [*range(bodies[b].v.start, bodies[b].v.stop)]
         while (b := bodies[b].parent) >= 0:
@@ -204,7 +200,7 @@ class Pose:
         return sorted(out)
 
     def _turns(self, i: int, k: int) -> bool | None:
-        """Whether a degree of freedom is an angle; None for a mode."""
+        """Return whether a degree of freedom is an angle; None for a mode."""
         tree = self.tree(i)
         b = tree.bodies[tree.body_of_dof[k]]
         joint, n = JOINTS[b.kind], k - b.v.start
@@ -216,11 +212,11 @@ class Pose:
 
     @property
     def gaps(self) -> list[float]:
-        """Residual of each row [m or rad]; 0 for slack ropes."""
+        """The residual of each row [m or rad]; 0 for slack ropes."""
         return [float(row.gap) if self.holds(r) else 0.0 for r, row in enumerate(self.rows)]
 
     def moved(self, steps: Sequence[tuple[RowGroup, Sequence[float]]]) -> Pose:
-        """The pose that scaled steps lead to."""
+        """Return the pose after scaled steps of row groups."""
         p = self.program
         change: dict[tuple[int, int], float] = {}
         for group, step in steps:
@@ -247,7 +243,7 @@ class Pose:
 
 
 def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
-    """The pose of a state, or of the start without parameters."""
+    """Return the pose of a state, or the start pose by default; `P` given: the state of a run."""
     running = P is not None
     y = program.initial_state() if y is None else y
     P = program.parameters.initial if P is None else P

@@ -1,16 +1,14 @@
 """Joint reactions: the six components of force and moment that every joint transmits at one instant.
 
-The accelerations are those of the forward dynamics, whatever solved it; the balance of the outer bodies then gives the
-joint forces, the paper's Fig. 6 (c), (d): f_c,i = f_B,i - f_e,i + sum of f_c,j over the children j.  Components that
-rigid bodies do not determine are named, and are those of least norm.
+The accelerations are those of the forward dynamics, whatever formulation solved them; the balance of the outer bodies
+then gives the joint forces, the paper's Fig. 6 (c), (d): f_c,i = f_B,i - f_e,i + sum of f_c,j over the children j.
+Components that rigid bodies do not determine are named, and have the values of least norm.
 
-What of the forces between rigid bodies statics does not determine, and the choice that is shown of it.
-
-Multipliers in the null space of the transposed constraint Jacobian load joints, ropes and contacts against each other
-without moving anything: two hinges of one door, a body welded twice, rigid ropes side by side.  Only stiffness and
-clearances, which rigid bodies do not have, would tell them (Wojtyra, Fraczek 2012).  Components that no such pattern
-touches are determined.  Of the others the values of least norm are shown: the smallest sum of squared forces and of
-squared moments divided by a lever, over all joints, ropes and contacts of a group.
+Statically indeterminate forces: multipliers in the null space of the transposed constraint Jacobian load joints, ropes
+and contacts against each other without moving anything: two hinges of one door, a body welded twice, rigid ropes side
+by side. Only stiffness and clearances, which rigid bodies do not have, would determine them (Wojtyra, Fraczek 2012).
+Components that no such pattern involves are determined. The others are shown with least norm: the smallest sum of
+squared forces and of squared moments divided by a lever, over all joints, ropes and contacts of a group.
 """
 
 from collections.abc import Mapping
@@ -37,16 +35,14 @@ Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; t
 
 @dataclass(frozen=True)
 class Indeterminacy:
-    """Undetermined forces of a group of coupled constraints.
-
-    `patterns`: by component, the forces [N] and moments [N m] of each way to load the group against itself.
-    """
+    """Undetermined forces of a group of coupled constraints. `patterns`: for each component, its force [N] or moment [N
+    m] in each pattern that loads the group against itself."""
 
     patterns: dict[Key, list[float]]
     lever: float  # [m] a moment counts as a force on it
 
     def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
-        """Undetermined components in the solution of least norm; `given`: any solution."""
+        """Return the undetermined components in the solution of least norm; `given`: any solution."""
         keys = list(self.patterns)
         scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
         distances = [
@@ -60,7 +56,7 @@ class Indeterminacy:
 
 
 def indeterminacies(pose: Pose) -> list[Indeterminacy]:
-    """Indeterminacies of a pose with its contacts, one for each group of coupled rows that has any."""
+    """Return the indeterminacies of a pose with its contacts, one for each group of coupled rows that has any."""
     found = []
     for group in pose.groups:
         distances = [_carried(pose, group, multipliers) for multipliers in group.redundancies]
@@ -80,7 +76,7 @@ def indeterminacies(pose: Pose) -> list[Indeterminacy]:
 
 
 def _carried(pose: Pose, group: RowGroup, multipliers: Mapping[int, float]) -> dict[Key, float]:
-    """Forces of joints, ropes and contacts for scaled multipliers only [N, N m]."""
+    """Return the forces of joints, ropes and contacts caused by scaled multipliers alone [N, N m]."""
     least, by = NOISE * max(map(abs, multipliers.values())), dict(zip(group.rows, group.rows_by, strict=True))
     values = {r: m / by[r] for r, m in sorted(multipliers.items()) if abs(m) > least}
     wrenches: dict[int, np.ndarray] = {}
@@ -96,7 +92,7 @@ def _carried(pose: Pose, group: RowGroup, multipliers: Mapping[int, float]) -> d
 
 
 def _in_tree(pose: Pose, i: int, wrenches: Mapping[int, np.ndarray], found: dict[Key, float]) -> None:
-    """Joints of a tree transmit the wrenches of bodies further out."""
+    """Add the joint wrenches of tree i to `found`: each joint transmits the wrenches on the bodies further out."""
     tree, K, links = pose.tree(i), pose.kinematics(i), pose.program.graph.links
     F = [-wrenches.get(tree.first + n, np.zeros(6, dtype=object)) for n in range(len(tree.bodies))]
     for n in reversed(range(len(tree.bodies))):
@@ -109,7 +105,7 @@ def _in_tree(pose: Pose, i: int, wrenches: Mapping[int, np.ndarray], found: dict
 
 
 def _between(pose: Pose, values: Mapping[int, float], found: dict[Key, float]) -> None:
-    """Joints that close loops, ropes, contacts."""
+    """Add the forces of loop joints, ropes and contacts to `found`."""
     c = pose.program.constraints
     loops: dict[str, tuple[Joint, np.ndarray]] = {}
     for r, x in values.items():
@@ -131,7 +127,7 @@ def _between(pose: Pose, values: Mapping[int, float], found: dict[Key, float]) -
 
 
 def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F: np.ndarray) -> None:
-    """The six components of wrench F at a joint p from the tree's point."""
+    """Put the six components of wrench F at a joint, p from the tree's point, into `found`."""
     arm = cross(p, F[3:])
     size = norm([float(x) for x in (*F, *arm)])
     for k, f in enumerate((F[3:], F[:3] - arm)):
@@ -140,7 +136,7 @@ def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F:
 
 
 class Running(Protocol):
-    """A simulation, or its native state, including `[name]` of its state vector X."""
+    """Interface of a simulation or its native state; `[name]` reads its state vector X."""
 
     @property
     def program(self) -> Program: ...
@@ -169,8 +165,8 @@ class Reaction:
 class Reactions(dict[str, Reaction]):
     """Reactions by joint; `tensions` [N] of rigid ropes, and `contacts` with undetermined loads.
 
-    What is not determined has the smallest sum of squares of forces, and of moments divided by `lever` [m]; where a
-    rope would have to push for that, it is what the solver of the motion found, and `least` is false.
+    Undetermined components have the smallest sum of squares of forces, and of moments divided by `lever` [m]. If a rope
+    would have to push for that, they are those of the solver of the motion, and `least` is false.
     """
 
     tensions: dict[str, float] = field(default_factory=dict)
@@ -181,15 +177,13 @@ class Reactions(dict[str, Reaction]):
 
     @property
     def shared(self) -> bool:
-        """Whether anything is undetermined."""
+        """Whether any component is undetermined."""
         return bool(self.tensions or self.contacts or any(r.indeterminate for r in self.values()))
 
 
 def reactions(simulation: Running, least: bool = True) -> Reactions:
-    """Reactions of all joints by name at the present time; loop joints come last.
-
-    `least`: whether what rigid bodies do not determine is of least norm, not what the solver of the motion found.
-    """
+    """Return the reactions of all joints by name at the present time; loop joints come last. `least`: undetermined
+    components get the values of least norm, not those of the solver of the motion."""
     program, x = simulation.program, simulation.instant()
     dv = x.dy[program.nq : program.nq + program.nv]
     found = Reactions()
@@ -224,7 +218,7 @@ def _in_axes(R_WJ: np.ndarray, force: np.ndarray, moment: np.ndarray) -> Reactio
 
 
 def _choose(found: Reactions, part: Indeterminacy, pulls: Mapping[str, Scalar], least: bool) -> None:
-    """Put the values of least norm in place of those that the solver happened to find."""
+    """Replace the undetermined components of a group by the values of least norm, or keep those of the solver."""
     given: dict[Key, float] = {}
     for key in part.patterns:
         kind, name, i = key

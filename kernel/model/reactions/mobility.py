@@ -1,10 +1,10 @@
 """Degrees of freedom of a compiled scene: those of its joints less the rank of its constraint Jacobian.
 
-Counting conditions (Gruebler, Kutzbach) fails wherever conditions repeat each other: planar linkages in space, those of
-Bennett and Sarrus, a door on two hinges.  The rank at a pose is right there, but a pose can be singular: the degrees of
-freedom at this instant are then more than those of the motion.  So the rank is also taken at poses near by that the
-conditions allow, reached by Newton's method in the form of Levenberg and Marquardt with a damping as large as the
-squared residual, which converges quadratically although rows are redundant (Yamashita, Fukushima 2001).
+Counting conditions (Gruebler, Kutzbach) fails wherever conditions are redundant: planar linkages in space, those of
+Bennett and Sarrus, a door on two hinges. The rank gives the degrees of freedom at one pose; at a singular pose they are
+more than those of the motion. So the rank is also evaluated at nearby poses that the conditions allow, reached by
+Newton's method in the form of Levenberg and Marquardt with a damping as large as the squared residual, which converges
+quadratically although rows are redundant (Yamashita, Fukushima 2001).
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ class Redundant:
 class Mobility:
     """Number of bodies and degrees of freedom of a scene.
 
-    Of the bodies, `massless` have neither mass nor inertia, `fixed` are rigid ones that fixed joints hold, `stations`
-    are places on flexible ones; `modes` of those count among the `joint_freedoms`.  These less the `driven` (prescribed
-    by drives), the `locked` and the `rank` of the `conditions` of loops and taut rigid ropes are free `at_start`, in
-    that pose; `dof` are the degrees of freedom of the motion that starts from it.
+    Of the bodies, `massless` have neither mass nor inertia, `fixed` are rigid and held by fixed joints, `stations` are
+    places on flexible bodies; the `modes` of flexible bodies count as `joint_freedoms`. Subtracting the `driven`
+    (prescribed by drives), the `locked` and the `rank` of the `conditions` of loops and taut rigid ropes leaves the
+    degrees of freedom `at_start`, in that pose; `dof` are those of the motion that starts from it.
     """
 
     bodies: int
@@ -78,7 +78,7 @@ class Mobility:
 
     @property
     def lines(self) -> list[str]:
-        """Notes that qualify these numbers."""
+        """Return the numbers in words, with notes."""
         out = []
         if bodies := [f"{n} {what}" for n, what in self._kinds if n]:
             out.append(f"bodies: {', '.join(bodies)}")
@@ -108,7 +108,7 @@ class Mobility:
 
 
 def _is_station(k: Link, links: tuple[Link, ...]) -> bool:
-    """Whether a link represents a place on a flexible body."""
+    """Return whether a link represents a place on a flexible body."""
     return k.parent >= 0 and bool(links[k.parent].modes) and k.body.name.startswith(f"{links[k.parent].body.name}@")
 
 
@@ -122,7 +122,7 @@ def _many(n: int, word: str) -> str:
 
 
 def mobility(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Mobility:
-    """Bodies and degrees of freedom at a state (default: the start), with loops closed."""
+    """Return the numbers of bodies and degrees of freedom at a state (default: the start), with loops closed."""
     given = pose_of(program, y, P, t)
     closed = _closed(given)
     pose = closed or given
@@ -167,7 +167,7 @@ def mobility(program: Program, y: Array | None = None, P: Array | None = None, t
 
 
 def _names(pose: Pose, g: RowGroup) -> tuple[str, ...]:
-    """Joints and ropes with redundant conditions."""
+    """Return the names of joints and ropes with redundant conditions."""
     return tuple(dict.fromkeys(pose.names[r] for r in g.repeated))
 
 
@@ -177,7 +177,7 @@ def _residual(pose: Pose, g: RowGroup) -> list[float]:
 
 
 def _closed(pose: Pose) -> Pose | None:
-    """The nearest pose with closed loops, None if Newton's method finds none."""
+    """Return the nearest pose with closed loops, None if Newton's method finds none."""
     for _ in range(ITERATIONS):
         groups = pose.groups
         residuals = [_residual(pose, g) for g in groups]
@@ -192,7 +192,7 @@ def _closed(pose: Pose) -> Pose | None:
 
 
 def _generic(pose: Pose, n: int, g: RowGroup, rank: int) -> int:
-    """Generic rank of a group of rows: evaluated at perturbed poses."""
+    """Return the generic rank of a group of rows: evaluated at nearby poses if this pose may be singular."""
     if rank == len(g.rows) or rank == len(g.columns):
         return rank  # a regular pose: the rank cannot be less, and near by it cannot be more
     motions = g.motions
@@ -214,7 +214,7 @@ def _generic(pose: Pose, n: int, g: RowGroup, rank: int) -> int:
 
 
 def _distance(a: Pose, b: Pose, g: RowGroup) -> float:
-    """Distance of two poses in the scaled coordinates of a group."""
+    """Return the distance of two poses in the scaled coordinates of a group."""
     squares = []
     by = dict(zip(g.columns, g.columns_by, strict=True))
     for i in sorted({i for i, _ in g.columns}):

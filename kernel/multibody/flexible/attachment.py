@@ -1,23 +1,23 @@
-"""The frame that a joint finds on a flexible body: carried by the modes at a station, or at one that slides.
+"""The frame of a joint on a flexible body: carried by the modes at a fixed or a sliding station.
 
 With the shapes Phi (displacement) and Psi (rotation) of the modes at place X,
     d = X + Phi eta - 1/2 e (eta^T g eta),  g_kl(x) = integral of the products of the slopes of modes k and l,      (9)
     theta = Psi eta,  R = 1 + n (skew(theta) + skew(theta)^2 / 2),  n = 1/(1 + theta^2/4)   (Cayley: no singular 0) (10)
     w = n (theta' + theta x theta'/2)                                       its exact angular velocity            (11)
-so that columns are derivatives of places and the accounts of energy close.  The last term of (9) is the shortening of a
+so that columns are derivatives of positions and the energy balance closes.  The last term of (9) is the shortening of a
 bent beam: with it, tension stiffens and compression softens (Kane, Ryan, Banerjee 1987).  A slider moves along the
 beam, X = s e, and the shapes depend on s: theta' = Psi eta' + Psi_s eta s', theta" = 2 Psi_s eta' s' + Psi_ss eta s'^2
-(+ what eta", s" bring), d likewise.                                                                              (12)
+(+ terms of eta", s"), d likewise.                                                                              (12)
 
-What the mass of a flexible body adds to the recursion: the equations of its floating frame and of its modes.
+Inertia of a flexible body in the recursion: the equations of its floating frame and of its modes.
 
 From the kinetic energy (3) of `tracks`, with momentum P = I nu + C eta' in body axes, Poincare's equations are
     dP/dt + nu x* P = wrench,     d/dt (C_l^T nu + m_l eta'_l) - dT/deta_l = force on mode l,                      (6)
 and with D_k = dI/deta_k = J1_k + sum_l eta_l J2_kl, I' = sum_k eta'_k D_k, C'_l = sum_k eta'_k G1_kl:
     wrench  = I a + C eta'' + I' nu + C' eta' + nu x* (I nu + C eta'),                                             (7)
     force_l = C_l^T a + m_l eta''_l + C'_l^T nu - 1/2 nu^T D_l nu - sum_k eta'_k G1_lk^T nu.                        (8)
-a is the acceleration of the frame in body axes; that of the ground, upwards, is gravity.  The terms follow from T
-alone, so that energy and momentum are kept exactly for any constants.
+a is the acceleration of the frame in body axes; that of the ground, upwards, is gravity.  The terms follow
+from T alone, so that energy and momentum are conserved exactly for any constants.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ ALONG = np.array([1.0, 0.0, 0.0])  # e: beams lie along x
 
 @dataclass(frozen=True)
 class Place:
-    """A station: place X (3,) on the undeformed body [m], displacements and rotations of modes (6, m), and g (m, m) of
-    equation (9)."""
+    """A station: position X (3,) on the undeformed body [m], displacements and rotations of modes (6, m), and g (m, m)
+    of equation (9)."""
 
     X: np.ndarray
     shape: np.ndarray
@@ -44,10 +44,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Track:
-    """Modes along a beam: (n, 6, m), and for g (n', m, m), Chebyshev coefficients over 0 to L.
-
-    `slope` is 2/L [1/m]; X is the rest of a slider's offset from its station: none.
-    """
+    """Modes along a beam: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for g. `slope` is 2/L [1/m]; X:
+    remaining offset of a slider from its station, zero."""
 
     X: np.ndarray
     slope: Scalar
@@ -55,7 +53,8 @@ class Track:
     shortening: np.ndarray
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """(6, m) shapes at s [m], their first and second derivative in s, and g, by the polynomials' recurrences."""
+        """Return the shapes (6, m) at s [m], their first and second derivative in s, and g, by the recurrences of the
+        polynomials."""
         x = self.slope * s - 1.0
         T, dT, ddT = [1.0, x], [0.0, 1.0], [0.0, 0.0]
         for _ in range(2, max(len(self.coefficients), len(self.shortening))):
@@ -74,8 +73,8 @@ class Track:
 
 @dataclass(frozen=True)
 class Carried:
-    """The frame at a place, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A; a column
-    per mode, and that of the slider's coordinate."""
+    """The frame at a place, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A, a
+    velocity column per mode; `along`: the column of the slider's coordinate."""
 
     R: Array
     r: Array
@@ -86,7 +85,7 @@ class Carried:
 
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
-    """The frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
+    """Return the frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
     d = place.X + place.shape[:3] @ eta - ALONG * (0.5 * (eta @ pull))
@@ -97,7 +96,7 @@ def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, 
 def carry_along(
     track: Track, s: Scalar, speed: Scalar, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array
 ) -> Carried:
-    """The frame at s [m] along a beam, sliding with a speed [m/s]."""
+    """Return the frame at s [m] along a beam, sliding with a speed [m/s]."""
     shape, first, second, g = track.shapes(s)
     pull = g @ eta
     U, T = shape[:3] - np.outer(ALONG, pull), shape[3:]
@@ -120,8 +119,8 @@ def _carried(
     frame: tuple[Array, Array, Array, Array],
     tangent: Array | None = None,
 ) -> Carried:
-    """Equations (10) and (11); moving: d with rate and second derivative without eta" and s"; turning: the same of
-    theta."""
+    """Evaluate equations (10) and (11). `moving`: d with its rate and its second derivative without eta" and s";
+    `turning`: rate and second derivative of theta likewise."""
     R, r, V, A = frame
     theta = T @ eta
     n = 1.0 / (1.0 + 0.25 * (theta @ theta))
@@ -156,8 +155,8 @@ def _carried(
 class FlexibleInertia:
     """A flexible body at one instant, in world axes about the tree's point.
 
-    I: (6, 6) inertia; C: (m, 6) momentum per mode rate; wrench (6,) and forces (m,): the right sides of (7) and (8);
-    momentum (6,); kinetic energy [J]; moment: first moment of mass about the tree's point [kg m].
+    I: inertia (6, 6); C: momentum per mode rate (m, 6); wrench (6,) and forces (m,): the right-hand sides of (7) and
+    (8); momentum (6,); kinetic energy [J]; moment: first moment of mass about the tree's point [kg m].
     """
 
     I: Array
@@ -173,7 +172,8 @@ class FlexibleInertia:
 def flexible_inertia(
     e: Any, eta: Array, rates: Array, accelerations: Array, R: Array, r: Array, V: Array, A: Array
 ) -> FlexibleInertia:
-    """e: `reduction.Elastic` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes."""
+    """Evaluate (7) and (8); e: `tracks.ReducedBody` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A
+    (6,) in world axes."""
     m = range(len(eta))
     to_body = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     nu, a = to_body @ V, to_body @ A

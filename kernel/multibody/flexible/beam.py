@@ -3,7 +3,7 @@
 Two-node elements, six degrees of freedom per node (ux uy uz rx ry rz), cubic Hermite bending, linear axial and
 torsional displacements, consistent mass without rotatory inertia of bending.
 
-Rounding of modes and constants, and rigid motions of nodes.
+The module also rounds modes and constants, and has the rigid motions of nodes.
 """
 
 import numpy as np
@@ -17,13 +17,13 @@ BENDING_Z, BENDING_Y = ((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)  # about z: u
 
 
 def nodes_of(beam: Beam) -> np.ndarray:
-    """(n, 3) places of the nodes [m]."""
+    """Return the positions (n, 3) of the nodes [m]."""
     x = beam.start + np.linspace(0.0, beam.length, beam.elements + 1)
     return np.stack([x, 0.0 * x, 0.0 * x], axis=1)
 
 
 def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
-    """(6n, 6n) mass and stiffness matrices."""
+    """Return the mass and stiffness matrices (6n, 6n)."""
     h = beam.length / beam.elements
     m, k = np.zeros((12, 12)), np.zeros((12, 12))
     for line, mass, stiffness in ((_AXIAL, beam.mass_per_length, beam.EA), (_TORSION, beam.polar, beam.GJ)):
@@ -45,13 +45,13 @@ def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rigid_directions(beam: Beam) -> list[int]:
-    """Undeformed degrees of freedom of a node, whose stiffness is not given."""
+    """Return the degrees of freedom of a node that stay undeformed, since their stiffness is not given."""
     given = ((beam.EA, (0,)), (beam.EI_z, (1, 5)), (beam.EI_y, (2, 4)), (beam.GJ, (3,)))
     return sorted(d for stiffness, at in given if stiffness == 0.0 for d in at)
 
 
 def hermite(beam: Beam, x: float) -> np.ndarray:
-    """(6, 6n) from nodal displacements to displacement and rotation at a station x [m]."""
+    """Return the matrix (6, 6n) from nodal displacements to displacement and rotation at a station x [m]."""
     h = beam.length / beam.elements
     along = (x - beam.start) / h
     e = min(max(int(along), 0), beam.elements - 1)
@@ -75,7 +75,7 @@ DIGITS = 12  # to which constants are rounded: beyond them they are noise
 
 
 def rounded(x: np.ndarray) -> np.ndarray:
-    """x rounded to DIGITS significant digits of its largest element, so that zeros are exact."""
+    """Return x rounded to DIGITS significant digits of its largest element, so that zeros are exact."""
     largest = float(np.abs(x).max(initial=0.0))
     if largest == 0.0:
         return x
@@ -90,7 +90,7 @@ def rounded_each(x: np.ndarray) -> np.ndarray:
 
 
 def rigid_motions(nodes: np.ndarray) -> np.ndarray:
-    """(6n, 6) B_0 of equation (2) in `tracks`: velocities of the nodes (n, 3) in a rigid motion."""
+    """Return B_0 (6n, 6) of equation (2) in `tracks`: velocities of the nodes (n, 3) in a rigid motion."""
     B = np.zeros((len(nodes), 6, 6))
     for j, X in enumerate(nodes):
         B[j, :3, :3] = -skew(X)
@@ -99,7 +99,7 @@ def rigid_motions(nodes: np.ndarray) -> np.ndarray:
 
 
 def moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
-    """Whether a rigid motion of the nodes is unconstrained and strain-free."""
+    """Return whether a rigid motion u of the nodes is unconstrained and free of strain."""
     if not np.any(u) or np.any(u[held]):
         return False
     return bool(np.abs(times(K, u)).max() <= FREE * np.abs(K).max() * np.abs(u).max())

@@ -1,10 +1,11 @@
-"""How near a flexible body is to buckling: its axial loads as a part of those under which it would bend by themselves.
+"""Buckling of flexible bodies: their axial loads as a share of the loads under which they buckle.
 
-With the axial load N(s) and slopes w' of a basis of shapes, K + lambda integral of N w' w'^T ds is singular where the
-loads, times lambda, buckle the body (Timoshenko, Gere 1961, sections 2.8 to 2.11).  The basis are the body's modes and
-its buckling modes under one axial load, of its whole model, so that the answer does not depend on the number of modes.
-What holds the body in this is its floating frame alone.  A body given by matrices counts as a line between its farthest
-nodes, each section of which moves as the mean of its nodes; its own equations do not know of compression.
+With the axial load N(s) and slopes w' of a basis of shapes, K + lambda integral of N w' w'^T ds is singular if the
+loads, times lambda, buckle the body (Timoshenko, Gere 1961, sections 2.8 to 2.11). The basis consists of the body's
+modes and the buckling modes of its whole model under one axial load, so that the result does not depend on the number
+of modes. The body is held by its floating frame only. A body given by matrices is treated as a line between its
+farthest nodes, each section of which moves as the mean of its nodes; its own equations of motion do not include
+compression.
 """
 
 from contextlib import suppress
@@ -26,7 +27,7 @@ SAME = 1e-9  # part of the length between nodes of one section
 
 
 class FlexibleColumn:
-    """A flexible body under axial loads; `softens`: its own equations include the effect."""
+    """A flexible body under axial loads; `softens`: its equations of motion include their effect."""
 
     def __init__(self, modes: ModeShapes, K: np.ndarray, held: list[int]) -> None:
         self.softens = modes.flexible.beam is not None
@@ -55,8 +56,8 @@ class FlexibleColumn:
         self._mass, self._far = float(total(mass)), float(np.abs(self._at).max())
 
     def part(self, forces: np.ndarray, places: np.ndarray, a: np.ndarray, w: np.ndarray) -> float:
-        """Share of the buckling load under forces (n, 3) at places (n, 3), acceleration a of the frame less gravity,
-        and angular velocity w, in the frame's axes; 0 below SLIGHT."""
+        """Return the share of the buckling load under forces (n, 3) at places (n, 3), acceleration a of the frame less
+        gravity, and angular velocity w, in the frame's axes; 0 below SLIGHT."""
         pulls, around = times(forces, self.axis), float(total(w * self.axis))
         pushed, spin = float(total(a * self.axis)), float(total(w * w)) - around * around
         size = float(total(np.abs(pulls))) + self._mass * (abs(pushed) + spin * self._far)
@@ -75,7 +76,7 @@ class FlexibleColumn:
 
 
 def _between(at: np.ndarray, values: np.ndarray, s: float) -> np.ndarray:
-    """values (n, m, m) at s, linear between the places `at`."""
+    """Interpolate values (n, m, m) at s linearly between the places `at`."""
     i = int(np.clip(np.searchsorted(at, s, side="right") - 1, 0, max(len(at) - 2, 0)))
     if len(at) < 2:
         return np.asarray(values[0])
@@ -84,7 +85,7 @@ def _between(at: np.ndarray, values: np.ndarray, s: float) -> np.ndarray:
 
 
 def _definite(G: np.ndarray) -> bool:
-    """Whether 1 + G is positive definite, by L D L^T pivots of floats."""
+    """Return whether 1 + G is positive definite, by L D L^T pivots of floats."""
     A = (np.eye(len(G)) + G).tolist()
     for k, row in enumerate(A):
         if not row[k] > 0.0:
@@ -98,7 +99,7 @@ def _definite(G: np.ndarray) -> bool:
 
 
 def _basis(modes: ModeShapes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.ndarray:
-    """(6n, m) shapes with K = 1."""
+    """Return shapes (6n, m) with unit stiffness (K = 1): modes and buckling modes."""
     loose = set(held)
     free = [d for d in range(len(K)) if d not in loose]
     K_f, shapes = K[np.ix_(free, free)], modes.shapes[free]
@@ -113,7 +114,7 @@ def _basis(modes: ModeShapes, K: np.ndarray, held: list[int], G: np.ndarray) -> 
 
 
 def _elements(beam: Beam) -> list[tuple[list[int], np.ndarray]]:
-    """Degrees of freedom (12,) and geometric stiffness (12, 12) of a beam's elements under one newton [1/m]
+    """Return degrees of freedom (12,) and geometric stiffness (12, 12) of each beam element under one newton [1/m]
     (Przemieniecki 1968, section 15.3): integrals of products of slopes."""
     h = beam.length / beam.elements
     own = np.array([[36.0, 3.0, -36.0, 3.0], [3.0, 4.0, -3.0, -1.0], [-36.0, -3.0, 36.0, -3.0], [3.0, -1.0, -3.0, 4.0]])
@@ -125,7 +126,7 @@ def _elements(beam: Beam) -> list[tuple[list[int], np.ndarray]]:
 
 
 def _line(nodes: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
-    """Direction between the farthest nodes, and the nodes of each section across it."""
+    """Return the direction between the farthest nodes, and the nodes of each section across it."""
     apart = sizes(nodes[:, None] - nodes[None])
     length = float(apart.max())
     if not length > 0.0:
@@ -145,7 +146,8 @@ def _line(nodes: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
 def _between_sections(
     sections: list[list[int]], at: np.ndarray, axis: np.ndarray
 ) -> list[tuple[list[int], np.ndarray]]:
-    """The same between sections, with linear mean displacements."""
+    """Return degrees of freedom and geometric stiffness under one newton between sections, whose mean displacements are
+    interpolated linearly."""
     across, out = np.eye(3) - np.outer(axis, axis), []
     for a, b, h in zip(sections[:-1], sections[1:], np.diff(at), strict=True):
         slope = np.concatenate([across * (sign / (len(x) * h)) for x, sign in ((a, -1.0), (b, 1.0)) for _ in x], axis=1)
@@ -154,7 +156,8 @@ def _between_sections(
 
 
 def _root(modes: ModeShapes, along: np.ndarray) -> float:
-    """Support point of a body given by matrices: the most constrained node nearest to its origin."""
+    """Return the support point, along the axis, of a body given by matrices: that of its most constrained nodes which
+    is nearest to the origin."""
     nodal = modes.flexible.nodal
     assert nodal is not None, "of matrices"
     per_node = len(nodal.mass) // len(nodal.nodes)

@@ -2,10 +2,11 @@
 at the stations where something is attached.
 
 Eigenmodes solve K u = w^2 M u under the boundary conditions of the floating frame; attachment modes add the static
-deflections under unit forces (Craig 2000; Shabana 2013, chapter 6), so that few modes carry concentrated loads.
-They are M-orthogonal and of largest displacement 1.  Along a beam, elements interpolate with Hermite polynomials; for
-what slides, Chebyshev polynomials follow them smoothly.  All of it is computed by operations on elements (`arrays`),
-because a simulation continues with it: rounding cannot hide what LAPACK leaves open in the low modes of a fine model.
+deflections under unit forces (Craig 2000; Shabana 2013, chapter 6), so that few modes carry concentrated loads. They
+are M-orthogonal and of largest displacement 1. Along a beam, elements interpolate with Hermite polynomials; for
+sliders, Chebyshev polynomials approximate them smoothly. Everything is computed by operations on elements (`arrays`),
+since simulations depend on the bits: rounding cannot hide the differences between LAPACK libraries in the low modes of
+a fine model.
 """
 
 import hashlib
@@ -33,7 +34,7 @@ NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 @dataclass(frozen=True, eq=False)
 class FlexibleModes:
-    """Shapes of a body's modes over its model's degrees of freedom, with modal mass, stiffness and damping."""
+    """The modes of a body: shapes over its model's degrees of freedom, modal mass, stiffness and damping."""
 
     name: str
     flexible: Flexible
@@ -45,10 +46,8 @@ class FlexibleModes:
     damping: np.ndarray  # (m,)
 
     def station(self, p: tuple[float, float, float]) -> tuple[int | float, np.ndarray]:
-        """Station of a point: node number, or x along the beam, and its place.
-
-        Raises KernelError for a point beyond the beam's ends or at no node.
-        """
+        """Return the station of a point (node number, or x along the beam) and its position. Raises KernelError for a
+        point beyond the beam's ends or at no node."""
         if beam := self.flexible.beam:
             if not -NODE <= p[0] - beam.start <= beam.length + NODE:
                 ends = f"{beam.start:g} and {beam.start + beam.length:g} m"
@@ -64,15 +63,16 @@ class FlexibleModes:
         return node, self.nodes[node]
 
     def at(self, station: int | float) -> np.ndarray:
-        """(6, m) displacement and rotation of every mode at a station."""
+        """Return displacement and rotation (6, m) of every mode at a station."""
         if beam := self.flexible.beam:
             return rounded(times(hermite(beam, float(station)), self.shapes))
         return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
 
     def shortening(self, station: int | float) -> np.ndarray:
-        """g (m, m) of equation (9) at a station: integrals of slope products [1/m]; 0 for other bodies.
+        """Return g (m, m) of equation (9) at a station: integrals of slope products [1/m]; 0 for bodies other than
+        beams.
 
-        From the root on, where that holds the frame; the mean along the beam vanishes where nothing does.
+        Integrals start at the root if the frame is held there; for a free frame their mean along the beam vanishes.
         """
         beam, m = self.flexible.beam, len(self.mass)
         if beam is None:
@@ -83,12 +83,12 @@ class FlexibleModes:
 
     @cached_property
     def smallness(self) -> Smallness:
-        """Limits of its deflection."""
+        """The limits of the body's deflection."""
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Cheap test for a small axial load; arguments as of `FlexibleColumn.part`, for any number of instants (n,
-        ...)."""
+        """Return whether axial loads are certainly small, by a cheap test; arguments as of `FlexibleColumn.part`, for n
+        instants (n, ...)."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -98,18 +98,18 @@ class FlexibleModes:
 
     @cached_property
     def _softness(self) -> float:
-        """Largest loss of modal stiffness per axial force [1/N]."""
+        """The largest loss of modal stiffness per axial force [1/N]."""
         own = self.nodal_shortening.diagonal(axis1=1, axis2=2)
         return float((np.abs(own).max(axis=0) / self.stiffness).max())
 
     @cached_property
     def column(self) -> FlexibleColumn:
-        """The effect of axial loads on it."""
+        """The body under axial loads."""
         return FlexibleColumn(self, *_model(self.flexible)[2:])
 
     @cached_property
     def nodal_shortening(self) -> np.ndarray:
-        """(n, m, m) of all nodes."""
+        """g of equation (9) at all nodes (n, m, m) [1/m]."""
         beam, none = self.flexible.beam, np.zeros((len(self.mass),) * 2)
         if beam is None:
             return np.array([none] * len(self.nodes))
@@ -122,7 +122,8 @@ class FlexibleModes:
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
-        """Integral (m, m) of slope products over a part of an element from its start; degree 4, exact with 3 points."""
+        """Return the integral (m, m) of slope products over a part of an element from its start; degree 4, exact with 3
+        points."""
         out = np.zeros((len(self.mass),) * 2)
         for x, weight in GAUSS:
             slopes = times(hermite(beam, beam.start + (a + b + (b - a) * x) / 2.0)[4:], self.shapes)
@@ -134,15 +135,13 @@ _last: dict[tuple[str, str], FlexibleModes] = {}  # by what was asked for, the o
 
 
 def _key(flexible: Flexible) -> str:
-    """Name of what is known of such a body."""
+    """Return the name under which data of such a body are cached."""
     return hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
 
 
 def modes_of(name: str, flexible: Flexible) -> FlexibleModes:
-    """Eigenmodes (lowest first) and attachment modes, or the given ones; cached for recent bodies.
-
-    Raises KernelError if there are too few or something can move without mass or stiffness.
-    """
+    """Return eigenmodes (lowest first) and attachment modes, or the given modes; cached for recent bodies. Raises
+    KernelError if there are too few, or if something can move without mass or stiffness."""
     key = name, repr(flexible)
     found = _last.pop(key, None) or _modes_of(name, flexible)
     _last[key] = found
@@ -170,7 +169,7 @@ def _modes_of(name: str, flexible: Flexible) -> FlexibleModes:
 def _shapes(
     name: str, flexible: Flexible, nodes: np.ndarray, M: np.ndarray, K: np.ndarray, held: list[int]
 ) -> np.ndarray:
-    """(6n, m) M-orthogonal shapes of largest displacement 1."""
+    """Return M-orthogonal shapes (6n, m) with largest displacement 1."""
     free = [d for d in range(len(M)) if d not in set(held)]
     M_f, K_f = M[np.ix_(free, free)], K[np.ix_(free, free)]
     nodal = flexible.nodal
@@ -207,7 +206,7 @@ def _shapes(
 
 
 def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
-    """Nodes, matrices with six degrees of freedom per node, and fixed ones."""
+    """Return nodes, matrices with six degrees of freedom per node, and the fixed degrees of freedom."""
     if beam := flexible.beam:
         M, K = beam_matrices(beam)
         last = 6 * beam.elements
@@ -226,7 +225,7 @@ def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list
 
 
 def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
-    """(6n, m) from shapes over 3 or 6 degrees of freedom per node."""
+    """Return shapes (6n, m) from shapes over 3 or 6 degrees of freedom per node."""
     per_node, m = len(shapes) // n, shapes.shape[1]
     out = np.zeros((n, 6, m))
     out[:, :per_node] = shapes.reshape(n, per_node, m)
@@ -234,7 +233,8 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
 
 
 def _given(name: str, flexible: Flexible, modal: Modal) -> FlexibleModes:
-    """Tabulated modes scaled to a largest displacement of 1, at their places and one that moves with the frame."""
+    """Return tabulated modes scaled to a largest displacement of 1, at their places and at an extra node that moves
+    with the frame."""
     nodes = np.array([*modal.nodes, (0.0, 0.0, 0.0)])
     given = np.array(modal.shapes, float).reshape(len(modal.shapes), -1).T
     scale = np.abs(given).max(axis=0, initial=0.0)
@@ -246,8 +246,8 @@ def _given(name: str, flexible: Flexible, modal: Modal) -> FlexibleModes:
 
 
 def _static(flexible: Flexible, M: np.ndarray, K: np.ndarray, free: list[int], rigid: np.ndarray) -> np.ndarray:
-    """Static deflections (n, m) under unit forces at the stations `loads`; for a free body with rigid motions (n, r)
-    without inertia forces."""
+    """Return static deflections (n, m) under unit forces at the stations `loads`; for a free body with rigid motions
+    (n, r), without inertia forces."""
     beam = flexible.beam
     assert beam is not None, "checked with the description"
     directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
@@ -264,7 +264,7 @@ def _loose(name: str, mode: int) -> KernelError:
 
 
 def _normal(shape: np.ndarray) -> np.ndarray:
-    """The shape with a largest displacement (torsion: rotation) of 1, the first such one positive."""
+    """Return a shape scaled to a largest displacement (torsion: rotation) of 1, positive at its first maximum."""
     parts = shape.reshape(-1, 6)
     moved = parts[:, :3] if np.abs(parts[:, :3]).max() > DEPENDENT * np.abs(parts[:, 3:]).max() else parts[:, 3:]
     flat = moved.ravel()

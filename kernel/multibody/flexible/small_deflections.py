@@ -1,11 +1,11 @@
-"""Where the theory of small deflections ends: how far a flexible body is bent or twisted, as parts of what is allowed.
+"""Limits of the theory of small deflections: bending and twist of a flexible body as shares of the limit.
 
 The deformation is measured from the floating frame.  Its displacement u and its rotation theta at a place count as
     |u| / (WARNED L)   and   |theta| / (TURNED WARNED),                                                           (13)
 L being the length of a beam, or the largest distance of two nodes.  The ends of a simply supported beam that sags by
 WARNED of its length turn by 3 to TURNED times that, those of a cantilever by 1.5 to 2 times.  At WARNED the linear
 deflection of a cantilever is 0.3 % too large, at REFUSED 7 % (Bisshopp, Drucker 1945, Large deflection of cantilever
-beams), and a frame on its end is turned by too little by as much.
+beams), and the rotation of a frame at its end is too small by as much.
 """
 
 from dataclasses import dataclass
@@ -27,10 +27,8 @@ TIES = 1e-6  # part of the largest displacement by which nodes may differ that m
 
 @dataclass(frozen=True)
 class Smallness:
-    """Rows of (13), linear in the modes: `rows` (n, m), `groups` by place and kind.
-
-    `turns`: whether a group is a rotation.
-    """
+    """Rows of (13), linear in the mode coordinates: `rows` (n, m), `groups`: number of rows per place and kind.
+    `turns`: whether a group is a rotation."""
 
     rows: np.ndarray
     groups: tuple[int, ...]
@@ -38,12 +36,12 @@ class Smallness:
 
     @property
     def numbers(self) -> list[float]:
-        """Numbers of P: the current limit squared, whether and since when compression is noted and buckles the body,
-        rows."""
+        """The numbers in P: the squared limit that applies now, whether compression has been noted, the times since
+        which it is near buckling and beyond it, and the rows."""
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
-        """Squares of (13) per group for mode coordinates eta (m,)."""
+        """Return the squares of (13), per group, for mode coordinates eta (m,)."""
         out, first = [], 0
         for n in self.groups:
             parts = [row @ eta for row in rows[first : first + n]]
@@ -52,21 +50,21 @@ class Smallness:
         return out
 
     def guard(self, p: Array, eta: Array) -> Any:
-        """What is left of the limit that holds now, squared."""
+        """Return the guard: the squared limit that applies now minus the largest square of (13)."""
         largest: Scalar = 0.0
         for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):
             largest = maximum(largest, x)
         return p[0] - largest
 
     def largest(self, eta: np.ndarray) -> tuple[float, bool]:
-        """Largest value of (13), and whether it is a rotation."""
+        """Return the largest value of (13), and whether it is a rotation."""
         use = self.use(eta.astype(object), self.rows)  # floats of Python, whose products are summed in order
         first = max(range(len(use)), key=use.__getitem__)
         return sqrt(float(use[first])), self.turns[first]
 
 
 class ModeShapes(Protocol):
-    """Part of `modes.Modes`: shapes (6n, m) and masses (m,) of m modes at n nodes (n, 3) [m]; M (6n, 6n)."""
+    """Part of `modes.FlexibleModes`: shapes (6n, m) and masses (m,) of m modes at n nodes (n, 3) [m]; M (6n, 6n)."""
 
     @property
     def flexible(self) -> Flexible: ...
@@ -82,7 +80,7 @@ class ModeShapes(Protocol):
 
 
 def smallness(modes: ModeShapes) -> Smallness:
-    """Rows (13) of a body: equidistant along a beam, else at the nodes with largest motion of a mode."""
+    """Return the rows (13) of a body: equidistant along a beam, else at the nodes with the largest motion of a mode."""
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:
         length = beam.length
@@ -113,7 +111,7 @@ def smallness(modes: ModeShapes) -> Smallness:
 
 
 def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
-    """Sentence about a body that has reached a limit at t [s]; use: (13)."""
+    """Return the message about a body that has reached a limit at t [s]; `use`: value of (13)."""
     size = use * WARNED
     turned, bent = (
         f"turns by {degrees(TURNED * size):.3g} degrees within itself",
@@ -130,6 +128,6 @@ def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: 
 
 
 def _most(parts: np.ndarray) -> set[int]:
-    """Nodes with the largest motion of a mode; parts: (n, 3, m)."""
+    """Return the nodes with the largest motion of a mode; `parts`: (n, 3, m)."""
     moved = sizes(parts.transpose(2, 0, 1))
     return {int(i) for size in moved if np.any(size) for i in np.flatnonzero(size > (1.0 - TIES) * size.max())}

@@ -1,11 +1,11 @@
-"""Shapes of the modes of a beam for what slides along it: Chebyshev polynomials that follow them smoothly.
+"""Modes of a beam for sliders: Chebyshev polynomials that approximate their shapes smoothly.
 
-A law's point on a flexible body becomes a massless body at its station, so that laws need not know of bending.
+Stations: the point of a law on a flexible body becomes a massless body, so that laws need not consider bending.
 
-Points of one station share it: `girder@30` stands at x = 30 m of `girder`, with the rest of the point's coordinates
-as a rigid arm.  Joints that a flexible body carries stand on stations as well, but for sliders.
+Points at the same place share a station: `girder@30` is at x = 30 m of `girder`; the point's other coordinates form a
+rigid arm. Joints carried by a flexible body are at stations as well, except sliders.
 
-From the modes of a finite-element model to the constants of the kinetic energy of a flexible body.
+Constants of the kinetic energy of a flexible body, from the modes of a finite-element model.
 
 With U_j = (velocity, angular velocity) of node j in body axes, nu = (w; v) the twist of the floating frame and eta the
 mode coordinates,
@@ -17,11 +17,12 @@ Gerstmayr 2019) and with the meaning of the standard input data (Wallrapp 1994; 
     I = J0 + sum_k eta_k J1_k + 1/2 sum_kl eta_k eta_l J2_kl,   C_l = G0_l + sum_k eta_k G1_kl,                    (4)
     J0 = B_0^T M B_0,  J1_k = B_0^T M B_k + (..)^T,  J2_kl = B_k^T M B_l + (..)^T,  G0_l = B_0^T M Phi_l,
     G1_kl = B_k^T M Phi_l.                                                                                        (5)
-The shortening of a bent beam (equation (9) of `attachment`) is a displacement of second order; it adds to G1 and J2 as
-those of first order add to G0 and J1, which is the geometric stiffness.
-The modes are M-orthogonal, so that m and the reduced stiffness are diagonal.  The momentum is that of the moving centre
-of mass (so that acceleration of the ground and gravity are one) if the first moments in J1 are the forces in G0: for
-matrices that interpolate displacements with slopes, (5) fulfils this to the order of the elements; it is set exactly.
+The shortening of a bent beam (equation (9) of `attachment`) is a displacement of second order; it contributes
+to G1 and J2 as those of first order do to G0 and J1, which gives the geometric stiffness.
+The modes are M-orthogonal, so that m and the reduced stiffness are diagonal.  The momentum is that of the
+moving centre of mass (so that acceleration of the ground and gravity are equivalent) if the first moments in
+J1 are the forces in G0: for matrices that interpolate displacements with slopes, (5) fulfils this to the order
+of the elements; the code sets it exactly.
 """
 
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -47,10 +48,8 @@ SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials, sought and refused; sh
 
 @lru_cache(maxsize=64)
 def track(modes: FlexibleModes, joint: str) -> Track:
-    """Displacements and rotations (slopes) of modes as polynomials along the beam.
-
-    Raises KernelError naming the joint that slides if this is no beam or a mode is not smooth.
-    """
+    """Return displacements and rotations (slopes) of modes as polynomials along the beam. Raises KernelError naming the
+    slider joint if the body is no beam or a mode is not smooth."""
     beam, m = modes.flexible.beam, len(modes.mass)
     if beam is None or beam.start:
         raise KernelError(f"joint '{joint}': body '{modes.name}' is no beam from its origin on; a slider needs one")
@@ -81,7 +80,7 @@ def track(modes: FlexibleModes, joint: str) -> Track:
 
 
 def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
-    """The system with a station for each point of flexible bodies, and their modes by name."""
+    """Return the system with a station for each point on flexible bodies, and their modes by name."""
     modes = {b.name: modes_of(b.name, b.flexible) for b in system.bodies if b.flexible}
     if not modes:
         return system, modes
@@ -134,7 +133,7 @@ class ReducedBody:
 
 @lru_cache(maxsize=64)
 def reduced(modes: FlexibleModes) -> ReducedBody:
-    """The constants (5) of a body."""
+    """Return the constants (5) of a body."""
     n, m = modes.shapes.shape
     B0 = rigid_motions(modes.nodes)
     B = np.zeros((m, n, 6))
@@ -172,7 +171,7 @@ def reduced(modes: FlexibleModes) -> ReducedBody:
 
 
 def _turning(u: np.ndarray) -> np.ndarray:
-    """Velocity of displaced nodes by rotation of the frame (n, 3), B_k of equation (2)."""
+    """Return the velocities (n, 3) of displaced nodes by rotation of the frame, B_k of equation (2)."""
     B = np.zeros((len(u), 3))
     for j in range(0, len(u), 6):
         B[j : j + 3] = -skew(u[j : j + 3])

@@ -1,6 +1,6 @@
-"""The paper's three ways to the accelerations of a tree, each a short text of the same signature as `dynamics`.
+"""The paper's three formulations of the accelerations of a tree, each a function with the signature of `dynamics`.
 
-recursive     composite inertias along the paths, H = L^T D L without fill-in: what the kernel uses (`dynamics`)
+recursive     composite inertias along the paths, H = L^T D L without fill-in: used by the kernel (`dynamics`)
 articulated   recursive as well, with articulated inertias and without H: O(n) however deep the tree
 augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]; embedding: velocity
               transformation, by which constraint forces are projected away, R^T M R dense
@@ -30,7 +30,7 @@ FORMULATIONS: dict[str, Callable[..., tuple[Array, Array, Array]]] = {
 
 
 def formulated(name: str) -> Callable[..., tuple[Array, Array, Array]]:
-    """The equations of a formulation; raises KernelError for an unknown name."""
+    """Return the function of a formulation; raises KernelError for an unknown name."""
     if name not in FORMULATIONS:
         raise KernelError(f"formulation '{name}': there are {', '.join(FORMULATIONS)}")
     return FORMULATIONS[name]

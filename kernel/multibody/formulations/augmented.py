@@ -2,20 +2,20 @@
 
 [M J^T; J 0] [x; -lambda] = [f; 0] (Orlandea, Chace, Calahan 1977; Haug 1992): x (6,) per body is its acceleration
 beyond the bias of its joints, J holds 6 - n rows for a joint of n free degrees of freedom, orthonormal to its columns
-about the child's origin.  Solved by the Schur complement J M^-1 J^T in the order from the tips to the ground, which
-has no fill-in (Baraff 1996).  A slender or massless body has no M^-1: a small multiple of what it carries is added,
-and refinement against the true equations takes its effect out again.
+about the child's origin. Solved by the Schur complement J M^-1 J^T in the order from the tips to the ground, without
+fill-in (Baraff 1996). A slender or massless body has no M^-1: a small multiple of the inertia that it carries is added,
+and iterative refinement removes its effect.
 
 Embedding formulation: the constraint forces vanish by projection on the velocities that the joints allow.
 
-The path matrix T and the joint columns S give the velocity transformation of the whole system, V = R qd with
-R = T^T S: row i holds the columns of all joints on the path of body i.  Then R^T M R qdd = tau - R^T p, dense
-(Haug 1992, Shabana 2005: generalised coordinate partitioning with joint coordinates).
+The path matrix T and the joint columns S give the velocity transformation of the whole system, V = R qd with R = T^T S:
+row i holds the columns of all joints on the path of body i. Then R^T M R qdd = tau - R^T p, dense (Haug 1992, Shabana
+2005: generalised coordinate partitioning with joint coordinates).
 
 Recursive formulation with articulated-body inertias: one pass inwards, one outwards, O(n) for trees of any depth.
 
-Featherstone 2008, section 7.3, in world axes about one point, where no transformation stands between two bodies.
-A joint of several degrees of freedom is eliminated column by column, so only scalars are ever inverted.
+Featherstone 2008, section 7.3, in world axes about one point, so that no transformations between bodies are needed. A
+joint of several degrees of freedom is eliminated column by column, so only scalars are ever inverted.
 """
 
 from dataclasses import dataclass
@@ -51,14 +51,14 @@ class _Joint:
         return self.X.T @ self.Q[:, len(self.free) :]
 
     def applied(self, tau: Array) -> Array:
-        """Wrench (6,) with joint forces tau and no constraint part: R^T y = tau."""
+        """Return the wrench (6,) for joint forces tau without constraint forces: R^T y = tau."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
             y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
     def accelerations(self, x: Array) -> dict[int, Array]:
-        """Accelerations of free degrees of freedom from the relative acceleration (6,): R a = Q^T x."""
+        """Return the accelerations of free degrees of freedom from the relative acceleration (6,): R a = Q^T x."""
         a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
             rest = sum((self.R[n][m] * a[self.free[m]] for m in range(n + 1, len(self.free))), 0.0)
@@ -69,7 +69,7 @@ class _Joint:
 def augmented(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     joints = _joints(tree, K)
@@ -106,7 +106,8 @@ def _named(i: int, B: Array) -> Array:
 
 
 def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
-    """Forces (6,) per body: of its own joint minus those of the joints that it carries (the paper's eqs (1)-(4))."""
+    """Return the forces (6,) on each body: of its own joint minus those of the joints that it carries (the paper's eqs
+    (1)-(4))."""
     out = list(F)
     for i, p in enumerate(parents):
         if p >= 0:
@@ -119,7 +120,7 @@ def _against_parent(parents: list[int], x: list[Array], i: int) -> Array:
 
 
 def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
-    """Factors of M per body, regularised by a part of the carried mass and inertia [kg, kg m2]."""
+    """Return the factors of M per body, regularised by a part of the carried mass and inertia [kg, kg m2]."""
     carried = list(M)
     for i in reversed(range(len(M))):
         if (p := tree.bodies[i].parent) >= 0:
@@ -135,10 +136,8 @@ def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
 def _solve(
     M: list[Array], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Array]
 ) -> tuple[list[Array], list[Array]]:
-    """x (6,) per body and constraint wrench (6,) of its joint from M x = f + wrenches and B^T (x - x_parent) = 0.
-
-    A: factors of the regularised M.
-    """
+    """Return x (6,) per body and the constraint wrench (6,) of its joint from M x = f + wrenches and B^T (x - x_parent)
+    = 0. A: factors of the regularised M."""
     n = len(M)
     B = [_named(i, j.B) for i, j in enumerate(joints)]
     rows, at = {}, 0
@@ -177,7 +176,7 @@ def _solve(
 def embedding(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     R = velocity_transformation(tree, K)
@@ -195,7 +194,7 @@ def embedding(
 
 
 def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
-    """R: columns of joints and modes on the path of each body (6, n_v); others are zero."""
+    """Return R: for each body the columns (6, n_v) of joints and modes on its path; others are zero."""
     R: list[Array] = []
     k = 0
     for i, (b, columns) in enumerate(zip(tree.bodies, K.S, strict=True)):
@@ -214,7 +213,7 @@ Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 
 def articulated(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, p = newton_euler(tree, K, W)
     given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))
@@ -232,10 +231,8 @@ def articulated(
 def inwards(
     tree: Tree, K: Kinematics, tau: Array, I: list[Array], p: list[Array]
 ) -> tuple[Eliminated, tuple[Array, Array]]:
-    """Eliminate the free degrees of freedom from the tips to the roots: (7.44) to (7.48).
-
-    I (6, 6) and p (6,) of the bodies become the articulated ones; also what the last root hands to what it stands on.
-    """
+    """Eliminate the free degrees of freedom from the tips to the roots: (7.44) to (7.48). I (6, 6) and p (6,) of the
+    bodies become the articulated ones; also returns those of the last root for the body or ground that carries it."""
     given = set(tree.prescribed_dofs)
     U: Eliminated = {}
     inertia, force = np.zeros((6, 6)), np.zeros(6)
@@ -257,7 +254,8 @@ def inwards(
 def outwards(
     tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
 ) -> tuple[dict[int, Scalar], list[Array]]:
-    """Accelerations of the degrees of freedom, and those of the bodies beyond the bias; base (6,): of the ground."""
+    """Return the accelerations of the degrees of freedom, and those of the bodies beyond the bias; `base` (6,):
+    acceleration of the ground."""
     X: list[Array] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):

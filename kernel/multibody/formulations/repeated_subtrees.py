@@ -1,9 +1,8 @@
-"""Equal limbs of one tree: branches of a few bodies that several times hang on its trunk, such as trolleys on a block.
+"""Equal limbs of one tree: small branches that occur several times on its trunk, such as trolleys on a block.
 
 A limb is one traced function, called for every instance, so that equal limbs run side by side (see `simd_batches`) and
-large
-trees have small code.  It hands its articulated inertia and force to the trunk (Featherstone 2008, section 7.3), whose
-bodies then are solved as ever; the limbs follow the accelerations of what they hang on.
+large trees have small code. It gives its articulated inertia and force to the trunk (Featherstone 2008, section 7.3),
+whose bodies are then solved as usual; the limbs follow from the acceleration of the body that carries them.
 """
 
 from collections.abc import Sequence
@@ -26,7 +25,7 @@ _UPPER = [(i, j) for i in range(6) for j in range(i, 6)]
 
 @dataclass(frozen=True)
 class Limb:
-    """Bodies of a branch, root first, and the trunk body that carries it."""
+    """The bodies of a branch, root first, and the trunk body `on` that carries it."""
 
     bodies: tuple[int, ...]
     on: int
@@ -34,9 +33,10 @@ class Limb:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of equal limbs as a tree with separate parameters, and its functions.
+    """A kind of equal limbs as a tree with separate parameters, and its traced functions.
 
-    place(q, v, P, base) -> ends; bend(q, v, tau, P, base, w...) -> what the trunk feels, dq and m; swing(x, m) -> dv.
+    place(q, v, P, base): bodies at the `ends`; bend(q, v, tau, P, base, w...): articulated inertia and force on the
+    trunk, dq, and intermediate results m; swing(x, m): dv for the acceleration x of the carrying body.
     """
 
     tree: Tree
@@ -48,7 +48,7 @@ class Kind:
 
 
 class Limbs:
-    """A tree as trunk and limbs; `place` and `dynamics` as of the whole tree."""
+    """A tree divided into trunk and limbs; `place` and `dynamics` are those of the whole tree."""
 
     def __init__(self, tree: Tree, kinds: Sequence[Kind]) -> None:
         self._tree, self._kinds = tree, kinds
@@ -56,7 +56,8 @@ class Limbs:
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
     def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
-        """Rotation, tree's point, place and twist (21,) of the bodies of laws; `tree` with its numbers."""
+        """Return rotation, tree's point, position and twist (21,) of the bodies on which laws act; `tree` with its
+        numbers."""
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -72,7 +73,7 @@ class Limbs:
     def dynamics(
         self, tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars
     ) -> tuple[Array, Array, Array]:
-        """As `dynamics.dynamics`."""
+        """Return dq/dt, dv/dt and forces of prescribed joints, as `dynamics.dynamics`."""
         trunk = _part(tree, self._trunk)
         at = {i: n for n, i in enumerate(self._trunk)}
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), g, a_ref)
@@ -112,7 +113,7 @@ class Limbs:
 
 
 def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Scalar]) -> list[Array]:
-    """(6,) accelerations of the bodies that the free degrees of freedom make."""
+    """Return the accelerations (6,) of the bodies caused by the free degrees of freedom."""
     X: list[Array] = []
     given = set(trunk.prescribed_dofs)
     for i, b in enumerate(trunk.bodies):
@@ -124,23 +125,23 @@ def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Scalar]) -> list[
 
 
 def _base(K: Kinematics, i: int) -> list[Scalar]:
-    """R, r, V, A of a body in one row."""
+    """Return R, r, V, A of a body in one row."""
     return [*K.R[i].ravel(), *K.r[i], *K.V[i], *K.A[i]]
 
 
 def _of(tree: Tree, what: str, bodies: Sequence[int], x: Array) -> Any:
-    """Coordinates (what = "q") or velocities ("v") of some bodies in order."""
+    """Return the coordinates (`what` = "q") or velocities ("v") of some bodies in order."""
     return [e for i in bodies for e in list(x[getattr(tree.bodies[i], what)])]
 
 
 def _spread(tree: Tree, what: str, bodies: Sequence[int], x: Scalars) -> dict[int, Any]:
-    """The inverse of `_of`: place in the tree -> value."""
+    """Return the inverse of `_of`: place in the tree -> value."""
     slices = (getattr(tree.bodies[i], what) for i in bodies)
     return dict(zip((k for s in slices for k in range(s.start, s.stop)), x, strict=True))
 
 
 def _symmetric(upper: Array) -> Any:
-    """Symmetric (6, 6) from the 21 numbers of its upper triangle."""
+    """Return the symmetric (6, 6) matrix of the 21 numbers of its upper triangle."""
     A = np.zeros((6, 6), dtype=object)
     for (i, j), x in zip(_UPPER, upper, strict=True):
         A[i, j] = A[j, i] = x
@@ -148,7 +149,7 @@ def _symmetric(upper: Array) -> Any:
 
 
 def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
-    """Some bodies as a tree."""
+    """Return some bodies as a tree of their own."""
     at = {i: n for n, i in enumerate(bodies)}
     out: list[TreeBody] = []
     q = v = 0
@@ -161,7 +162,8 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 
 
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
-    """Trunk and limbs of a rigid tree with equal branches; `name` is the prefix of their functions."""
+    """Return trunk and limbs of a rigid tree with equal branches, None if it has none; `name`: prefix of their
+    functions."""
     if any(b.elastic is not None or b.place is not None for b in tree.bodies):
         return None
     below = [[i] for i in range(len(tree.bodies))]
@@ -185,17 +187,17 @@ def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
 
 
 def _resists(b: TreeBody) -> bool:
-    """Whether a body alone has inertia against every motion; others are checked in the whole tree."""
+    """Return whether a body alone has inertia against every motion; others are checked in the whole tree."""
     return bool(b.mass != 0.0 and (np.diag(b.inertia) != 0.0).all() and b.added is None)
 
 
 def _unplaced(part: Tree) -> Tree:
-    """A limb without its place, which may differ."""
+    """Return a limb with a standard position on the trunk, so that limbs at different positions compare as equal."""
     return replace(part, bodies=(replace(part.bodies[0], p_PJ=np.full(3, 0.5)), *part.bodies[1:]))
 
 
 def _common(tree: Tree, limbs: Sequence[Limb]) -> Tree:
-    """The common tree of limbs: structure is what all share."""
+    """Return the common tree of limbs: numbers that are equal in all of them stay structure."""
     part = _part(tree, limbs[0].bodies)
     places = np.array([tree.bodies[limb.bodies[0]].p_PJ for limb in limbs])
     p = [x[0] if structural(x[0]) and (x == x[0]).all() else 0.5 for x in places.T]

@@ -1,5 +1,5 @@
-"""Loops closed: at the start of a run, and after each step.
+"""Closing of loops: at the start of a run, and after each step.
 
-start_pose   what was asked stays where it can
-assembly     loops of an initial pose closed, or how wide they gape; why they are lost
+start_pose   initial pose: given coordinates are kept where possible
+assembly     closing the loops of an initial pose, or reporting their gaps; why loops are lost
 """

@@ -1,10 +1,10 @@
-"""Closing the loops of an initial pose, or saying how wide they gape.
+"""Closing the loops of an initial pose, or reporting their gaps.
 
-A pose whose loops are closed to `CLOSED` stays as it is, bit for bit.  Any other is closed near what was asked (see
-`start_pose`).  Then the rows that are independent are counted: a linkage whose loops leave no freedom is refused.
-Where a pose would be that was not asked is found by Newton's method on the rows, weighted with the inertia (light
-bodies move first); a step that widens the gaps is halved.  In a run loops are lost to contradictory drives, to masses
-too far apart, or at the end of a linkage's range.
+A pose whose loops are closed to `CLOSED` stays as it is, bit for bit. Any other is closed near the given coordinates
+(see `start_pose`). Then the independent rows are counted: a linkage whose loops leave no degree of freedom is refused.
+To suggest another pose, Newton's method is applied to the rows, weighted with the inertia (light bodies move first); a
+step that widens the gaps is halved. During a run loops are lost to contradictory drives, to masses too far apart, or at
+the end of a linkage's range.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,10 +30,8 @@ Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 
 
 def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tuple[np.ndarray, list[str]]:
-    """Initial state (ny,) with closed loops and consistent speeds, and sentences about changes.
-
-    Raises KernelError naming the joint.
-    """
+    """Return the initial state (ny,) with closed loops and consistent speeds, and sentences about changes. Raises
+    KernelError naming the joint."""
     _, gap, slip, pivot = step(y)
     asked = y
     message: list[str] = []
@@ -80,7 +78,7 @@ def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
 
 
 def _gap(program: Program, gap: np.ndarray) -> tuple[str, str]:
-    """The joint with the largest gap, and the gap."""
+    """Return the joint with the largest gap, and the gap as text."""
     r = int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf))))
     name, unit = program.constraints.names[r], program.constraints.units[r]
     size = abs(float(gap[r]))
@@ -89,7 +87,7 @@ def _gap(program: Program, gap: np.ndarray) -> tuple[str, str]:
 
 
 def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) -> None:
-    """Trees in loops need a degree of freedom, unless a drive prescribes their motion."""
+    """Raise KernelError if the trees in a loop have no degree of freedom left, unless drives prescribe their motion."""
     constraints = program.constraints
     n = len(constraints.of)
     for rows, trees in constraints.groups:
@@ -107,7 +105,8 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
 
 
 def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
-    """The error for a gap that opened within a step; moving: prescribed drives."""
+    """Return the error for a gap that opened within a step, None if there is none; `moving`: prescribed drives in
+    motion."""
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
@@ -118,7 +117,7 @@ def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()
 def locked(
     program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float, moving: Sequence[str] = ()
 ) -> KernelError | None:
-    """The error for steps that became too small because a row has become dependent."""
+    """Return the error for steps that became too small because a row has become dependent, None if none has."""
     pivot, at_start = (x[: len(program.constraints.of)] for x in (pivot, at_start))
     if not len(pivot):
         return None
@@ -131,7 +130,7 @@ def locked(
 
 
 def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
-    """Cause, as part of a sentence; row: lost row, moving: prescribed drives in motion."""
+    """Describe the cause of a lost row, as part of a sentence; `moving`: prescribed drives in motion."""
     trees = _tied(program, row)
     bodies = [b for tree in trees for b in tree.bodies]
     dofs = {k for tree in trees for k in range(tree.v.start, tree.v.stop)}
@@ -150,7 +149,7 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Why the states of a rigid rope switch endlessly, as part of a sentence, or ""."""
+    """Describe why the states of a rigid rope switch endlessly, as part of a sentence; "" if no drive is the cause."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)
@@ -161,7 +160,7 @@ def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> s
 
 
 def _tied(program: Program, row: int) -> list[Tree]:
-    """Trees coupled by the loops of a row's group, including driven ones."""
+    """Return the trees coupled by the loops of a row's group, including driven ones."""
     rows = next((rows for rows, _ in program.constraints.groups if row in rows), [row])
     ends = {body for r in rows for body in program.constraints.held[r]}
     return [tree for tree, _ in program.instances if ends & set(range(tree.first, tree.first + len(tree.bodies)))]

@@ -1,10 +1,9 @@
-"""The start pose of loops: what was asked stays where it can, and what had to be changed is reported.
+"""The start pose of loops: given coordinates are kept where possible, and changes are reported.
 
-Coordinates and speeds that a description gives are asked; those that it leaves out follow.  First only what is free to
-follow moves.  Where that does not close the loops, what was asked moves, too, by full steps of Gauss and Newton, and
-only as long as these contract as they do near a solution (Deuflhard 2004, section 2.1: an ordinary Newton step in
-whose neighbourhood there is one solution shrinks to less than half at once).  Anything else would be another branch
-of the linkage, or a pose far away, and is refused.
+Coordinates and speeds that a description gives are kept; those that it omits follow. First only the omitted ones move.
+If that does not close the loops, the given ones move, too, by full Gauss-Newton steps, as long as these contract as
+they do near a solution (Deuflhard 2004, section 2.1: near a solution an ordinary Newton step shrinks to less than half
+at once). Anything else would be another branch of the linkage, or a pose far away, and is refused.
 """
 
 from __future__ import annotations
@@ -41,10 +40,8 @@ Columns = Sequence[float]
 
 
 def keeping(program: Program, y: np.ndarray, P: np.ndarray, closed: Callable[[], np.ndarray]) -> np.ndarray:
-    """State (ny,) with loops closed near the given values. Raises KernelError if that is impossible.
-
-    `closed`: a pose that closes the loops, however far away; it raises KernelError if there is none.
-    """
+    """Return the state (ny,) with loops closed near the given values. Raises KernelError if that is impossible.
+    `closed`: returns a pose that closes the loops, however far away; it raises KernelError if there is none."""
     pose = pose_of(program, y, P)
     asked = _asked(program, [bool(k.joint.q0) for k in program.graph.links])
     free = [[not asked[c] for c in g.columns] for g in pose.groups]
@@ -62,7 +59,7 @@ def keeping(program: Program, y: np.ndarray, P: np.ndarray, closed: Callable[[],
 
 
 def _asked(program: Program, given: Sequence[bool]) -> dict[tuple[int, int], bool]:
-    """Whether a degree of freedom belongs to a joint with given values, in link order."""
+    """Return for each degree of freedom whether it belongs to a joint with given values; `given`: by link."""
     found: dict[tuple[int, int], bool] = {}
     for i, (tree, _) in enumerate(program.instances):
         for n, b in enumerate(tree.bodies):
@@ -79,7 +76,7 @@ def _size(pose: Pose) -> float:
 
 
 def _step(g: RowGroup, residual: Sequence[float], weights: Columns) -> list[float]:
-    """The least-weighted step with the largest reduction of the residual."""
+    """Return the step of least weighted norm with the largest reduction of the residual."""
     G = [[x * w for x, w in zip(row, weights, strict=True)] for row in g.G]
     least = RANK * max(singular_values(G), default=0.0)
     step = least_norm(G, [-x for x in residual], least)
@@ -87,7 +84,7 @@ def _step(g: RowGroup, residual: Sequence[float], weights: Columns) -> list[floa
 
 
 def _followed(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
-    """The best pose of dependent coordinates, from several starts."""
+    """Return the pose with the best values of dependent coordinates, from several starts."""
     best = pose
     for n in range(TRIES):
         lateral = [(g, _aside(g, f, n)) for g, f in zip(pose.groups, free, strict=True)]
@@ -100,7 +97,7 @@ def _followed(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
 
 
 def _aside(g: RowGroup, free: Sequence[bool], n: int) -> list[float]:
-    """The n-th start of dependent coordinates, with other angles."""
+    """Return the n-th start of the dependent coordinates, with other angles."""
     angles = (may and by == 1.0 for may, by in zip(free, g.columns_by, strict=True))
     return [ASIDE * n * (k + 1) % 3.0 if angle else 0.0 for k, angle in enumerate(angles)]
 
@@ -124,7 +121,7 @@ def _descent(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
 
 
 def _newton(pose: Pose, weights: Sequence[Columns]) -> Pose | None:
-    """The solution near a pose, None if there is none."""
+    """Return the solution near a pose, None if there is none."""
     before = inf
     for _ in range(NEAR):
         if _size(pose) <= SHUT:
@@ -141,7 +138,7 @@ def _newton(pose: Pose, weights: Sequence[Columns]) -> Pose | None:
 
 
 def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray:
-    """State (ny,) with dependent speeds from given ones; a remainder is a contradiction."""
+    """Return the state (ny,) with dependent speeds computed from the given ones; a remainder is a contradiction."""
     pose = pose_of(program, y, P)
     asked = _asked(program, [bool(k.joint.v0) for k in program.graph.links])
     out = y.copy()
@@ -157,10 +154,8 @@ def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray
 
 
 def changes_message(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
-    """What of asked coordinates and speeds was changed beyond the rounding of their digits, one sentence for each.
-
-    Those of a joint that closes a loop follow from all others.
-    """
+    """Return one sentence for each given coordinate or speed that was changed beyond the rounding of its digits. Those
+    of a joint that closes a loop follow from all others."""
     links, nq = program.graph.links, program.nq
     names = ", ".join(dict.fromkeys(n for n, _ in zip(program.constraints.names, program.constraints.of, strict=False)))
     moved, sped = [], []
@@ -194,7 +189,7 @@ def changes_message(program: Program, before: np.ndarray, after: np.ndarray, P: 
 
 
 def _changed(joint: Joint, asked: Columns, found: Columns) -> list[str]:
-    """Coordinates of a joint that differ from the given ones."""
+    """Describe the coordinates of a joint that differ from the given ones."""
     return [
         f"{where} from {_message(x, turns)} to {_message(z, turns)}"
         for where, x, z, turns in _coordinates(joint, asked, found)
@@ -216,7 +211,8 @@ def _is_turn(j: Joint, velocity: str) -> bool:
 
 
 def _coordinates(j: Joint, before: Columns, after: Columns) -> list[tuple[str, float, float, bool]]:
-    """Name, both values and whether it is an angle, of each coordinate; of a quaternion the angle between both."""
+    """Return name, both values and whether it is an angle, for each coordinate; for a quaternion the angle between
+    both."""
     joint = JOINTS[j.kind]
     x, z = ([float(e) for e in y[: joint.n_q]] for y in (before, after))
     end = joint.n_q if joint.quaternion is None else joint.quaternion
@@ -239,7 +235,7 @@ def _message(x: float, turns: bool) -> str:
 
 
 def _refusal(program: Program, pose: Pose, asked: Mapping[tuple[int, int], bool], possible: np.ndarray) -> KernelError:
-    """The error that names the joint to start elsewhere, and where."""
+    """Return the error that names the joint with the largest change, and a start value that would be possible."""
     y = np.zeros(program.ny)
     y[: program.nq] = pose.q
     changes = [

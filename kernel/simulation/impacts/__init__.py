@@ -1,9 +1,9 @@
-"""What happens at an event in no time: impulses, then the set of contacts and ropes that act.
+"""Instantaneous changes at an event: impulses, then the set of active contacts and ropes.
 
 active_sets           the next set of contacts and rigid ropes: impulses first, then forces
-unilateral            what may push or pull at an event; what touches
-coulomb               friction around the pivoting solver; contacts that slip as a whole
-regularised_friction  friction of places that loads do not determine one by one; contact forces one by one
+unilateral            candidates that may push or pull at an event; which of them touch
+coulomb               friction around the pivoting solver; contacts that slip together
+regularised_friction  friction of places whose loads are individually undetermined; contact forces one by one
 condensed             rows of contacts without the loops
 rope_impacts          rigid ropes that snap taut
 """

@@ -1,10 +1,10 @@
-"""The next set of what touches at an event, contacts and rigid ropes alike: impulses first, then forces.
+"""The next active set at an event, of contacts and rigid ropes alike: impulses first, then forces.
 
-Everything that touches at that instant is solved together (Newton's restitution per contact, so that three equal balls
-in a row part as -1/3, 2/3, 2/3; a gap between them, however small, makes two impacts and 0, 0, 1).  If restitution
-would raise the energy, as Newton's law can with friction (Kane 1984), the impact is inelastic.  Rebounds slower than
-`CAPTURE` end there: the infinitely many bounces that remain of a Zeno sequence are lower than a nanometre.  Where no
-force fulfils the laws (Painleve 1895) the run is refused by name.
+All contacts at that instant are solved together (Newton's restitution per contact, so that three equal balls in a row
+part as -1/3, 2/3, 2/3; a gap between them, however small, makes two impacts and 0, 0, 1). If restitution would raise
+the energy, as Newton's law can with friction (Kane 1984), the impact is inelastic. Rebounds slower than `CAPTURE` are
+set to zero: the infinitely many remaining bounces of a Zeno sequence are lower than a nanometre. If no force fulfils
+the laws (Painleve 1895), the run ends with an error that names the contact.
 """
 
 from collections.abc import Callable
@@ -35,8 +35,8 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """Operations of the solver on a simulation: `survey` -> matrix, speeds, free accelerations of rows; `slack` [m] of
-    rigid ropes; `kick` by impulses; `close`: project places and speeds onto the rows."""
+    """Operations of the solver on a simulation. `survey`: returns matrix, speeds and free accelerations of the rows;
+    `slack`: of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions and speeds onto the rows."""
 
     survey: Callable[[], Survey]
     slack: Callable[[], np.ndarray]
@@ -70,15 +70,13 @@ class ContactSets:
         return [x for x in self._all if x.on]
 
     def check_start(self, y: np.ndarray) -> None:
-        """Raises KernelError if shapes overlap at the start."""
+        """Raise KernelError if shapes overlap at the start."""
         ends = evaluate(self._program, 0.0, y, self._P, forces=False).ends
         check_start(self._program.contacts.sites, self._numbers, ends)
 
     def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> ImpactResult:
-        """Impulses and new states at time t [s] of the run, where these guards have fallen.
-
-        Raises KernelError where nothing fits.
-        """
+        """Return impulses and new states at time t [s] of the run, after the guards `fallen` became negative. Raises
+        KernelError if no solution exists."""
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = evaluate(self._program, local, y, self._P, forces=False)
         fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}
@@ -106,7 +104,8 @@ class ContactSets:
         return {x.name for x in self._slots if x.on and x.slips}
 
     def _impact(self, t: float, act: Act, reeling: dict[str, float]) -> ImpactResult:
-        """Apply the impulses of what approaches; let go what flies off.  `reeling`: rates of the ropes' lengths."""
+        """Apply the impulses of approaching contacts and release those that separate; `reeling`: rates of the ropes'
+        lengths."""
         on = self._on()
         A, speed, _ = act.survey()
         rows = _rows(on)
@@ -144,7 +143,7 @@ class ContactSets:
         return out
 
     def _rest(self, act: Act) -> None:
-        """Remove residual gaps of a nanometre and negligible speeds, so that sliding begins from rest."""
+        """Remove remaining gaps of a nanometre and negligible speeds, so that sliding begins from rest."""
         _, speed, _ = act.survey()
         for x in self._slots:
             if x.on and _moves(speed, x):
@@ -160,7 +159,7 @@ class ContactSets:
         return self._settled(ContactProblem(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
 
     def _held(self, problem: Condensed, on: list[Unilateral], x: np.ndarray, slow: set[int]) -> np.ndarray:
-        """Impulses that end the motion of `slow` contacts together with those that push and stick."""
+        """Return the impulses that end the motion of `slow` contacts together with those that push and stick."""
         extra = np.zeros(len(x))
         if slow:
             after = problem.after(x)
@@ -174,10 +173,10 @@ class ContactSets:
         return extra
 
     def _force(self, t: float, act: Act, spent: list[Unilateral]) -> None:
-        """States of closed contacts from the accelerations.
+        """Determine the states of closed contacts from the accelerations.
 
-        Where forces are not unique, they may be found otherwise than in the evaluation, in which those of `spent`
-        have vanished: such a contact or rope is let go if the others can do without it.
+        Forces that are not unique may differ from those of the evaluation, in which those of `spent` have vanished:
+        such a contact or rope is released if the others hold without it.
         """
         on = self._on()
         if not on:
@@ -236,7 +235,7 @@ def _holds(
     f: FrictionSolution,
     loops: list[int],
 ) -> bool:
-    """Whether released contacts do not close again under the forces f of the others."""
+    """Return whether released contacts stay open under the forces f of the others."""
     problem, x = Condensed(A, free, _rows(on), loops), np.zeros(3 * len(on))
     for i, s in enumerate(others):
         k = on.index(s)
@@ -250,7 +249,7 @@ def _length(x: Any, y: Any) -> Any:
 
 
 def _moves(speed: np.ndarray, x: Unilateral) -> bool:
-    """Whether a contact has friction and slides at an event."""
+    """Return whether a contact has friction and slides at an event."""
     return bool(x.rows[1] >= 0 and _length(*speed[x.rows[1:]]) > RESTING)
 
 
@@ -263,5 +262,5 @@ def _friction(on: list[Unilateral]) -> np.ndarray:
 
 
 def _work(problem: Condensed, u: np.ndarray, x: np.ndarray) -> float:
-    """Kinetic energy that impulses x bring [J]."""
+    """Return the kinetic energy that impulses x add [J]."""
     return float(sum(p * 0.5 * (before + after) for p, before, after in zip(x, u, problem.after(x), strict=True)))

@@ -1,4 +1,4 @@
-"""The rows of contacts at an event, with the joints that close loops eliminated.
+"""Rows of contacts at an event, with the joints that close loops eliminated.
 
 A loop's rows push and pull as needed, so that they follow from the contacts' impulses or forces: a Schur complement of
 the rows' matrix, in plain arrays and a fixed order.
@@ -11,7 +11,7 @@ SOFT = 1e-10  # regularisation of joints that close loops, relative
 
 
 def part(values: np.ndarray, rows: list[int]) -> np.ndarray:
-    """Values of the rows; 0 for row -1, a missing tangent."""
+    """Return the values of the rows; 0 for row -1, a missing tangent."""
     wide: np.ndarray = np.append(values, 0.0)[rows] if rows else np.zeros(0)
     return wide
 
@@ -41,7 +41,7 @@ class Condensed:
         return w
 
     def impulses(self, x: np.ndarray, n: int) -> np.ndarray:
-        """Impulses of all n rows."""
+        """Return the impulses of all n rows."""
         out = np.zeros(n + 1)
         out[self._rows] = x
         if self._loops:

@@ -1,16 +1,15 @@
 """Which contacts push, which of them stick and which slide: Coulomb friction around the pivoting solver.
 
-A contact has three rows: normal and two tangents.  Sticking, its tangents are held (w_t = 0, |x_t| <= mu x_n).
-Sliding along the unit vector u, its friction is part of the push of its normal row, x_t = -mu x_n u, and u is the
-direction of w_t.  The same conditions hold for impulses (w: velocity after the impact) and for forces (w:
-acceleration); a contact that already moves has its u given.  The cone is exact, not a pyramid: u is iterated.
-Signorini and Coulomb as in Glocker, Set-Valued Force Laws (2001), ch. 5-7; no set at all: Painleve.
+A contact has three rows: normal and two tangents. Sticking, its tangents are constrained (w_t = 0, |x_t| <= mu x_n).
+Sliding along the unit vector u, friction is part of the effect of its normal row, x_t = -mu x_n u, and u is the
+direction of w_t. The same conditions hold for impulses (w: velocity after the impact) and for forces (w: acceleration);
+the u of a contact that already slides is given. The cone is exact, not a pyramid: u is iterated. Signorini and Coulomb
+as in Glocker, Set-Valued Force Laws (2001), ch. 5-7; no solution at all: Painleve.
 
-Which places of contact can slip away, and which are only at the limit of friction while others hold them.
-
+It also determines which contact places can slip away, and which are only at the limit of friction while others hold.
 The force of a contact at several places is indeterminate: some places may reach Coulomb's limit long before the body
-moves.  A place slips when what pushes and what sticks elsewhere leaves it free to move along its direction of sliding,
-so that a contact slips when no distribution of forces within all cones holds it.
+moves. A place slips if the pushing and the sticking contacts leave it free to move along its direction of sliding, so
+that a contact slips only if no distribution of forces within all cones holds it.
 """
 
 from dataclasses import dataclass
@@ -37,7 +36,7 @@ CREEP = 1e-6  # relative size of an acceleration against a slip that begins
 @dataclass(frozen=True)
 class ContactProblem:
     """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
-    tangent); mu (m,); moving (m, 2): direction of sliding contacts, else zero."""
+    tangent); mu (m,); moving (m, 2): direction of contacts that slide already, else zero."""
 
     A: np.ndarray
     b: np.ndarray
@@ -52,7 +51,7 @@ class FrictionSolution:
     """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding; share (m,
     2): friction shares if not unique; prior (3m,): reference for forces that are not unique.
 
-    `found` is False where no set fulfils all conditions.
+    `found` is False if no set fulfils all conditions.
     """
 
     x: np.ndarray
@@ -66,7 +65,7 @@ class FrictionSolution:
 
 
 def settle(c: ContactProblem) -> FrictionSolution:
-    """The set of contacts that push, stick and slide."""
+    """Return the set of contacts that push, stick and slide."""
     m = len(c.mu)
     given = np.abs(c.moving).sum(axis=1) > 0.0
     stick, u, share, prior, side = _begin(c, given)
@@ -98,7 +97,7 @@ def settle(c: ContactProblem) -> FrictionSolution:
 def _begin(
     c: ContactProblem, given: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[int, float]]:
-    """Initial sticking contacts, sliding directions, shares, and sides of the last solution."""
+    """Return initial sticking contacts, sliding directions, shares, prior forces, and sides of the last solution."""
     stick, u, share = ~given & (c.mu > 0.0), c.moving.copy(), np.ones((len(c.mu), 2))
     prior = np.zeros(3 * len(c.mu))
     if not stick.any():
@@ -117,7 +116,7 @@ def _begin(
 
 
 def _swept(c: ContactProblem) -> FrictionSolution:
-    """The active set found by Gauss-Seidel sweeps, for forces that are not unique."""
+    """Return the active set found by Gauss-Seidel sweeps, for forces that are not unique."""
     m = len(c.mu)
     x, found = sweep(c.A, c.b, c.mu, c.moving)
     w = _velocities(c, x)
@@ -134,14 +133,15 @@ def _swept(c: ContactProblem) -> FrictionSolution:
 
 
 def _share(x: np.ndarray) -> np.ndarray:
-    """In proportion to the normal forces, so that contacts reach the limit of friction together."""
+    """Return friction shares (m, 2) in proportion to the normal forces, so that contacts reach the friction limit
+    together."""
     most = float(x[::3].max(initial=0.0))
     share = np.sqrt(np.maximum(x[::3] / most, LEAST)) if most > 0.0 else np.ones(len(x) // 3)
     return np.stack([share, share], axis=1)
 
 
 def _velocities(c: ContactProblem, x: np.ndarray) -> np.ndarray:
-    """w = A x + b, summed column by column."""
+    """Return w = A x + b, summed column by column."""
     w = c.b.copy()
     for k in range(len(x)):
         w += c.A[:, k] * x[k]
@@ -149,15 +149,16 @@ def _velocities(c: ContactProblem, x: np.ndarray) -> np.ndarray:
 
 
 def _across(c: ContactProblem, i: int, u: np.ndarray) -> np.ndarray:
-    """Effect of unit friction of contact i along u on all rows."""
+    """Return the effect of unit friction of contact i along u on all rows."""
     out: np.ndarray = c.A[:, 3 * i + 1] * u[0] + c.A[:, 3 * i + 2] * u[1]
     return out
 
 
 def _turn(c: ContactProblem, f: FrictionSolution, turns: np.ndarray, u: np.ndarray) -> float:
-    """A Newton step for the directions of contacts that begin to slide, u x w_t = 0; returns the largest angle.
+    """Do a Newton step for the directions of contacts that begin to slide, u x w_t = 0; return the largest angle.
 
-    The normal forces and the held tangents follow: rows w_n = 0, w_t = 0 against columns x_n, x_t, and the angles.
+    The normal forces and the constrained tangents follow: rows w_n = 0, w_t = 0 against columns x_n, x_t, and the
+    angles.
     """
     rows, columns, right = [], [], []
     for i in np.flatnonzero(f.push):
@@ -189,7 +190,7 @@ def _turn(c: ContactProblem, f: FrictionSolution, turns: np.ndarray, u: np.ndarr
 
 
 def _size(c: ContactProblem) -> np.ndarray:
-    """Compliance (3m,) of each row; zero for a tangent that a joint blocks."""
+    """Return the compliance (3m,) of each row; negligible for a tangent that a joint blocks."""
     size = np.diag(c.A) if c.size is None else c.size
     out: np.ndarray = np.maximum(size, SMALL * size.max(initial=0.0))
     return out
@@ -198,7 +199,7 @@ def _size(c: ContactProblem) -> np.ndarray:
 def _inner(
     c: ContactProblem, stick: np.ndarray, u: np.ndarray, share: np.ndarray, prior: np.ndarray, side: dict[int, float]
 ) -> tuple[FrictionSolution, dict[int, float]]:
-    """Normal forces for given sticking contacts and sliding directions."""
+    """Solve for the normal forces with given sticking contacts and sliding directions."""
     m = len(c.mu)
     rows = [k for i in range(m) for k in (3 * i, 3 * i + 1, 3 * i + 2)[: 3 if stick[i] else 1]]
     columns = c.A.copy()
@@ -230,7 +231,8 @@ REST = 1e-2  # part of the largest acceleration of what slides below which a pla
 
 
 def mobile(A: np.ndarray, f: FrictionSolution) -> np.ndarray:
-    """(m,) whether a place at the limit of friction is free to move along f.u; A: (3m, 3m) Delassus matrix of all."""
+    """Return whether (m,) a place at the limit of friction is free to move along f.u; A: (3m, 3m) Delassus matrix of
+    all."""
     m = len(f.push)
     rows = [3 * i + k for i in range(m) if f.push[i] for k in range(3 if f.stick[i] else 1) if A[3 * i + k, 3 * i + k]]
     out = np.zeros(m, bool)

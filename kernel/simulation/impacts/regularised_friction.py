@@ -1,16 +1,16 @@
-"""Friction among contacts whose forces are not unique: Coulomb's law, regularised as x_t = -mu x_n w_t / |(w_t, e)|.
+"""Friction among contacts whose forces are not unique: Coulomb's law, regularised as x_t = -mu x_n w_t /
+|(w_t, e)|.
 
-What sticks creeps by the order of e, and of all forces within the cones it finds those that keep away from the
-limits; what slides moves far faster.  So whether a body slips does not depend on how its places share their load: it
-slips when no forces within all cones hold it (Moreau, Application of convex analysis, 1976: the limit of friction is
-the yield surface of the body as a whole).  Newton's method on w_t and x_t together, with e decreasing, as for total
-variation (Chan, Golub, Mulet, SIAM J. Sci. Comput. 20 (1999)).
+Sticking contacts creep by the order of e, and of all forces within the cones the solution takes those that stay away
+from the limits; sliding contacts move far faster. So whether a body slips does not depend on how its places share their
+load: it slips if no forces within all cones hold it (Moreau, Application of convex analysis, 1976: the limit of
+friction is the yield surface of the body as a whole). Newton's method on w_t and x_t together, with e decreasing, as
+for total variation (Chan, Golub, Mulet, SIAM J. Sci. Comput. 20 (1999)).
 
-Contact forces one contact after the other: Gauss-Seidel with projection on Coulomb's disks.
-
-Where many contacts hold one body, the forces among them are not unique and pivoting can go round in circles between
-sets that are all right.  Sweeps (Jourdan, Alart, Jean, Comput. Meth. Appl. Mech. Eng. 155 (1998)) find one of the
-solutions whenever there is one in practice, more slowly.  Plain floats in a fixed order.
+Contact forces one contact after the other: Gauss-Seidel with projection on Coulomb's disks. If many contacts hold one
+body, the forces among them are not unique, and pivoting can cycle between sets that are all valid. Sweeps (Jourdan,
+Alart, Jean, Comput. Meth. Appl. Mech. Eng. 155 (1998)) find one of the solutions whenever there is one in practice,
+more slowly. Plain floats in a fixed order.
 """
 
 from math import sqrt
@@ -29,10 +29,11 @@ SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is sma
 def regularised(
     A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray, size: np.ndarray, x: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
-    """x (3m,); which slide (m,) and whither u (m, 2); softness (m, 2) of tangents that hold, relative to the normals'.
+    """Return x (3m,); which contacts slide (m,) and their directions u (m, 2); softness (m, 2) of sticking tangents,
+    relative to the normals'.
 
-    Others as in `coulomb.Contacts`; `size` (3m,): softness of each row; x: forces to begin with.  None where nothing
-    pushes, or for a singular step.
+    Other arguments as in `coulomb.ContactProblem`; `size` (3m,): softness of each row; x: initial forces. Returns None
+    if nothing pushes, or for a singular step.
     """
     m = len(mu)
     given = np.abs(moving).sum(axis=1) > 0.0
@@ -126,7 +127,7 @@ def regularised(
 
 
 def _times(A: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """A x, summed column by column."""
+    """Return A x, summed column by column."""
     out = np.zeros(len(A))
     for k in range(len(x)):
         out = out + A[:, k] * x[k]
@@ -139,7 +140,7 @@ ENOUGH = 1e-8  # change that is accepted after all sweeps
 
 
 def sweep(A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, bool]:
-    """x (3m,) impulses or forces as in `coulomb.settle`, and whether the sweeps converged."""
+    """Return x (3m,), impulses or forces as in `coulomb.settle`, and whether the sweeps converged."""
     a, w, x = A.tolist(), b.tolist(), [0.0] * len(b)
     contacts = [
         (3 * i, float(mu[i]), [float(e) for e in moving[i]], _rate(A[3 * i + 1 : 3 * i + 3, 3 * i + 1 : 3 * i + 3]))
@@ -169,13 +170,13 @@ def sweep(A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray) -> t
 
 
 def _rate(block: np.ndarray) -> float:
-    """1 / largest eigenvalue of the (2, 2) tangential block."""
+    """Return 1 / largest eigenvalue of the (2, 2) tangential block."""
     (p, q), (_, r) = block.tolist()
     return 2.0 / (p + r + sqrt((p - r) * (p - r) + 4.0 * q * q)) if p + r > 0.0 else 0.0
 
 
 def _move(a: list[list[float]], w: list[float], x: list[float], n: int, new: list[float]) -> float:
-    """Give one contact new forces; returns their largest change."""
+    """Give one contact new forces; return their largest change."""
     most = 0.0
     for k, value in enumerate(new, n):
         d = value - x[k]

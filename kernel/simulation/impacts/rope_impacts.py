@@ -1,10 +1,10 @@
-"""Rigid ropes at an event: impulses of those that snap taut, and which of them are taut then.
+"""Rigid ropes at an event: impulses of ropes that snap taut, and which ropes are taut afterwards.
 
-A guard falls where a tension does, or where the slack is used up; then all ropes without slack are looked at together:
-impulses first (a rope that snaps taut stops its ends inelastically), then tensions, each a linear complementarity
-problem on the rows' matrix (Brogliato 2016, ch. 5), loops being rows that push and pull.  Where one rope's impulse
-throws another off that its force brings back at once, both would snap in turns for ever, since the nanometre that
-events may be late feeds them: the other's motion is ended, too.
+A guard becomes negative if a tension vanishes or the slack is used up; then all ropes without slack are solved
+together: impulses first (a rope that snaps taut stops its ends inelastically), then tensions, each a linear
+complementarity problem on the rows' matrix (Brogliato 2016, ch. 5), with loops as rows that push and pull. If one
+rope's impulse slackens another whose force pulls taut again at once, both would snap in turns for ever, since events
+are located only to a nanosecond: the motion of the other rope is stopped, too.
 """
 
 from dataclasses import dataclass
@@ -25,8 +25,8 @@ LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such 
 
 @dataclass(frozen=True)
 class RopeImpactResult:
-    """After an impact: velocities (n_v,), and per rigid rope whether it may pull, is taut, its impulse [N s], heat and
-    work [J]."""
+    """Result of an impact: velocities (n_v,), and for each rigid rope whether it may pull, whether it is taut, its
+    impulse [N s], heat and work [J]."""
 
     v: np.ndarray
     may: list[bool]
@@ -37,10 +37,8 @@ class RopeImpactResult:
 
 
 def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> RopeImpactResult:
-    """Impulses and taut ropes of a state; ropes taut in P stay unless they would push.
-
-    Raises KernelError if no set of taut ropes fits the forces.
-    """
+    """Return impulses and taut ropes of a state; ropes taut in P stay taut unless they would push. Raises KernelError
+    if no set of taut ropes fits the forces."""
     constraints, ropes = program.constraints, program.system.rigid_ropes
     first = len(constraints) - len(ropes)
     slots = [program.parameters.at["rigid", r.name] for r in ropes]
@@ -57,7 +55,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
         Q[at][RigidAt.TAUT] = 1.0
 
     def moved() -> np.ndarray:
-        """The state after impulses x."""
+        """Return the state after impulses x."""
         y_after = y.copy()
         for i, dv in rows.change(x).items():
             tree = program.instances[i][0]
@@ -65,7 +63,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
         return y_after
 
     def forces(still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Tensions of ropes that may pull, and the resulting slack accelerations."""
+        """Return the tensions of ropes that may pull, and the resulting slack accelerations."""
         there = evaluate(program, t, moved(), Q, among).constraint_rows()
         return _complementary(there.matrix(), np.array(there.approach(), dtype=float), first, still, t)
 
@@ -88,7 +86,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
 
 
 def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> np.ndarray:
-    """Impulses that stop the ropes `still` and the loops."""
+    """Return the impulses that stop the ropes `still` and the loops."""
     rows = [*range(first), *(first + np.flatnonzero(still))]
     x = np.zeros(len(speed))
     free = np.full(len(rows), np.inf)
@@ -99,7 +97,8 @@ def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> n
 def _complementary(
     A: np.ndarray, b: np.ndarray, first: int, may: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """x and A x + b with loops (rows before `first`) free and ropes that may pull complementary."""
+    """Return x and A x + b of the complementarity problem: loops (rows before `first`) are free, ropes that may pull
+    complementary."""
     A = A + np.diag(np.where(np.diag(A) > 0.0, 0.0, 1.0))  # a row that moves nothing stands alone
     scale = _scale(np.diag(A))
     lo = np.concatenate([np.full(first, -np.inf), np.zeros(len(may))])
@@ -119,6 +118,6 @@ def _complementary(
 
 
 def _scale(diagonal: np.ndarray) -> np.ndarray:
-    """Scale factors for rows that move very different masses; else 1."""
+    """Return scale factors for rows that move very different masses, else 1."""
     wide = diagonal.max(initial=0.0) > WIDE * diagonal.min(initial=np.inf)
     return 1.0 / np.sqrt(diagonal) if wide else np.ones(len(diagonal))

@@ -1,12 +1,11 @@
-"""What pushes or pulls one way only, as an event sees it: slots of contacts, and rigid ropes.
+"""Unilateral constraints at an event: slots of contacts, and rigid ropes.
 
-Both are three rows, normal first, with -1 for a tangent that does not exist, so that the solver treats a rope as a
-contact without friction whose gap is its slack.  Their states are numbers of P, written here and nowhere else.
+Both have three rows, normal first, with -1 for a tangent that does not exist, so that the solver treats a rope as a
+contact without friction whose gap is its slack. Their states are numbers of P, which only this module writes.
 
-Who touches at an instant: candidates take slots, and places that have left their face free them.
-
-A candidate whose witness is no more than `TOUCH` at an event touches in that instant; of more than there are slots
-for, the fastest come first.  What touches sticks until the solver says more.
+It also assigns touching candidates to slots, and frees the slots of places that have left their face. A candidate whose
+witness is at most `TOUCH` at an event touches at that instant; if there are more than slots, the fastest come first.
+New contacts stick until the solver decides.
 """
 
 from abc import ABC, abstractmethod
@@ -34,7 +33,8 @@ Numbers = Callable[[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Unilateral(ABC):
-    """A unilateral constraint: `numbers` of P; `rows`, normal first; `guard` that falls with its force."""
+    """A unilateral constraint; `numbers`: returns parts of P; `rows`: row numbers, normal first; `guard`: number of the
+    guard of its force."""
 
     name: str
     numbers: Numbers
@@ -56,21 +56,21 @@ class Unilateral(ABC):
     @property
     @abstractmethod
     def on(self) -> bool:
-        """Whether it may push."""
+        """Whether it may push or pull."""
 
     @abstractmethod
     def let_go(self) -> None:
-        """Release it."""
+        """Release the constraint."""
 
     @abstractmethod
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Keep it: sticking, or at the friction limit along u (2,), sliding or not; `share` of friction (2,); `prior`
-        (3,) force."""
+        """Keep the constraint active: sticking, or at the friction limit along u (2,), sliding or not; `share` of
+        friction (2,); `prior` force (3,)."""
 
 
 @dataclass(frozen=True)
 class Slot(Unilateral):
-    """A place where two bodies touch; `name` of its contact, `key` of its own."""
+    """A place where two bodies touch; `name`: that of the contact, `key`: that of the slot."""
 
     site: Site
     key: str
@@ -87,7 +87,7 @@ class Slot(Unilateral):
 
     @property
     def state(self) -> np.ndarray:
-        """Its numbers in P."""
+        """The numbers of the slot in P."""
         return self.numbers("slot", self.key)
 
     @property
@@ -99,18 +99,18 @@ class Slot(Unilateral):
         return bool(self.state[SlotAt.SLIPS] > 0.0)
 
     def take(self, candidate: int, held: list[float]) -> None:
-        """Assign a candidate."""
+        """Assign a candidate with its frame numbers."""
         self.state[:HELD] = held
         self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE] = 1.0, candidate
         self.numbers("held", self.name)[candidate] = 1.0
 
     def grip(self) -> None:
-        """Set it sticking until the solver decides."""
+        """Set the slot sticking until the solver decides."""
         self.state[SlotAt.STICK], self.state[SlotAt.SOFT], self.state[SlotAt.U] = 1.0, 1.0, 0.0
         self.state[SlotAt.PRIOR] = 0.0
 
     def slide(self) -> None:
-        """Set it sliding along its velocity until the solver decides."""
+        """Set the slot sliding along its velocity until the solver decides."""
         self.state[SlotAt.STICK] = 0.0
 
     def let_go(self) -> None:
@@ -129,7 +129,7 @@ class Slot(Unilateral):
 
 @dataclass(frozen=True)
 class UnilateralRope(Unilateral):
-    """A rigid rope."""
+    """A rigid rope as a unilateral constraint."""
 
     label = "rope"
 
@@ -150,11 +150,11 @@ class UnilateralRope(Unilateral):
         self._state[RigidAt.TAUT] = 0.0
 
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Does nothing: the rope is taut."""
+        """Do nothing: the rope is taut."""
 
 
 def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
-    """All rigid ropes in order."""
+    """Return all rigid ropes in order."""
     row = len(program.constraints.of)
     guard = first_guard(program, "rigid")
     return [
@@ -163,7 +163,7 @@ def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
 
 
 def slots_of(program: "Program", numbers: Numbers) -> list[Slot]:
-    """All contact slots in order."""
+    """Return all contact slots in order."""
     out: list[Slot] = []
     row, press = len(program.constraints) - len(program.contacts.held), first_guard(program, "press")
     for s in program.contacts.sites:
@@ -175,7 +175,7 @@ def slots_of(program: "Program", numbers: Numbers) -> list[Slot]:
 
 
 def first_guard(program: "Program", kind: str) -> int:
-    """Number of the first guard of a kind, -1 if there is none."""
+    """Return the number of the first guard of a kind, -1 if there is none."""
     return next((i for i, (what, _) in enumerate(program.guards) if what == kind), -1)
 
 
@@ -187,7 +187,7 @@ Ends = dict[int, Array]  # numbers of the bodies
 
 
 def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
-    """Raises KernelError if shapes overlap at the start."""
+    """Raise KernelError if shapes overlap at the start."""
     for s in sites:
         deep = min(gap for gap, _ in s.pair.watch(*_shapes(s, numbers, ends)))
         if deep < -INSIDE:
@@ -200,8 +200,8 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
 def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
     """Free slots that left their face; assign free slots to touching candidates, fastest first. All stick.
 
-    `fell`: candidates, counted through all sites, whose guards say that they touch.  At the end of an edge they may
-    say so by round-off that is another one here.
+    `fell`: candidates, counted through all sites, whose guards report a touch. At the end of an edge, round-off may
+    make this another candidate than that found here.
     """
     first = 0
     for s in sites:
@@ -245,19 +245,19 @@ def _frame(s: Site, h: np.ndarray, ends: Ends) -> ContactFrame:
 
 
 def _within(f: ContactFrame, h: np.ndarray) -> bool:
-    """Whether a slot's place lies on its face or edges."""
+    """Return whether a slot's place lies on its face or edges."""
     return bool((np.abs(f.along) <= h[HELD - 2 : HELD] + LEAVE).all())
 
 
 def _adds(f: ContactFrame, places: list[tuple[ContactFrame, Slot]]) -> bool:
-    """Whether a candidate constrains something new: at a corner on an edge, many candidates are one place held in two
-    directions."""
+    """Return whether a candidate constrains something new. At a corner on an edge, many candidates are one place that
+    is constrained in two directions."""
     here = [g for g, _ in places if _near(f, g)]
     return len(here) < 2 and all(np.abs(f.F[0] - g.F[0]).max() > SAME for g in here)
 
 
 def _second(places: list[tuple[ContactFrame, Slot]]) -> Slot | None:
-    """The slot of a second direction at some place, which may be reassigned."""
+    """Return a slot that constrains a second direction at some place, and may be reassigned; None if there is none."""
     found = (x for k, (f, x) in enumerate(places) if any(_near(f, g) for g, _ in places[:k]))
     return next(found, None)
 

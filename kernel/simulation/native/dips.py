@@ -1,8 +1,9 @@
-"""Dips of guards between the ends of steps, as text: a guard that falls and recovers within one step, unseen by stages.
+"""Dips of guards between the ends of steps: a guard that becomes negative and recovers within one step, unseen by
+stages.
 
-As with the tops of tensions (`peaks`), guards at the ends of the last two accepted steps bound how low one may be in
-the last step.  Only where that is below zero, and by more than the tolerance, guards are evaluated in the dense output;
-the lowest place of a polynomial through them is where the location of an event begins.
+As with the maxima of tensions (`peaks`), guards at the ends of the last two accepted steps bound how low a guard may be
+in the last step. Only if that is negative, by more than the tolerance, are guards evaluated in the dense output; the
+location of an event begins at the minimum of a polynomial through them.
 """
 
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select
@@ -15,18 +16,18 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Add a point before the start, on the tangent to the one `ahead`."""
+    """Begin with a point before the start, on the tangent to the evaluation `ahead`."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 
 def remember(s: StepState) -> None:
-    """Before an attempt: make the last accepted step the previous one."""
+    """Make the last accepted step the previous one, before an attempt."""
     taken = s.t > s.t0
     s.tg, s.Ga, s.Gb = select(taken, s.t0, s.tg), select(taken, s.Gb, s.Ga), select(taken, s.G, s.Gb)
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """After an accepted step without a fallen guard: whether one may have dipped below zero."""
+    """Determine, after an accepted step without an event, whether a guard may have dipped below zero."""
     end = select(taken, s.t, s.t0 + 1.0)
     h, over, twice, whole = end - s.t0, 1.0 / (end - s.t0), 1.0 / (s.t0 - s.tg), SEEN / (end - s.tg)
     low = []
@@ -40,7 +41,7 @@ def watch(s: StepState, taken: Value) -> None:
 
 
 def _shallow(s: StepState, b: Value, c: Value) -> Value:
-    """Depth of a dip that may be missed."""
+    """Return the depth of a dip that may be missed."""
     return minimum(s.tol, SLIGHT) * maximum(abs(b), abs(c))
 
 

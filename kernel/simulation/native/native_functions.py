@@ -1,11 +1,10 @@
-"""The native functions of one program: the text of `steps` on its blocks, and the loops around it as one native call.
+"""The native functions of one program: the code of `steps` on its blocks, and the loops around it as one native call.
 
 Blocks: X (state of the steps), P (numbers of the scene and discrete states), M (matrices of a method), table (samples).
 `advance` commits, samples, steps and locates until something has happened; the parts can be called one by one.
 
-The native functions interpreted on floats: the same text, NumPy instead of machine code, a thousand times slower.
-
-It exists to check the tracer and the compiler: both must agree to 1e-12.
+`Oracle` interprets the same functions on floats: NumPy instead of machine code, a thousand times slower. It checks the
+tracer and the compiler: both must agree to 1e-12.
 """
 
 from collections.abc import Callable
@@ -140,11 +139,11 @@ class Stepping:
             self.advance = Sequence("advance", ())
 
     def ir(self, fused: bool = False) -> str:
-        """LLVM IR of all of them; `fused`: see `Options`."""
+        """Return the LLVM IR of all functions; `fused`: see `Options`."""
         return module(self.advance, *self.functions.values(), fused=fused)
 
     def _halt(self, n_p: int) -> Function:
-        """Stops locked joints at once."""
+        """Return a function that stops locked joints at once."""
         p = self.program
         blocks = {"t": 1, "y": p.ny, "P": n_p}
         at_once = Function("halted", lambda t, y, P: {"after": halted(evaluate(p, t[0], y, P))}, blocks, ["after"])
@@ -157,12 +156,13 @@ class Stepping:
         return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
-        """A function of the blocks X, in scalars, and P made of `part(s, project)`; project is None without rows."""
+        """Return a function of the blocks X, in scalars, and P from `part(s, project)`; `project` is None without
+        rows."""
         f = self.f_project
         return self._plain(name, lambda s, P: part(s, (lambda t, y: f(t=[t], y=y, P=P)) if f else None))
 
     def _plain(self, name: str, part: Callable[..., None]) -> Function:
-        """A function of the blocks X, in scalars, and P made of `part(s, P)`."""
+        """Return a function of the blocks X, in scalars, and P from `part(s, P)`."""
 
         def body(X: Value, P: Value) -> dict[str, Value]:
             s = self.plain.unpack(X, StepState)
@@ -174,16 +174,14 @@ class Stepping:
     def _on_method(
         self, name: str, part: Callable[..., Value], matrices: bool = False, plain: bool = False
     ) -> Function:
-        """A part of a method, `part(s, rate)`; `plain`: with the state in scalars."""
+        """Return a function from a part of a method, `part(s, rate)`; `plain`: with the state in scalars."""
         return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
 
     def _on_block(
         self, name: str, part: Callable[..., Value], table: bool = False, matrices: bool = False, plain: bool = False
     ) -> Function:
-        """A function of the blocks X and P (and M, and a table) made of `part(s, rate, row)`.
-
-        What it returns are the rows of the table, or what is written to M.
-        """
+        """Return a function of the blocks X and P (and M, and the table) from `part(s, rate, row)`. `part` returns the
+        row for the table, or what is written to M."""
         layout = self.plain if plain else self.layout
 
         def body(X: Value, P: Value, M: Value = None) -> dict[str, Value]:
@@ -202,7 +200,7 @@ class Stepping:
 
 
 class Oracle:
-    """Stands in for `machine_code.Library`."""
+    """Interpreter on floats in place of the compiled `emit.Library`."""
 
     def __init__(self, method: Stepping) -> None:
         self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}

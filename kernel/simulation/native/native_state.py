@@ -1,9 +1,7 @@
-"""The native state of one simulation: the block X, the parameters P, the table of samples, and what computes on them.
+"""The native state of one simulation: the block X, the parameters P, the table of samples, and its native functions.
 
-Each set of locked joints and calmed ropes is a variant with code of its own, compiled when it is first used; places in
-X and P are the same in all.
-
-With what a scene is simulated.
+Each set of locked joints and calmed ropes is a variant with code of its own, compiled on first use; the layouts of X
+and P are the same in all. The module also has the options of a simulation.
 """
 
 from collections.abc import Callable
@@ -33,11 +31,14 @@ from .native_functions import Oracle, Stepping
 
 @dataclass(frozen=True)
 class Options:
-    """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `h_max`: longest step [s], None: the
-    method's; `native=False` runs the same text on floats (slow oracle); `opt`: LLVM's level; `cache`: of machine code;
-    `method`: one of `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
-    `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits
-    that depend on the processor."""
+    """Options of a simulation.
+
+    `tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `h_max`: longest step [s], None: the
+    method's; `native=False` runs the same code on floats (slow reference); `opt`: LLVM's level; `cache`: of machine
+    code; `method`: one of `kernel.methods.METHODS`; `step`: length of fixed steps [s]; `formulation`: one of
+    `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits that
+    depend on the processor.
+    """
 
     tolerance: float = 1e-7
     sample_ns: int = 500_000_000
@@ -61,10 +62,8 @@ _loaded: dict[tuple[str, int], tuple[Stepping, Library]] = {}  # by structure an
 
 
 class NativeState:
-    """X, P, matrices M of a method and the table, with the machine code for them.
-
-    `epoch`: where local time begins [ns]; `calm`: ropes without events; `notes`: warnings of the run so far.
-    """
+    """The blocks X, P, the matrices M of a method and the table, with the machine code for them. `epoch`: where local
+    time begins [ns]; `calm`: ropes without events; `notes`: warnings of the run so far."""
 
     program: Program
     method: Stepping
@@ -97,7 +96,7 @@ class NativeState:
     # ---- code ---------------------------------------------------------------------------------------------
 
     def use(self, locked: frozenset[str] | None) -> None:
-        """Switch to the code of the scene with these locks (None: those of the start)."""
+        """Switch to the code of the scene with these locks engaged (None: those of the start)."""
         if locked is None or (locked, self.calm) not in self._variants:
             variant = self._variant(locked)
             locked = variant[0].locked
@@ -132,7 +131,7 @@ class NativeState:
 
     @property
     def structure(self) -> str:
-        """Equal for simulations that share machine code."""
+        """Return the key that is equal for simulations that share machine code."""
         return self._structure(self.program, self.method.method)
 
     def call(self, name: str) -> None:
@@ -149,7 +148,7 @@ class NativeState:
         self._calls[name]()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """A native function on these blocks ready for repeated calls; the caller keeps them alive."""
+        """Return a native function on these blocks, ready for repeated calls; the caller keeps the blocks alive."""
         code = self.code
         return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
@@ -164,18 +163,18 @@ class NativeState:
             self.X[self.at[name]] = v
 
     def part(self, name: str) -> np.ndarray:
-        """A vector of X, in place."""
+        """Return a vector of X, in place."""
         x: np.ndarray = self.X[self.at[name]]
         return x
 
     @property
     def state(self) -> np.ndarray:
-        """(ny,) coordinates, velocities and accounts, committed or tentative."""
+        """Coordinates, velocities and accounts (ny,), committed or tentative, in place."""
         return self.part("y")
 
     @property
     def velocities(self) -> np.ndarray:
-        """(nv,) in place."""
+        """Velocities (nv,), in place."""
         return self.state[self.program.nq : self.program.nq + self.program.nv]
 
     @property
@@ -185,17 +184,17 @@ class NativeState:
         return self.state[p.nq + p.nv + len(p.accounts) :]
 
     def account(self, what: str, name: str) -> int:
-        """Place of a law's heat or work in the state."""
+        """Return the place of a law's heat or work in the state."""
         return self.program.nq + self.program.nv + self.program.accounts.index((what, name))
 
     @property
     def attempts(self) -> float:
-        """Attempted steps so far."""
+        """Number of attempted steps so far."""
         return self["accepted"] + self["rejected"]
 
     @property
     def evaluations(self) -> int:
-        """Evaluations of the right-hand side in steps and of Jacobians; without samples, events and peaks."""
+        """Number of evaluations of the right-hand side in steps and Jacobians; without samples, events and peaks."""
         method = self.method.method
         return round(method.evaluations * self.attempts + sum(n * self[name] for name, n in method.counted.items()))
 
@@ -205,37 +204,35 @@ class NativeState:
         return self.epoch * 1e-9 + self["t"]
 
     def local(self, t_ns: int) -> float:
-        """Local time of an instant [s]."""
+        """Return the local time [s] of a simulation time."""
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
     def reached_ns(self, t: float) -> int:
-        """The first time [ns] not before local time t [s], by the comparison that ends steps."""
+        """Return the first time [ns] that is not before local time t [s], with the comparison that ends steps."""
         n = self.epoch + max(0, ceil(t * 1e9) - 1)
         while self.local(n) < t:
             n += 1
         return n
 
     def among(self) -> float:
-        """A local time within the present piece of the profiles, as in steps."""
+        """Return a local time within the present piece of the profiles, as steps do."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------
 
     def row(self) -> SimpleNamespace:
-        """The present state as a sample row."""
+        """Return the present state as a sample row."""
         return self.method.row_layout.unpack(self.raw().copy(), SimpleNamespace)
 
     def raw(self) -> np.ndarray:
-        """The present row in the native table, until the next call."""
+        """Return the present row in the native table; valid until the next call."""
         self.call("look")
         row: np.ndarray = self.table[int(self["row"])]
         return row
 
     def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
-        """The row at a time within the tentative step (dense output), or at rest; does not change the state.
-
-        `before`: X before an event within that step was located.
-        """
+        """Return the row at a time within the tentative step (dense output), or at rest, without changing the state.
+        `before`: X before an event within that step was located."""
         now = self.X.copy()
         if before is not None:
             self.X[:] = before
@@ -253,18 +250,18 @@ class NativeState:
         return row
 
     def instant(self) -> Evaluation:
-        """The evaluation of the present state on floats: forces, accelerations, guards."""
+        """Return the evaluation of the present state on floats: forces, accelerations, guards."""
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """One Newton step of y onto the constraints; gaps and slips before it, pivots of the rows."""
+        """Do one Newton step of y onto the constraints; return y, gaps and slips before it, and pivots of the rows."""
         self.X[self.at["y"]] = y
         self.call("close")
         place, gap, slip, pivot = (self.part(name).copy() for name in ("y", "gap", "slip", "pivot"))
         return place, gap, slip, pivot
 
     def survey(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Matrix (n, n), speeds and free accelerations (n,) of all rows at the present state."""
+        """Return matrix (n, n), speeds and free accelerations (n,) of all rows at the present state."""
         self.call("survey")
         matrix, speed, free = (self.part(name).copy() for name in ("delassus", "speed", "free"))
         return matrix.reshape(len(speed), len(speed)), speed, free
@@ -275,11 +272,12 @@ class NativeState:
         self.call("kick")
 
     def rate(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivative and tensions at state y at the present time."""
+        """Return derivative and tensions at state y at the present time."""
         return self.rate_at(self["t"], self.among(), y)
 
     def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivative and tensions at local time t and state y; `among`: a time in the same piece of the profiles."""
+        """Return derivative and tensions at local time t and state y; `among`: a time in the same piece of the
+        profiles."""
         if "rate" not in self._calls:
             self._given = np.zeros(2), np.zeros(len(y))
             self._rates = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
@@ -289,5 +287,5 @@ class NativeState:
         return self._rates["dy"].copy(), self._rates["T"].copy()
 
     def jacobian(self) -> np.ndarray:
-        """(n, n) derivative of the rates of coordinates and velocities at the present state."""
+        """Return the derivative (n, n) of the rates of coordinates and velocities at the present state."""
         return jacobian(lambda y: self.rate(y)[0], self.state.copy(), self.program.nq + self.program.nv)

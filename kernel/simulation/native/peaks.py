@@ -1,9 +1,9 @@
-"""Tops of tensions between the ends of steps, as text: whether a step may hold one, and how high it is.
+"""Maxima of tensions between the ends of steps: whether a step may contain one, and how high it is.
 
-Tensions at the ends of the last two accepted steps (before the first step of a stretch the rate stands for one of
-them) bound what a hill in the last one may reach; where they rise past all before, the rate at the end says whether the
-top was passed.  Only if that may be the highest of the run, and by more than the tolerance, tensions are evaluated in
-the dense output, which is as exact as the ends are: a polynomial through `NODES` of them has the top.
+Tensions at the ends of the last two accepted steps (before the first step of a stretch the rate replaces one of them)
+bound the maximum in the last one; if they rise past all earlier ones, the rate at the end tells whether the maximum was
+passed. Only if it may be the highest of the run, by more than the tolerance, are tensions evaluated in the dense
+output, which is as accurate as the ends: the maximum is that of a polynomial through `NODES` of them.
 """
 
 import numpy as np
@@ -23,27 +23,27 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Add a point before the start, on the tangent to the one `ahead`."""
+    """Begin with a point before the start, on the tangent to the evaluation `ahead`."""
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
 
 
 def remember(s: StepState) -> None:
-    """Before an attempt: make the last accepted step the previous one."""
+    """Make the last accepted step the previous one, before an attempt."""
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """After an accepted step: whether a maximum or rise needs a closer look."""
+    """Determine, after an accepted step, whether a maximum or rise of a tension needs a closer look."""
     hills, rises = _bounds(s, select(taken, s.t, s.t0 + 1.0))
     s.hilly = select(taken & any_of(hills), 1.0, 0.0)
     s.steep = select(taken & any_of(rises), 1.0 - s.hilly, 0.0)
 
 
 def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
-    """Whether a maximum of each rope in the step to time `end` may be the highest, or whether a rise leaves that
-    open."""
+    """Return for each rope whether a maximum in the step to time `end` may be the highest so far, and whether a rise
+    leaves this open."""
     h, before = end - s.t0, s.t0 - s.ta
     over, twice, whole = 1.0 / h, 1.0 / before, SEEN / (end - s.ta)
     least = 1.0 + minimum(s.tol, SLIGHT)
@@ -58,7 +58,7 @@ def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
 
 
 def slope(s: StepState, rate: Rate) -> None:
-    """Whether a rising tension falls at the end of the step."""
+    """Determine whether a rising tension falls at the end of the step."""
     behind = rate(s.t - NEAR, s.t0 + 0.5 * s.h0, s.y - NEAR * s.f).T
     _, rises = _bounds(s, s.t)
     s.hilly = select(any_of(r & (b > c) for r, b, c in zip(rises, behind, s.T, strict=True)), 1.0, 0.0)
@@ -66,7 +66,7 @@ def slope(s: StepState, rate: Rate) -> None:
 
 
 def climb(s: StepState, rate: Rate, method: Method) -> None:
-    """Raise the peaks of ropes to the tops of their hills in the last step."""
+    """Raise the peaks of ropes to their maxima within the last step."""
     among = s.t0 + 0.5 * s.h0
     parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).T for x in parts[1:-1]]
@@ -86,8 +86,8 @@ def _chosen(new: list[Value], found: list[Value], old: Value) -> np.ndarray:
 
 
 def _top(V: Value) -> dict[str, Value]:
-    """Maximum of a polynomial through tensions at `NODES`, with its place: Newton's method from the highest node,
-    bounded by half of its neighbours' distance."""
+    """Return the maximum of a polynomial through tensions at `NODES`, with its place. Newton's method from the highest
+    node, bounded by half of the distance to its neighbours."""
     c = [combine(row, list(V)) for row in POWERS]
     first = [j * x for j, x in enumerate(c)][1:]
     second = [j * x for j, x in enumerate(first)][1:]
@@ -106,7 +106,7 @@ def _top(V: Value) -> dict[str, Value]:
 
 
 def _at(c: list[Value], u: Value) -> Value:
-    """A polynomial of coefficients c, the constant one first."""
+    """Evaluate a polynomial of coefficients c, the constant one first."""
     found = c[-1]
     for x in c[-2::-1]:
         found = x + u * found

@@ -1,10 +1,10 @@
-"""What native code asks of the constraint rows and does to them, as text on one scene.
+"""Traced functions on the constraint rows of one scene.
 
-projection   back onto the rows: one Newton step of places and speeds, weighted with the inertia.  It runs where a step
-             is accepted, so that drift never accumulates, and for every sample, so that what is shown fits together;
-             assembly repeats it
+projection   onto the rows: one Newton step of positions and velocities, weighted with the inertia.  It runs
+             where a step is accepted, so that drift never accumulates, and for every sample, so that samples
+             are consistent; assembly repeats it
 surveying, kicking   the rows' matrix for the pivoting solver; impulses along the rows
-halted       joints that are locked in motion: the state after the impulse (see `joint_locking`), with its heat and work
+halted       joints locked in motion: the state after the impulse (see `joint_locking`), with its heat and work
 """
 
 import numpy as np
@@ -18,7 +18,8 @@ from heavylift.kernel.multibody.motion import rates
 
 
 def projection(program: Program) -> Function:
-    """t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,) see `Rows.pivots`."""
+    """Create the function t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,), see
+    `ConstraintRows.pivots`."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
@@ -44,7 +45,8 @@ def projection(program: Program) -> Function:
 
 
 def surveying(program: Program) -> Function:
-    """t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of all rows."""
+    """Create the function t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of all
+    rows."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()
@@ -58,7 +60,7 @@ def surveying(program: Program) -> Function:
 
 
 def kicking(program: Program) -> Function:
-    """t, y, P, x -> after: y after impulses x (n,) of the rows [N s]."""
+    """Create the function t, y, P, x -> after: y after impulses x (n,) of the rows [N s]."""
 
     def body(t: Value, y: Value, P: Value, x: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, forces=False).constraint_rows()
@@ -74,7 +76,7 @@ def kicking(program: Program) -> Function:
 
 
 def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
-    """Evaluate `surveying` at (t, y) into the block."""
+    """Evaluate the function of `surveying` at (t, y) into the block."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 
@@ -85,7 +87,7 @@ def kick(s: StepState, P: Value, f: Function) -> None:
 
 
 def halted(x: Evaluation) -> Value:
-    """(ny,) the state with all locked joints at rest; heat and work of the impulses are in the accounts."""
+    """Return the state (ny,) with all locked joints at rest; heat and work of the impulses are in the accounts."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
     locks = {lock.joint: lock.name for lock in p.system.locks}

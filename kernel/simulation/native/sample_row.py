@@ -1,4 +1,4 @@
-"""The columns of a sample row, one table: what a simulation knows of one instant, and of the steps to it.
+"""The columns of a sample row, as one table: everything recorded of one instant, and of the steps to it.
 
 The native code writes rows in this order; `samples` shows them as channels, and islands are merged column by column.
 """
@@ -29,7 +29,7 @@ class SampleInstant:
 
     @cached_property
     def loads(self) -> list[list[Value]]:
-        """Loads of loops; tensions, slacks and lengths of rigid ropes."""
+        """Loads of loop joints; tensions, slacks and lengths of rigid ropes."""
         values, ropes = self.x.loads(), len(self.program.system.rigid_ropes)
         first = len(values) - 3 * ropes
         return [values[:first], *(values[first + i * ropes : first + (i + 1) * ropes] for i in range(3))]
@@ -37,10 +37,8 @@ class SampleInstant:
 
 @dataclass(frozen=True)
 class ColumnGroup:
-    """A group of columns: unit, frame, owners, source.
-
-    Without `read` it is a part of X that the steps keep.
-    """
+    """A group of columns: unit, frame, names of its owners, function that reads it. Without `read` it is the part
+    `kept` of X, which the steps maintain."""
 
     name: str
     unit: str
@@ -52,7 +50,7 @@ class ColumnGroup:
 
 
 def _names(group: str) -> Callable[[Program], list[str]]:
-    """Names of the elements of one kind."""
+    """Return a function that lists the names of a program's elements in this group."""
     return lambda p: [x.name for x in getattr(p.system, group)]
 
 
@@ -67,14 +65,14 @@ def _velocities(p: Program) -> list[str]:
 
 
 def _law(group: str, unit: str, frame: str) -> ColumnGroup:
-    """Sampled quantities of laws in this group (see `Shown`)."""
+    """Return the column group of the laws' sampled quantities in this group (see `SampledQuantity`)."""
     return ColumnGroup(
         group, unit, frame, lambda p: [x for (_, x), _, _ in p.columns[group]], lambda i: i.x.column(group)
     )
 
 
 def _signals(i: int) -> Callable[[SampleInstant], list[Value]]:
-    """Values (0) or rates (1) of the signals of elastic ropes."""
+    """Return a function that reads values (0) or rates (1) of the signals of elastic ropes."""
     return lambda x: [x.x.signals[r.name][i] for r in x.program.system.ropes]
 
 
@@ -120,23 +118,23 @@ ROW = (
 
 
 def row_layout(program: Program) -> Layout:
-    """Places of the columns in a row."""
+    """Return the layout of the columns in a row."""
     return Layout({c.name: None if c.single else len(c.owners(program)) for c in ROW})
 
 
 def columns(x: Evaluation) -> list[Value]:
-    """The values of all columns that are read of an evaluation."""
+    """Return the values of all columns that are computed from an evaluation."""
     instant = SampleInstant(x)
     return flatten([c.read(instant) for c in ROW if c.read])
 
 
 def kept(s: StepState) -> list[Value]:
-    """Values of the others, stored by the steps."""
+    """Return the values of the columns that the steps maintain in X."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
 
 def labels(program: Program) -> list[Label]:
-    """Whose each column of a program's rows is."""
+    """Return the owner of each column of a program's rows: group, name, number."""
     out: list[Label] = []
     for c in ROW:
         number: dict[object, int] = {}

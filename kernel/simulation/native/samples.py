@@ -1,9 +1,9 @@
-"""What the kernel shows of a run: channels of one topic and unit each, made of the raw rows of the native table.
+"""The recorded channels of a run, each with one topic and unit, computed from the raw rows of the native table.
 
 Poses are (x, y, z, qx, qy, qz, qw) of a body's frame in the world; the energy channel carries the balance: kinetic +
 potential + stored - work + heat is constant.
 
-Signals read from a sample row: what a model that listens gets, by IEEE arithmetic alone.
+The module also reads signals from a sample row, for listening models, by IEEE arithmetic alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -51,17 +51,17 @@ class RawRows:
         return self._rows[:, i if isinstance(i, slice) else slice(i, i + 1)]
 
     def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
-        """(n, 1), one by one: equal in any batch."""
+        """Return the sums (n, 1) over columns of a group, one after the other: equal in any batch."""
         found = self[group][:, which]
         return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
     def loops(self, which: int) -> np.ndarray:
-        """(n, 3 loops): 0 for forces, 1 for moments."""
+        """Return (n, 3 loops) of loop joints: forces (which = 0) or moments (1)."""
         return self["loop"].reshape(len(self._rows), -1, 2, 3)[:, :, which].reshape(len(self._rows), -1)
 
     @cached_property
     def poses(self) -> np.ndarray:
-        """(n, 7 bodies)."""
+        """The poses (n, 7 bodies)."""
         n = len(self._rows)
         frames = self["poses"].reshape(n, -1, 12)
         turns = quaternions(frames[:, :, 3:].reshape(-1, 3, 3))
@@ -74,7 +74,7 @@ Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its co
 
 @lru_cache(maxsize=256)
 def _topics(p: Program) -> list[Topic]:
-    """All channels of a scene with columns, in order."""
+    """Return all channels of a scene that have columns, in order."""
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
     ropes, straight = ([r.name for r in group] for group in (s.ropes, s.straight_ropes))
     winches = [i for i, r in enumerate(s.ropes) if r.winch]
@@ -83,7 +83,7 @@ def _topics(p: Program) -> list[Topic]:
     gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
-        """Columns of some groups unchanged."""
+        """Return a channel that shows the columns of some groups unchanged."""
         return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
 
     def energies(raw: RawRows) -> np.ndarray:
@@ -118,7 +118,7 @@ def _topics(p: Program) -> list[Topic]:
 
 
 def _gauges(link: Link) -> tuple[list[str], slice, np.ndarray]:
-    """Names, modal coordinates and displacement matrix (n, m) of the sampled places of a flexible body."""
+    """Return names, modal coordinates and displacement matrix (n, m) of the sampled places of a flexible body."""
     assert link.modes is not None, "of a flexible body"
     names, rows = list[str](), list[np.ndarray]()
     for gauge in link.modes.flexible.gauges:
@@ -131,7 +131,7 @@ def _gauges(link: Link) -> tuple[list[str], slice, np.ndarray]:
 
 
 def _bent(raw: RawRows, gauges: list[tuple[list[str], slice, np.ndarray]]) -> np.ndarray:
-    """Displacements of places within flexible bodies."""
+    """Return the displacements of sampled places within flexible bodies."""
     return np.concatenate([times(raw["q"][:, modes], shapes.T) for _, modes, shapes in gauges], axis=1)
 
 
@@ -144,7 +144,7 @@ def _pose(first: int) -> Read:
 
 
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
-    """Topic and unit of sampled force quantities -> names with columns in `row.shown`."""
+    """Return, for each topic and unit of sampled force quantities, their names with the columns in `row.shown`."""
     groups: dict[tuple[str, str], list[tuple[str, int]]] = {}
     for i, (_, _, x) in enumerate(p.columns["shown"]):
         groups.setdefault((x.topic, x.unit), []).append((x.name, i))
@@ -152,7 +152,7 @@ def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
 
 
 def channels(method: Stepping) -> list[SampleSlice]:
-    """The channels of a scene in the order of `published`'s columns."""
+    """Return the channels of a scene in the order of `published`'s columns."""
     out, at = [], 0
     for topic, columns, unit, _ in _topics(method.program):
         out.append(SampleSlice(topic, tuple(columns), unit, at, at + len(columns)))
@@ -161,7 +161,7 @@ def channels(method: Stepping) -> list[SampleSlice]:
 
 
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
-    """(n, columns) samples from (n, method.columns) raw rows."""
+    """Return samples (n, columns) from raw rows (n, method.columns)."""
     raw = RawRows(method, rows)
     parts = [read(raw) for *_, read in _topics(method.program)]
     return np.ascontiguousarray(np.concatenate(parts, axis=1))
@@ -171,7 +171,7 @@ Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,
 
 
 def reader(program: Program, signal: ScalarSignal) -> Reader:
-    """The function that reads a signal; raises KernelError if the scene has none such."""
+    """Return the function that reads a signal from a row; raises KernelError if the scene has no such signal."""
     system = program.system
     check_signal(signal, system, f"signal '{signal.quantity}'")
     places = [_placed(program, point) for point in points(signal, system)]
@@ -181,7 +181,7 @@ def reader(program: Program, signal: ScalarSignal) -> Reader:
 
 
 def _column(program: Program, signal: ScalarSignal, name: str) -> int:
-    """Column of a signal's source."""
+    """Return the column of a signal's source."""
     at, s, kind = row_layout(program).at, program.system, signal.quantity
     if kind in ("joint", "speed"):
         i, k = program.graph.coordinate(f"signal '{kind}'", name, signal.coordinate)
@@ -205,7 +205,7 @@ def _column(program: Program, signal: ScalarSignal, name: str) -> int:
 
 
 def _placed(program: Program, point: Point) -> Callable[[Sequence[float]], tuple[float, float, float]]:
-    """Place of a point of a body in the world [m]."""
+    """Return a function that computes the position of a body's point in the world from a row [m]."""
     number, (x, y, z) = program.graph.number(point.body), point.p
     if number < 0:
         return lambda row: (x, y, z)

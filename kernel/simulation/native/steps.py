@@ -1,9 +1,9 @@
-"""Steps, located guards, commits and samples of any method, as branch-free text over one state block.
+"""Steps, located guards, commits and samples of any method, as branch-free code over one state block.
 
-The method gives stages and dense output, the control says whether a step is taken (Hairer, Norsett, Wanner 1993,
-section II.4; dense output: II.6).  The last accepted step stays *tentative*: its samples and peaks count only when the
-next call commits it, so that an input inside it can discard it.  A guard that falls below zero in a step is located in
-the dense output to a quarter of a nanosecond; what then happens is not decided here.
+The method gives stages and dense output, the control decides whether a step is accepted (Hairer, Norsett, Wanner 1993,
+section II.4; dense output: II.6). The last accepted step stays *tentative*: its samples and peaks count only when the
+next call commits it, so that an input inside it can discard it. A guard that becomes negative in a step is located in
+the dense output to a quarter of a nanosecond; the consequences are decided elsewhere (`events`).
 """
 
 from collections.abc import Callable
@@ -26,10 +26,8 @@ Row = Callable[[Value, Value], list[Value]]  # (t, y) -> columns of a sample
 
 
 def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
-    """An attempt from (t, y, f); f: derivative at y. `forced` accepts all.
-
-    Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
-    """
+    """Attempt a step from (t, y) with derivative f; a `forced` step is always accepted. Guards are evaluated in every
+    stage, so that one that falls and recovers within the step is not missed."""
     h, last = length(s)
     if hasattr(s, "top"):
         remember(s)
@@ -68,44 +66,43 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
 
 
 def fallen_status(s: StepState, fallen: Value) -> Value:
-    """Return status by fallen guards."""
+    """Return the status of the loop, depending on whether a guard is negative."""
     return select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm)
 
 
 def dive(s: StepState, rate: Rate, method: Method) -> None:
-    """Look for a dip of a guard in the last step."""
+    """Search for a dip of a guard in the last step."""
     dips.dive(s, rate, method)
     go_on(s, fallen_status(s, s.locate > 0.5))
 
 
 def bounded(h: Value, r: Evaluated) -> Value:
-    """Length of the next step, bounded so that guards see shapes before they pass through each other."""
+    """Return the length of the next step, bounded so that shapes cannot pass through each other between guards."""
     return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Local time plus one second from which a fixed step could let shapes pass unseen; 0: none yet, negative: noted."""
+    """Return the local time plus one second from which a fixed step could let shapes pass unseen; 0: none yet,
+    negative: noted."""
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Whether the loop continues: no event, and budget, sample space and time left."""
+    """Set the status, and whether the loop continues: no event, and budget, sample space and time left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
 
 def complete(s: StepState, rate: Rate, method: Method) -> None:
-    """Make the dense output of the last step ready."""
+    """Compute the remaining stages of the dense output of the last step."""
     method.complete(s, rate)
     s.coarse = 0.0
 
 
 def bisect(s: StepState, rate: Rate, method: Method) -> None:
-    """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi.
-
-    A fall that only a stage has seen is in doubt: if the solution does not show it at that time there was none.
-    """
+    """Halve the bracket [lo, hi] around the first zero of a guard in the last step; G holds the guards at hi. A zero
+    seen by a stage only is in doubt: it is discarded if the dense output does not show it at that time."""
     x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
     t = s.t0 + x * s.h0
     G = rate(t, t, method.interpolate(s, x)).G
@@ -119,10 +116,10 @@ def bisect(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def commit(s: StepState, quaternions: list[int], velocities: slice, project: Project | None) -> None:
-    """The tentative step becomes history: peaks of the tensions, samples that are due, unit quaternions.
+    """Commit the tentative step: peaks of the tensions, due samples, unit quaternions.
 
-    `project` puts it back onto the constraints, of which the widest gaps so far are kept.  `still` is set when all
-    velocities and accelerations vanish after the last command has run out.
+    `project` projects it onto the constraints, of which the widest gaps so far are kept. `still` is set when all
+    velocities and accelerations vanish after the last command has ended.
     """
     higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
     s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
@@ -150,7 +147,7 @@ def commit(s: StepState, quaternions: list[int], velocities: slice, project: Pro
 
 
 def refresh(s: StepState, rate: Rate, method: Method) -> None:
-    """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
+    """Recompute derivative, tensions and guards at (t, y) after a change of state, laws or discrete states."""
     r = rate(s.t, inside(s), s.y)
     s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
     if hasattr(s, "passing"):
@@ -167,18 +164,18 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def close(s: StepState, project: Project) -> None:
-    """A Newton step onto the constraints, with the gaps before it and independent rows."""
+    """Do a Newton step onto the constraints; the block gets the gaps before it and the pivots of the rows."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 
 
 def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
-    """The present state in the next free row, which stays free."""
+    """Write the present state into the next free row, which stays free."""
     return s.row, [*row(s.t, s.y), *kept(s)]
 
 
 def sample(s: StepState, rate: Rate, row: Row, method: Method) -> tuple[Value, list[Value]]:
-    """A row from the dense output of the committed step; steps are not shortened for samples."""
+    """Write a row from the dense output of the committed step; steps are not shortened for samples."""
     values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0

@@ -1,14 +1,13 @@
-"""Ropes that go slack and taut faster than a run can resolve: found by counting, then calmed, and said aloud.
+"""Ropes that go slack and taut faster than a run can resolve: detected by counting, then damped, and noted.
 
-A rope of steel 10 cm long carries a wave to and fro in 40 us; events closer than that belong to no rope without mass,
-and each costs a run more than a hundred steps.  When a rope has become taut MANY times in a row, none later than
-RESOLVED (or a fixed step) after the one before, it goes on without events (`RopeLaw`, calm), with damping that
-is at least critical for the mass that its ends move, so that the rattle dies.  It stays so until it is hooked anew.
+In a steel rope 10 cm long, a wave travels to and fro in 40 us; no massless rope has events closer than that, and each
+costs a run more than a hundred steps. When a rope has become taut MANY times in a row, each within RESOLVED (or a fixed
+step) of the one before, it continues without events (`RopeLaw`, calm), with at least critical damping for the mass that
+its ends move, so that the rattle dies out. It stays so until it is hooked again.
 
-When a run stops making progress: too many steps for a second of the scene, or too many events too close together.
-
-Both are counted, not timed, so that all runs of a scene end alike.  A step of a microsecond takes a second of work for
-a tenth of a second of the scene or less: nobody waits for that, and no law of a yard asks for it.
+The module also detects a run that stops making progress: too many steps for a second of simulated time, or too many
+events too close together. Both are counted, not timed, so that all runs of a scene end alike. With steps of a
+microsecond, a second of work advances the scene by a tenth of a second or less; no law of a lift needs that.
 """
 
 from collections.abc import Callable
@@ -24,14 +23,14 @@ Rate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Rattling:
-    """Counts rapidly repeated events of each rope; `counts`: name -> number, time of last."""
+    """Counter of rapidly repeated events of each rope; `counts`: name -> number, time of the first and of the last."""
 
     def __init__(self, resolved: float) -> None:
         self._resolved_ns = round(resolved * 1e9)
         self.counts: dict[str, tuple[int, int, int]] = {}  # how many, when the first and the last came [ns]
 
     def hear(self, name: str, t_ns: int) -> float:
-        """Register an event; returns the frequency of a rattle [Hz], or 0."""
+        """Register an event; return the frequency of a rattle [Hz], or 0."""
         n, first, last = self.counts.get(name, (0, t_ns, t_ns))
         n, first = (n + 1, first) if t_ns - last <= self._resolved_ns else (0, t_ns)
         self.counts[name] = n, first, t_ns
@@ -42,15 +41,13 @@ class Rattling:
 
 
 def critical(EA: float, L0: float, mass: float) -> float:
-    """Critical damping [N s/m] of a mass on a rope; zero without moved mass."""
+    """Return the critical damping [N s/m] of a mass on a rope; zero if no finite mass is moved."""
     return 2.0 * sqrt(EA / L0 * mass) if mass < np.inf else 0.0
 
 
 def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Rate) -> float:
-    """Effective mass [kg] along rope i, 1/(J H^-1 J^T); infinite if it moves none.
-
-    p: the rope's numbers, put back in the end; `rate(y)`: derivative and tensions with these numbers.
-    """
+    """Return the effective mass [kg] along rope i, 1/(J H^-1 J^T); infinite if it moves none. p: the rope's numbers,
+    restored at the end; `rate(y)`: derivative and tensions with these numbers."""
     before, c = p.copy(), float(p[RopeAt.EA])
     if (len(p) - ROPE_HEAD) % ROPE_LINE:
         p[-1] = 0.0  # its own weight moves nothing along it
@@ -76,8 +73,11 @@ SPELL_NS = 10_000_000  # of the scene
 
 
 class StepBudget:
-    """`since`: attempts and time [s] at the begin of the present second; `crowd`: consecutive events, time of the last;
-    `spell`: events, begin [ns]."""
+    """Limits of the steps per simulated second and of the events per time.
+
+    `since`: attempts and time [s] at the beginning of the present second; `crowd`: consecutive events, time of the
+    last; `spell`: number of events, beginning [ns].
+    """
 
     def __init__(self, resolved_ns: int) -> None:
         self._resolved_ns = resolved_ns
@@ -86,7 +86,7 @@ class StepBudget:
         self.spell = 0, 0
 
     def ends(self, attempts: float, t: float) -> bool:
-        """Whether a simulated second has taken too many steps; t: run time [s]."""
+        """Return whether a simulated second has taken too many steps; t: simulation time [s]."""
         before, start = self.since
         if t - start >= 1.0:
             self.since = attempts, t
@@ -94,7 +94,7 @@ class StepBudget:
         return attempts - before >= STEPS
 
     def crowded(self, t_ns: int) -> bool:
-        """Whether there are too many events at t_ns."""
+        """Register an event at t_ns; return whether there are too many."""
         count, since = self.spell
         self.spell = (count + 1, since) if t_ns - since <= SPELL_NS else (1, t_ns)
         n, last = self.crowd

@@ -1,7 +1,7 @@
-"""Flexible bodies at the limits of their theory: the first that is passed is noted, the second ends run or statics.
+"""Flexible bodies at the limits of their theory: passing the first limit adds a note, the second ends the run.
 
-Those of deflections stand in `flexible.small_deflections`; their guards are located as events are.  Compression is
-compared with the load that buckles the body (`flexible.buckling`) whenever a sample is taken.
+The limits of deflections are defined in `flexible.small_deflections`; their guards are located as events are.
+Compression is compared with the buckling load (`flexible.buckling`) at every sample.
 """
 
 from __future__ import annotations
@@ -30,10 +30,8 @@ LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, sq
 
 
 def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
-    """A flexible body has reached the current limit; the value is the relative deflection.
-
-    Raises KernelError at the second one.
-    """
+    """Move a flexible body that has reached its limit to the next one; the event's value is the relative deflection.
+    Raises KernelError at the second one."""
     link = native.program.graph.links[native.program.graph.number(name)]
     limit = native.P[native.program.parameters.at["bending", name]]
     if limit[0] >= LAST:
@@ -43,14 +41,14 @@ def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
 
 
 def bent(native: NativeState, name: str, t_ns: int) -> Note:
-    """Note about a body at the first limit."""
+    """Return the note about a body at the first limit."""
     return Note(
         t_ns, _message(native, native.program.graph.links[native.program.graph.number(name)], t_ns, refused=False)
     )
 
 
 def check_bending(native: NativeState) -> None:
-    """For statics: raise KernelError for a body beyond the second limit, note the first."""
+    """Check deflections in statics: raise KernelError beyond the second limit, add a note beyond the first."""
     t_ns = native.epoch + round(native["t"] * 1e9)
     if native.program.axial:
         check_compression(native, np.array(native.method.row_layout.pack(native.row())), t_ns, lasting=0.0)
@@ -65,7 +63,7 @@ def check_bending(native: NativeState) -> None:
 
 
 def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
-    """Rows (n, columns) of the native table for which `check_compression` is needed."""
+    """Return which rows (n, columns) of the native table need `check_compression`."""
     close = np.zeros(len(rows), dtype=bool)
     for link, _, loads in _loaded(native, rows):
         assert link.modes is not None, "of a flexible body"
@@ -74,20 +72,21 @@ def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
 
 
 def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[Link], np.ndarray]]:
-    """Each flexible body, bodies on it, and (n, those + 2, 3): forces, acceleration and rotation of its frame."""
+    """Return each flexible body, the bodies on it, and (n, number of those + 2, 3): forces, acceleration and angular
+    velocity of its frame."""
     whole = rows[:, native.method.row_layout.at["axial"]].reshape(len(rows), -1, 3)
     return ((link, on, whole[:, at]) for link, on, at in native.program.compressible)
 
 
 def relieve(native: NativeState) -> None:
-    """No flexible body is near to being compressed."""
+    """Reset the times of compression: no flexible body is near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 
 
 def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
-    """Raise KernelError for a row with a body compressed beyond its buckling load; note one near it for some time
-    [s]."""
+    """Raise KernelError for a row with a body compressed beyond its buckling load; add a note about one that is near it
+    for some time [s]."""
     program, q = native.program, row[native.method.row_layout.at["q"]]
     for link, on, (loads,) in _loaded(native, row[None]):
         assert link.modes is not None, "of a flexible body"
@@ -129,7 +128,7 @@ def _compressed(part: float, softens: bool, held: bool) -> str:
 
 
 def _held(program: Program, i: int) -> bool:
-    """Whether anything but joints, loads and wind acts on a body or on what it carries."""
+    """Return whether anything but joints, loads and wind acts on a body or on bodies that it carries."""
     links, carried = program.graph.links, {i}
     for j in range(i + 1, len(links)):
         if links[j].parent in carried:

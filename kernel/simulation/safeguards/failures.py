@@ -1,13 +1,12 @@
-"""Why a run cannot go on, in one sentence each: what is used up, left, undefined or too stiff, and when.
+"""Errors that end a run, in one sentence each: what is exhausted, left, undefined or too stiff, and when.
 
-`t` is the time since the start of the run [s] throughout.  Loops that lose their rows speak in `assembly.assembly`,
+`t` is the time since the start of the run [s] throughout. Errors of lost loops are in `assembly.assembly`, those of
 unstable fixed steps in `methods.stability`.
 
-Whether something resists every motion: a mass or an inertia that is missing where it matters is named at the start.
-
-What is zero by structure is seen when the equations are traced.  A joint-space inertia can also be singular by its
-numbers, such as that of a point mass in the middle of a ball joint; its factors on floats, in the initial pose, tell.
-Trees in which every body has mass and full inertia need no look.
+Bodies without resistance to motion: a missing mass or inertia that matters is named at the start. Structural zeros are
+found when the equations are traced. A joint-space inertia can also be singular by its numbers, such as that of a point
+mass at the centre of a ball joint; its factors on floats, in the initial pose, show this. Trees in which every body has
+mass and full inertia need no check.
 """
 
 from types import SimpleNamespace
@@ -27,14 +26,14 @@ SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 
 
 def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
-    """Raises KernelError for a rope that is wound up; lengths: (n_ropes,) unstrained [m]."""
+    """Raise KernelError for a rope that is wound up; lengths: unstretched (n_ropes,) [m]."""
     for i in np.flatnonzero(wound_up(lengths)) if len(lengths) else ():
         name = program.system.ropes[i].name
         raise KernelError(f"rope '{name}' at {t:.3f} s: all of it is wound up; stop its winch before")
 
 
 def wound_up(lengths: np.ndarray) -> np.ndarray:
-    """Whether each rope has no length left [m]."""
+    """Return for each rope whether it has no length left [m]."""
     found: np.ndarray = lengths < SHORTEST_ROPE
     return found
 
@@ -50,7 +49,7 @@ def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
 
 
 def off_beams(program: Program, q: np.ndarray) -> np.ndarray:
-    """Whether a slider is beyond its beam, for coordinates (n, nq)."""
+    """Return whether a slider is beyond its beam, for coordinates (n, nq)."""
     off = np.zeros(len(q), dtype=bool)
     for k, length in program.sliders:
         x = q[:, k.q.start]
@@ -59,14 +58,15 @@ def off_beams(program: Program, q: np.ndarray) -> np.ndarray:
 
 
 def unsolved(method: str, t: float) -> KernelError:
-    """The error for an implicit method that does not converge."""
+    """Return the error for an implicit method that does not converge."""
     return KernelError(
         f"step near {t:.6f} s: method '{method}' finds no solution of its equations; choose a smaller step or tolerance"
     )
 
 
 def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
-    """The error for a rope without direction, or a body with infinite velocities v (nv,)."""
+    """Return the error for a rope without direction, or a body with infinite velocities v (nv,); None if there is
+    none."""
     check_lengths(program, t, row.length)
     for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
         if span < SHORTEST_ROPE:
@@ -85,7 +85,7 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
 
 
 def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
-    """The error for too many steps per simulated second, with the fastest mode as cause."""
+    """Return the error for too many steps per simulated second, with the fastest mode as cause."""
     cure = OTHER.get(method, "choose method radau5 or a larger tolerance")
     return KernelError(
         f"run at {t:.6f} s: a million steps of method '{method}' were not enough for one second, they are "
@@ -94,7 +94,8 @@ def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
 
 
 def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str, method: str) -> KernelError:
-    """A step below the shortest, blamed on the body of the largest of accelerations (nv,) and on the fastest mode."""
+    """Return the error for a step below the shortest. It names the body of the largest of the accelerations (nv,), and
+    the fastest mode."""
     rates = np.abs(accelerations)
     if not np.isfinite(rates).all():
         k = int(np.flatnonzero(~np.isfinite(rates))[0])

@@ -1,12 +1,13 @@
-"""A fixed step that is unstable or blind to a mode, the fastest motion of a scene, and the energy balance of a run.
+"""Check of a fixed step that is unstable or does not resolve a mode, the fastest motion of a scene, and its energy
+balance.
 
-A step that bends most of what moves out of shape is refused, for what it would show is not the scene's motion.  At
-events, and when a rope has become much shorter, the scene is linearised; each oscillation has the amplitude that the
-present state gives it about the place where it would rest.  What of the energy is in oscillations that the step does
-not follow, weighed with how wrong each is after RADIANS, or after it has died away if that is sooner, but at least
-after a step, must not exceed WRONG.  Below that, a note says what is missed.  Where a step is refused or has collapsed,
-the fastest motion is named with its body and the law that holds it: the one whose stored energy curves most along it,
-or which makes most heat of it, counted per radian.
+A step that distorts most of the motion is refused, since the result would not be the motion of the scene. At events,
+and when a rope has become much shorter, the scene is linearised; each oscillation has the amplitude that the present
+state gives it about its equilibrium. The share of energy in oscillations that the step does not resolve, weighted with
+the error of each after RADIANS, or after it has died away if that is sooner, but at least after one step, must not
+exceed WRONG. Below that, a note states what is missed. If a step is refused or has collapsed, the fastest motion is
+named with its body and with the law that holds it: the law whose stored energy curves most along the motion, or which
+produces most heat from it, per radian.
 """
 
 from collections.abc import Callable
@@ -27,7 +28,8 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """Frequency |s|/2 pi [Hz], damping ratio, body with most kinetic energy, law of its stiffness or ""."""
+    """The fastest mode: frequency |s|/2 pi [Hz], damping ratio, body with most kinetic energy, law of its stiffness or
+    "" (none)."""
 
     frequency: float
     damping: float
@@ -36,20 +38,21 @@ class Fastest:
 
     @property
     def message(self) -> str:
-        """As part of a sentence."""
+        """The mode as part of a sentence."""
         held = f" on '{self.law}'" if self.law else ""
         kind = "decays" if self.damping >= 1.0 else "swings"
         return f"'{self.body}'{held} {kind} at {self.frequency:.3g} Hz"
 
 
 def fastest_mode_text(native: NativeState, J: np.ndarray | None = None) -> str:
-    """The fastest mode of the scene as it stands, as part of a sentence, or ""."""
+    """Return the fastest mode of the scene in its present state, as part of a sentence, or "" if there is none."""
     mode = fastest(native, native.jacobian() if J is None else J)
     return mode.message if mode else ""
 
 
 def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
-    """The fastest mode of J (n, n), the derivative of rates of coordinates and velocities; None without stiffness."""
+    """Return the fastest mode of J (n, n), the derivative of rates of coordinates and velocities; None without
+    stiffness."""
     p, y = native.program, native.state.copy()
     if not (np.isfinite(J).all() and np.isfinite(y).all()):
         return None
@@ -90,7 +93,7 @@ SHORTER = 0.8  # of its length: a rope that much shorter is a quarter stiffer
 
 
 class StepCheck:
-    """`step` [s]; `lengths` of ropes at the last check [m]; `missed`: a distorted mode was noted."""
+    """Check of a fixed `step` [s]; `lengths`: of ropes at the last check [m]; `missed`: a distorted mode was noted."""
 
     def __init__(self, native: NativeState, step: float) -> None:
         self._native, self._step = native, step
@@ -98,12 +101,12 @@ class StepCheck:
         self.missed = False
 
     def see(self, t_ns: int, row: np.ndarray) -> None:
-        """Check a row of the native table."""
+        """Check the step at a row of the native table if a rope has become much shorter."""
         if (row[self._native.method.row_layout.at["length"]] < SHORTER * self.lengths).any():
             self.check(t_ns, row)
 
     def check(self, t_ns: int, row: np.ndarray) -> None:
-        """Raise KernelError if the step is unstable for a row; note a distorted mode."""
+        """Raise KernelError if the step is unstable for a row; add a note about a distorted mode."""
         native, at = self._native, self._native.method.row_layout.at
         nq, nv, now = native.program.nq, native.program.nv, native.X.copy()
         self.lengths = row[at["length"]].copy()
@@ -134,8 +137,8 @@ class StepCheck:
 
 
 def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, message: Callable[[], str]) -> None:
-    """Raise KernelError if a fixed step [s] distorts too much of the motion at time t [s]; `told`: fastest mode in
-    words."""
+    """Raise KernelError if a fixed step [s] distorts too much of the motion at time t [s]; `message`: describes the
+    fastest mode."""
     method = native.method.method
     if not np.isfinite(J).all() or not any(bent(method, s, step) for s in np.linalg.eigvals(J)):
         return
@@ -154,7 +157,7 @@ def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, m
 
 
 def _energies(native: NativeState, J: np.ndarray) -> list[tuple[complex, float]]:
-    """Eigenvalues of oscillations with their shares of energy."""
+    """Return the eigenvalues of oscillations with their shares of energy."""
     p, y = native.program, native.state.copy()
     n, speeds = p.nq + p.nv, slice(p.nq, p.nq + p.nv)
     rate = native.rate(native.state.copy())[0][:n]
@@ -171,7 +174,7 @@ def _energies(native: NativeState, J: np.ndarray) -> list[tuple[complex, float]]
 
 
 def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> float:
-    """Part of the energy that is in the wrong place after a while."""
+    """Return the share of energy in motions that the step distorts, weighted with their errors after some time."""
 
     def error(s: complex) -> float:
         lasts = max(min(RADIANS, abs(s) / max(-s.real, 1e-300)), abs(s) * step)
@@ -181,7 +184,7 @@ def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> f
 
 
 class EnergyCheck:
-    """Compares the energies of a row with those at the last event; `step`: a fixed one [s], or None."""
+    """Compares the energies of a row with those at the last event; `step`: the fixed step [s], or None."""
 
     def __init__(self, native: NativeState, tolerance: float, step: float | None) -> None:
         self._native = native
@@ -198,19 +201,19 @@ class EnergyCheck:
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Kinetic energies of rows (n, columns); potential, stored, heats, and negative works [J]."""
+        """Return the kinetic energies of rows (n, columns), and potential, stored, heats, and negative works [J]."""
         return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
-        """After an event or a command."""
+        """Restart the balance after an event or a command."""
         self.balance.begin(float(row[self._kinetic]), row.take(self._parts) * self._signs)
 
     def see(self, rows: np.ndarray) -> None:
-        """Add readings (n, columns)."""
+        """Add readings of rows (n, columns) to the balance."""
         self.balance.see(*self.energies(rows))
 
     def check(self, row: np.ndarray, t: float) -> None:
-        """Raise KernelError for energy created or lost since the last event; t: run time."""
+        """Raise KernelError for energy created or lost since the last event; t: simulation time [s]."""
         before = self.balance.lost
         self.balance.check(f"{self._what} at {t:.3f} s", *self._reading(row[None]))
         if self.balance.lost > 0.0 and not before:
@@ -221,21 +224,22 @@ class EnergyCheck:
             self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Whether there is nothing new for rows (n, columns); they then count as read."""
+        """Return whether rows (n, columns) give `check` nothing to report; if so, they count as read."""
         if self.balance.strict:
             self.see(rows)
             return True
         return self.balance.fine(*self._reading(rows))
 
     def _reading(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Energies as in `energies`; possible step errors, and largest rope energy (n,) [J]."""
+        """Return the energies as in `energies`, the effect of possible step errors, and the largest rope energy (n,)
+        [J]."""
         kinetic, parts = self.energies(rows)
         gravity, mass = abs(self._native.program.system.gravity), self._mass
         size = kinetic + np.abs(parts).sum(axis=1) + np.sqrt(2.0 * kinetic * mass) + gravity * mass
         return kinetic, parts, rows[:, self._at["steps"]] * size, self._held(rows, rows[:, self._at["peak"]])
 
     def end(self, t: float) -> None:
-        """Before an event or a command."""
+        """Close the balance before an event or a command."""
         native = self._native
         row = native.raw()
         self.balance.end(float(row[self._kinetic]), row.take(self._parts) * self._signs)
@@ -248,7 +252,7 @@ class EnergyCheck:
             native.notes.append(Note(round(t * 1e9), message))
 
     def _held(self, rows: np.ndarray, highest: np.ndarray) -> np.ndarray:
-        """Largest elastic energy (n,) of a rope at its peak tension (n, ropes) [J]."""
+        """Return the largest elastic energy (n,) of a rope at its peak tension (n, ropes) [J]."""
         T = highest[:, : len(self._softness)]
         held: np.ndarray = (T * T * rows[:, self._at["length"]] * self._softness).max(axis=1, initial=0.0)
         return held

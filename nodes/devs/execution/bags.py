@@ -1,12 +1,11 @@
-"""How what is said comes to lie in the bags of its receivers or leaves, in the order of the places of flattening.
+"""Delivery of messages into the bags of their receivers, in the order of places of `flatten`, and the schedule.
 
-Until its receiver takes it, the first message lies in the atomic itself, since most bags hold one: containers that
+Until its receiver takes it, the first message is held in the atomic itself, since most bags hold one: containers that
 live through a whole instant would keep the garbage collector busy.
 
-Who is due when: one heap of distinct times, a slot of atomics for each, and those due at the next microstep.
-
-Only waits of zero lead to a microstep above 0, and always to the next one, so those need no heap.  Who is rescheduled
-stays in the old slot and is recognised there by its own time; when most entries are stale, all slots are made anew.
+Schedule: one heap of distinct times, a slot of atomics for each, and the atomics due at the next microstep. Only waits
+of zero lead to a microstep above 0, and always to the next one, so those need no heap. A rescheduled atomic stays in
+its old slot, where its own time shows that the entry is stale; when most entries are stale, all slots are rebuilt.
 """
 
 from collections.abc import Collection, Sequence
@@ -27,7 +26,7 @@ model_port_and_place = itemgetter(0, 1, 2)
 
 
 def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
-    """Put messages into the bags of their receivers; returns the indices of receivers that are not imminent at `t`
+    """Put messages into the bags of their receivers; return the indices of receivers that are not imminent at `t`
     [ns]."""
     reached = []
     n = 0
@@ -60,7 +59,8 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
 def spoken(
     tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], inner: bool = False
 ) -> list[Event]:
-    """What leaves at a tag by the out ports of root models, or by their `inner` ones, in total order."""
+    """Return the events sent at a tag through the out ports of root models, or through their `inner` ones, in total
+    order."""
     left = [
         (target.owner.name, target.name, number, value)
         for port, value in zip(sources, values, strict=True)
@@ -78,14 +78,14 @@ def spoken(
 
 
 def fitting(port: Port[Message], value: Message) -> Message:
-    """The message, after checking that the port carries its type."""
+    """Return the message, after checking that the port carries its type."""
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
     return value
 
 
 def entry(model: Model, name: str) -> InPort[Message]:
-    """An in port of a model by name."""
+    """Return an in port of a model by name; raises ModelError if there is none."""
     port = model.ports.get(name)
     if not isinstance(port, InPort):
         ins = ", ".join(key for key, port in model.ports.items() if isinstance(port, InPort)) or "none"
@@ -94,7 +94,7 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """The in port of a message from another node, and its decoded value, shared by all receivers here."""
+    """Return the entry of a message from another node, and its decoded value, which all receivers here share."""
     if (event.source, event.port) not in entries:
         raise ModelError(f"{event.source}.{event.port} at {event.tag}: nothing here is coupled to it")
     start, targets = entries[event.source, event.port]
@@ -112,12 +112,13 @@ STALE = 4  # stale entries for each atomic at which the slots are made anew
 
 
 class Schedule:
-    """`imminent`: indices of atomics due at the tag returned by `next`, in path order."""
+    """The schedule of the atomics. `imminent`: indices of atomics due at the tag that `next` returned, in path
+    order."""
 
     def __init__(
         self, atomics: list[Atomic], last: Instant, present: Present, known: Collection[Atomic] = frozenset()
     ) -> None:
-        """Schedule after the tag `last`; atomics not in `known` are started."""
+        """Schedule the atomics after the tag `last`; those not in `known` are started."""
         self.atomics = atomics
         self.times: list[int] = []  # heap of the times [ns] with a slot
         self.slots: dict[int, list[int]] = {}
@@ -131,7 +132,7 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """The earliest tag after `last` at which an atomic is due."""
+        """Return the earliest tag after `last` at which an atomic is due, and set `imminent`."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()
@@ -153,12 +154,12 @@ class Schedule:
         return FOREVER
 
     def wait(self) -> None:
-        """The imminent ones go back to their slot: something happens before."""
+        """Put the imminent atomics back into their slot, since an input arrives earlier."""
         if self.imminent:
             self.slots[self.times[0]] = self.imminent
 
     def move(self, m: Atomic, t: int, now: int) -> None:
-        """Reschedule an atomic [ns]; for `now`, the caller adds it to those due `soon`."""
+        """Reschedule an atomic to t [ns]; if that is `now`, the caller adds it to those due `soon`."""
         before, slots, times = m._t, self.slots, self.times
         if t == before:
             return
@@ -181,7 +182,7 @@ class Schedule:
                 self._renew(now)
 
     def _enter(self, m: Atomic, now: int) -> None:
-        """Enter an atomic at its own time; one due `now` [ns] is due at the next microstep."""
+        """Enter an atomic at its own time; one due at `now` [ns] is due at the next microstep."""
         if m._t <= now:
             self.soon.append(m._index)
         else:
@@ -205,7 +206,7 @@ class Schedule:
         self._enter(m, last[0])
 
     def _renew(self, now: int) -> None:
-        """Rebuild all slots without removed atomics."""
+        """Rebuild all slots without stale entries."""
         self._stale = 0
         self.slots.clear()
         self.times.clear()

@@ -1,15 +1,15 @@
-"""Plain data, messages and objects of any class as bytes, without a line of code in them, and back.
+"""Plain data, messages and objects of any class as bytes that contain no code, and back.
 
-    scalar          None, bool, int of 64 bits, float, str, bytes: as they are
-    [kind, ...]     all else, numbered from 0 in the order in which it is met
-    ["@", number]   the same thing again, so that what was one thing, or a circle, is so again
-    ["="]           of a message: what its class has there, which it leaves out where it is encoded
+    scalar          None, bool, int of 64 bits, float, str, bytes: unchanged
+    [kind, ...]     everything else, numbered from 0 in the order of first occurrence
+    ["@", number]   a further reference to the same object, which preserves identity and cycles
+    ["="]           in a message: the class's default, which the encoder omits
 
-Objects are made without their `__init__`; their classes, functions and methods are looked up in the modules that are
-loaded: a stranger's bytes can build nonsense but call no function. Functions and methods, which a model may call later,
-are those of models, and a few of Python that only compute. Equal states that share alike have equal bytes:
-attributes are sorted by name, sets by the bytes of their items. Generators, closures, open files and objects of
-foreign machine code are refused by a TypeError.
+Objects are created without their `__init__`; their classes, functions and methods are looked up in the loaded modules:
+foreign bytes can build nonsense but call no function. Functions and methods, which a model may call later, must be
+those of models, or one of a few Python functions that only compute. Equal states with equal sharing have equal bytes:
+attributes are sorted by name, sets by the bytes of their items. Generators, closures, open files and objects of foreign
+machine code raise a TypeError.
 """
 
 import functools
@@ -37,7 +37,8 @@ _OPEN = object()  # in place of what is being made of its parts
 
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
-    """Serialise a value without the objects `around` it; raises TypeError if part of it cannot be saved."""
+    """Serialise a value; the objects `around` it are referred to, not stored. Raises TypeError if part of it cannot be
+    saved."""
     return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 
@@ -47,7 +48,7 @@ def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
 
 
 class Freezer:
-    """Serialises values; objects met before, and the objects `around`, are referred to by number."""
+    """Serialiser of values; objects met before, and the objects `around`, are referred to by number."""
 
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice
@@ -60,7 +61,7 @@ class Freezer:
             del self._numbers[id(self._met.pop())]
 
     def fold(self, x: Any) -> object:
-        """A value as plain data; raises TypeError if part of it cannot be saved."""
+        """Return a value as plain data; raises TypeError if part of it cannot be saved."""
         kind = type(x)
         if kind in _SCALARS:
             return x
@@ -213,28 +214,27 @@ class _Thawer:
 
 @functools.cache
 def _defaults(cls: type[msgspec.Struct]) -> tuple[object, ...]:
-    """Of each field; encoders leave out what is identical to them, so equal values will not do."""
+    """Return the default of each field; encoders omit only values that are identical to it, not merely equal."""
     defaults = cls.__struct_defaults__
     return (msgspec.NODEFAULT,) * (len(cls.__struct_fields__) - len(defaults)) + defaults
 
 
 def _plain(cls: type) -> bool:
-    """Whether objects of a class consist of their attributes only and have no finaliser."""
+    """Return whether objects of a class consist of their attributes only and have no finaliser."""
     own: object = cls.__new__
     return bool(cls.__flags__ & _MADE_IN_PYTHON) and own is object.__new__ and not hasattr(cls, "__del__")
 
 
 @functools.cache
 def _of_models(module: str) -> bool:
-    """Whether a module contains models: it belongs neither to the rest of heavylift nor to Python or an installed
-    package."""
+    """Return whether a module may contain models: it is part of heavylift's nodes or kernel, or the user's."""
     if module.startswith("heavylift."):
         return module.startswith(("heavylift.nodes.", "heavylift.kernel."))
     return module == "__main__" or written_by_user(module)
 
 
 def _value(module: str, name: str) -> tuple[str, str]:
-    """The same name; raises TypeError unless a model may have the object in its state, where it could be called."""
+    """Return module and name; raises TypeError unless a model may hold this object in its state and call it."""
     found = _named(module, name)
     own = _of_models(module) and getattr(found, "__module__", "") == module
     types = module in ("builtins", "numpy") and isinstance(found, type)
@@ -245,7 +245,7 @@ def _value(module: str, name: str) -> tuple[str, str]:
 
 
 def _method(owner: object, name: str) -> object:
-    """A bound method; raises TypeError unless it belongs to a model."""
+    """Return a bound method; raises TypeError unless it belongs to a model."""
     cls = owner if isinstance(owner, type) else type(owner)
     found = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
     function = getattr(found, "__func__", found)
@@ -255,13 +255,13 @@ def _method(owner: object, name: str) -> object:
 
 
 def _restoring(cls: Any) -> None:
-    """Raise TypeError for a class that restores its state by a method of its own, unless it is a model."""
+    """Raise TypeError for a class that restores its state by a method of its own, unless it is a model's."""
     if not _of_models(getattr(cls.__setstate__, "__module__", None) or ""):
         raise TypeError(f"a {cls.__name__} cannot be saved")
 
 
 def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
-    """The class with this module and name; raises TypeError if there is none or if it is not of the wanted kind."""
+    """Return the class with this module and name; raises TypeError if there is none or `fits` rejects it."""
     found = _named(*name[:2])
     if not isinstance(found, type) or not fits(found):
         raise TypeError(f"{name[1]} of {name[0]} makes no such value")
@@ -269,7 +269,7 @@ def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
 
 
 def _name(x: type | FunctionType | BuiltinFunctionType) -> tuple[str, str]:
-    """Module and qualified name of a class or function; raises TypeError if it cannot be found by them."""
+    """Return module and qualified name of a class or function; raises TypeError if they do not lead back to it."""
     module, name = getattr(x, "__module__", None) or "", x.__qualname__
     if "<" in name or _found(module, name) is not x:
         raise TypeError(f"{name} cannot be saved, it has no name in a module")

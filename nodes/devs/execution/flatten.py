@@ -1,13 +1,13 @@
-"""Closure under coupling, made executable: dissolve a model tree into atomics with direct routes.
+"""Flattening (closure under coupling): dissolve a model tree into atomics with direct routes.
 
-Every way from an atomic's out port through couplings to an atomic's in port (a route) or to an out port of
-a root (an exit) gets a place. Places order the bag of the target as nested simulators would: its ports by name, and
-in each of them the union over all couplings into it by (source model, its port), what comes from outside first, and
-inside each of those the order of that port's own bag, recursively. So a bag does not depend on how deep models are
-nested or where a tree is cut into nodes.
+Every path from an atomic's out port through couplings to an atomic's in port (a route) or to an out port of a root (an
+exit) gets a place number. Places order the bag of the target as nested simulators would: its ports by name; in each of
+them the union over all couplings into it by (source model, its port), messages from outside first; and inside each of
+those the order of that port's own bag, recursively. So a bag does not depend on how deep models are nested or how a
+tree is divided into nodes.
 
 Several roots are siblings that share a node. They are coupled to each other, and to models elsewhere: each out port
-there is an entry here, with routes and places like any port, which its messages take in the order in which they come.
+there is an entry here, with routes and places like any port; its messages keep the order in which they arrive.
 """
 
 from collections.abc import Iterable, Sequence
@@ -25,10 +25,10 @@ Entries = dict[tuple[str, str], tuple[Port[Message], list[Port[Message]]]]  # by
 
 
 def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tuple[list[Atomic], Entries]:
-    """Atomics of trees in path order, their out ports with resolved routes, and entry points for outside messages.
+    """Return the atomics of trees in path order, with routes of their out ports, and the entries of outside messages.
 
-    Without `wires` nothing is known of others: the in ports of a root take messages, and each of its out ports is an
-    exit. With them those out ports are exits that are coupled to a model elsewhere; the others are `inner`.
+    Without `wires`, the in ports of a root take messages, and each of its out ports is an exit. With `wires` (couplings
+    of the node's models), out ports coupled to a model elsewhere are exits; the others are `inner`.
     """
     tops = {root.name: root for root in sorted(roots, key=lambda root: root.name)}
     models: list[Model] = []
@@ -79,7 +79,7 @@ def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tupl
 
 
 def tree(model: Model) -> list[Model]:
-    """A model and all its descendants, parents first, children by name."""
+    """Return a model and all its descendants, parents first, children by name."""
     found, waiting = list[Model](), [model]
     while waiting:
         model = waiting.pop()
@@ -90,7 +90,7 @@ def tree(model: Model) -> list[Model]:
 
 
 def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple[Entries, set[Port[Message]]]:
-    """Couplings between roots; returns entry points and ports that lead out."""
+    """Apply the couplings between roots; return the entries and the ports that lead out."""
     entries: Entries = {}
     leaving = set[Port[Message]]()
     for source, port, target, into in wires:

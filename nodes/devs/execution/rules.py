@@ -37,11 +37,10 @@ TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 
 class MicrostepLimit:
-    """Ends zero-time loops: from `start` on it records the atomics that stop time from advancing, and names them at the
-    limit."""
+    """Ends zero-time loops: from microstep `start` on it records the atomics that move, and names them at the limit."""
 
     def __init__(self, microsteps: int) -> None:
-        """Raise ModelError unless `microsteps` is a number > 0 within the range of microsteps."""
+        """Set the limit; raises ModelError unless `microsteps` is an int between 1 and 2**31 - 1."""
         if type(microsteps) is not int or not 0 < microsteps < 2**31:
             raise ModelError(
                 f"microsteps={microsteps!r}: the limit of microsteps at one time must be an int > 0, and < 2**31"
@@ -51,7 +50,7 @@ class MicrostepLimit:
         self._t = -1
 
     def watch(self, tag: Instant, paths: Iterable[str]) -> None:
-        """Who moves at a late microstep."""
+        """Record the atomics that move at a late microstep; raises ModelError at the limit."""
         t, k = tag
         if t != self._t:
             self._t, self._seen = t, set()
@@ -84,7 +83,7 @@ State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
 
 
 class Witness:
-    """Compares the states of atomics `before` and `after` output functions, once `left` is negative or for `new`
+    """Compares the states of atomics before and after their output functions, when `left` is negative or for `new`
     atomics."""
 
     def __init__(self, candidates: bool = True) -> None:
@@ -103,7 +102,7 @@ class Witness:
         self.new = {m._index for m in atomics if type(m) in unknown} if unknown else set()
 
     def before(self, imminent: list[int]) -> list[State]:
-        """States of imminent atomics that are compared."""
+        """Return the states of the imminent atomics that will be compared."""
         atomics, unmet = self._atomics, self.new.intersection(imminent)
         examined: Iterable[int] = {type(atomics[i]): i for i in sorted(unmet)}.values()  # one of each new class
         if self.left < 0 and self._first > 0:
@@ -144,7 +143,8 @@ class Witness:
 
 
 def _state(m: Atomic) -> State:
-    """Attributes of an atomic, without `vars(m)` where possible: CPython 3.11 reads attributes more slowly after it."""
+    """Return the attributes of an atomic, if possible without `vars(m)`, after which CPython 3.11 reads them more
+    slowly."""
     known = get_referents(m)
     if all(_is_still(x) or x is m.ports or x is m._present for x in known):
         return m, known, {}, {}
@@ -152,7 +152,7 @@ def _state(m: Atomic) -> State:
 
 
 def _named(now: dict[str, object], known: list[object], found: list[object]) -> set[str]:
-    """Attributes that refer to a different object with a different value."""
+    """Return the names of attributes that refer to a different object."""
     if len(known) > len(found):
         return {"an attribute, which it deleted"}
     if len(known) < len(found):
@@ -179,7 +179,7 @@ def _is_still(x: object) -> bool:
 
 
 def _changeable(state: dict[str, object]) -> dict[str, bytes]:
-    """The bytes of attributes that can change in place."""
+    """Return the bytes of attributes that can change in place."""
     return {key: image(x) for key, x in state.items() if not _is_still(x)}
 
 
@@ -194,7 +194,7 @@ def image(x: object) -> bytes:
 
 
 class _Pickler(pickle.Pickler):
-    """Pickles a state without models and ports."""
+    """Pickles a state without its models and ports."""
 
     def reducer_override(self, x: object) -> Any:
         return (int, (id(x),)) if isinstance(x, Model | Port) else NotImplemented
@@ -218,7 +218,7 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Deserialise model trees in place of former ones, with last tag and pending inputs."""
+    """Deserialise model trees in place of former ones; return them with last tag and pending inputs."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

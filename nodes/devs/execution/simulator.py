@@ -1,14 +1,15 @@
 """The abstract simulator of Parallel DEVS, flat: one heap of distinct tags, direct routes.
 
-One call of `advance(tag, bag)` does, for tag = next_time or an earlier tag at which something arrives:
+One call of `advance(tag, bag)`, for tag = next_time or an earlier tag with inputs, does:
   1. lambda of all imminent atomics (those with next == tag), in path order;
-  2. route: each message lies in its receivers' bags at this same tag, ordered by source (see `flatten`);
-  3. one transition per atomic: `internal` if imminent, `external` if it got something, `confluent` if both;
-  4. next = after(tag, ta) for each; a wait of zero comes back at the next microstep.
+  2. route: put each message into its receivers' bags at this same tag, ordered by source (see `flatten`);
+  3. one transition per atomic: `internal` if imminent, `external` if it has input, `confluent` if both;
+  4. next = after(tag, ta) for each; a wait of zero is due at the next microstep.
 Driving it from a larger simulation: while min(next_time, first input) < limit, read `outputs()` if that
-tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does this alone,
-half-open: events at t < until. A node may let it work ahead of an `advance`, by a bounded number of tags at which
-nothing leaves; what its models say to each other takes direct routes and is noted for the record (`among`).
+tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does this
+for a model alone, for events at t < until. In a node it may advance ahead of the others, by a bounded number
+of tags without outgoing events; messages between its models take direct routes and are kept for the recording
+(`among`).
 After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
 """
 
@@ -30,7 +31,7 @@ SILENT = 256  # tags, and messages between its models, that a node works ahead o
 
 
 class Simulator:
-    """Simulates one model alone, or one or several as the `Steppable` of a node."""
+    """Simulates one model alone, or one or several models as the `Steppable` of a node."""
 
     def __init__(
         self,
@@ -41,9 +42,12 @@ class Simulator:
         watched: bool = True,
         wires: Iterable[Wire] | None = None,
     ) -> None:
-        """`log` receives every transition, `trace` stores them; a zero-time loop of `microsteps` tags is an error, and
-        so is an output function that changes the state, if that is `watched`; `wires`: couplings (source, port, target,
-        port) of the node's models."""
+        """Create a simulator of one or several models.
+
+        `log` receives every transition, `trace` stores them; a zero-time loop of `microsteps` tags is an error, and so
+        is an output function that changes the state, if `watched`; `wires`: couplings (source, port, target, port) of
+        the node's models.
+        """
         self.models = [models] if isinstance(models, Model) else list(models)
         self._wires = None if wires is None else list(wires)
         self._patience, self._watched = MicrostepLimit(microsteps), watched
@@ -68,7 +72,7 @@ class Simulator:
         return self.models[0]
 
     def start(self) -> None:
-        """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
+        """Set every atomic to its initial state at (0, 0); a second call begins a new run."""
         self._last: Instant = (-1, 0)
         self._staged: list[tuple[InPort[Message], Message]] = []
         self._present.now, self._present.speaker, self._present.busy = (0, 0), None, False
@@ -83,7 +87,7 @@ class Simulator:
 
     @property
     def next_time(self) -> Tag:
-        """Tag of the next internal transition; FOREVER when all are passive."""
+        """The tag of the next internal transition; FOREVER when all atomics are passive."""
         if self._present.busy:
             at = f"{self.model.path} at {Tag(*self._present.now)}"
             raise ModelError(f"{at}: a transition of this tag failed, or runs the simulator itself; start again")
@@ -97,25 +101,25 @@ class Simulator:
 
     @property
     def passed(self) -> int:
-        """A progress counter; thread-safe."""
+        """Return a counter that grows as the run progresses; thread-safe."""
         return sum(self._present.now)
 
     @property
     def quiet(self) -> Tag:
-        """Earliest tag at which an event can leave the root without input."""
+        """The earliest tag at which an event can leave the root without input."""
         tag = self.next_time
         if tag == FOREVER or leaving(self._lambda(tag).sources):
             return tag
         return self._border.quiet(tag)
 
     def outputs(self) -> list[Event]:
-        """Events that leave at next_time, in total order; does not change the state."""
+        """Return the events that leave at next_time, in total order, without changing the state."""
         tag = self.next_time
         text = self._lambda(tag)
         return spoken(tag, text.sources, text.values) if leaving(text.sources) else []
 
     def among(self) -> list[Event]:
-        """Events between the models or without receiver since the last call, in total order."""
+        """Return the events between the models or without receiver since the last call, in total order."""
         return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:
@@ -124,10 +128,8 @@ class Simulator:
         self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
     def advance(self, tag: Tag, bag: Sequence[Event] = (), until: Tag = BEGIN) -> None:
-        """Execute the transitions at `tag`: deliver `bag` (sorted) and injected messages.
-
-        Then, while nothing leaves, at the next tags below `until` as well.
-        """
+        """Execute the transitions at `tag`: deliver `bag` (sorted) and injected messages. Then do the same at later
+        tags below `until`, as long as no event leaves."""
         due = self.next_time
         if tag == due:
             text = self._lambda(due)
@@ -147,7 +149,8 @@ class Simulator:
         self._work(tag, imminent, sources, values, until, SILENT)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
-        """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
+        """Advance alone through all tags at t < `until` [ns], or until `stop()` is true after a tag; may be called
+        again."""
         due, until = self.next_time, min(until, NEVER)
         while due.t < until:
             if self._staged:
@@ -169,10 +172,8 @@ class Simulator:
         until: Instant,
         silent: int = 0,
     ) -> None:
-        """Steps 2 to 4 at a tag; all steps at those that follow below `until` while the structure stays.
-
-        If it shall be `silent`, so many at most, while nothing leaves and time does not stand still for long.
-        """
+        """Do steps 2 to 4 at a tag, and all steps at later tags below `until` while the structure stays the same. With
+        `silent` > 0: at most so many tags, only while no event leaves and time does not stand still for long."""
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
         border, witness, move, patience = self._border, self._witness, schedule.move, self._patience.start
         promises, noted, heard = border.promises, border.noted, border.spoken
@@ -241,7 +242,7 @@ class Simulator:
             tag, imminent, sources, values = due, schedule.imminent, present.sources, present.values
 
     def _restructure(self) -> None:
-        """What was asked of the structure since the last tag happens now, after all transitions of that tag."""
+        """Apply the changes of structure requested since the last tag, after all its transitions."""
         changes, before, border = self._present.changes, set(self.atomics), self._border
         self._present.changes, self._present.live = [], False
         for where, change in changes:
@@ -255,12 +256,13 @@ class Simulator:
         self._begin(before)
 
     def snapshot(self) -> bytes:
-        """All state that the future depends on, between two tags; raises ModelError if part of it cannot be saved."""
+        """Return all state on which the future depends, between two tags; raises ModelError if part of it cannot be
+        saved."""
         _ = self.next_time  # what was asked of the structure has happened then
         return frozen(self.models, self._last, self._staged)
 
     def restore(self, snapshot: bytes) -> None:
-        """Go on from a snapshot; `models` and `atomics` are new ones then."""
+        """Continue from a snapshot; `models` and `atomics` are replaced by new objects."""
         self.models, self._last, self._staged = thawed(snapshot, self.models)
         self._present.now, self._present.busy = self._last, False
         self._adopt()
@@ -268,7 +270,7 @@ class Simulator:
         self._begin(set(self.atomics))
 
     def _lambda(self, tag: Instant) -> Present:
-        """Outputs of the imminent atomics at `tag` = next_time, in path order; computed once."""
+        """Return the outputs of the imminent atomics at `tag` = next_time, in path order; computed once."""
         if not self._spoken:
             speak(tag, self._schedule.imminent, self.atomics, self._present, self._witness, self._border.promises)
             self._spoken = True
@@ -276,17 +278,17 @@ class Simulator:
 
     @property
     def last(self) -> Tag:
-        """Tag of the last transition; before the first one (-1, 0)."""
+        """The tag of the last transition; (-1, 0) before the first one."""
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """Results of the atomics at `end` (a tag or ns), default the last transition; by path, omitting atomics without
-        result."""
+        """Return the results of the atomics at `end` (a tag or ns; default: the last transition), by path; atomics
+        without result are omitted."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))
 
     @property
     def slack(self) -> list[Slack]:
-        """Observed lookaheads of the ports that send to the outside, since start or restore."""
+        """The lookaheads observed at ports that send to the outside, since start or restore."""
         return self._observed.table()

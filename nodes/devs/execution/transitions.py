@@ -64,7 +64,7 @@ class Trace:
         self._values += values
 
     def settle(self) -> None:
-        """Build the transitions; called before routes change."""
+        """Build the stored transitions; called before routes change."""
         sizes, due, text = iter(self._sizes), 0, 0
         for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
             imminent, now = self._due[due : due + n_due], slice(text, text + n_said)
@@ -82,7 +82,7 @@ class Trace:
 
 
 class TransitionLog(Trace):
-    """Passes on each transition at the end of its tag."""
+    """Calls a function with each transition at the end of its tag."""
 
     def __init__(self, tell: Callable[[Transition], None]) -> None:
         super().__init__()
@@ -101,7 +101,7 @@ def _transitions(
     sources: Sequence[Port[Message]],
     values: Sequence[Message],
 ) -> list[Transition]:
-    """The transitions of one tag in path order."""
+    """Return the transitions of one tag in path order."""
     text: dict[Owner, list[tuple[str, Message]]] = {}
     heard: dict[int, list[tuple[int, str, Message]]] = {}
     for source, value in zip(sources, values, strict=True):
@@ -121,12 +121,12 @@ def _transitions(
 
 
 def outs(m: Model) -> list[OutPort[Never]]:
-    """The out ports of a model."""
+    """Return the out ports of a model."""
     return [port for port in m.ports.values() if isinstance(port, OutPort)]
 
 
 def leaving(sources: Iterable[Port[Message]]) -> bool:
-    """Whether an event of these ports leaves the node."""
+    """Return whether an event on one of these ports leaves the node."""
     for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
         if isinstance(port, OutPort) and port.exits:
             return True
@@ -134,13 +134,13 @@ def leaving(sources: Iterable[Port[Message]]) -> bool:
 
 
 def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
-    """Atomics with events that leave the node, each with the least lookahead of its ports [ns]."""
+    """Return the atomics with events that leave the node, each with the least lookahead of its ports [ns]."""
     found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
     return [(m, min(aheads)) for m, aheads in found if aheads]
 
 
 class Border:
-    """Out ports of root models and the atomics behind them, for an unchanged structure."""
+    """Out ports of root models and the atomics behind them, for an unchanged model structure."""
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
@@ -159,14 +159,14 @@ class Border:
         """Of each out port "model.port" the smallest of the atomics' ports that lead there; NEVER without one [ns]."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Earliest tag after a silent one at which an event can leave."""
+        """Return the earliest tag at which an event can leave after `tag`, at which none does."""
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
             return soonest
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def still_promises(self, at: Tag, before: "Border") -> None:
-        """Refuse a change of structure that reduces a lookahead."""
+        """Raise ModelError for a change of structure that reduces a lookahead."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
@@ -178,7 +178,7 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Refuse an output earlier than the lookahead after the transition that scheduled it."""
+    """Raise ModelError for an output earlier than the port's lookahead after the transition that scheduled it."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             since = tag[0] - m._set
@@ -200,7 +200,7 @@ class Observed:
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Outputs that other nodes may not receive, since the last call."""
+        """Return the outputs that other nodes may not receive, since the last call."""
         noted, self._among = self._among, []
         return noted
 
@@ -221,7 +221,7 @@ class Observed:
                     known[0], known[1] = min(waited, known[0]), known[1] + 1
 
     def table(self) -> list[Slack]:
-        """In the order of paths and ports."""
+        """Return the observed lookaheads in the order of paths and ports."""
         ports = sorted(self._ports, key=lambda port: (port.owner.path, port.name))
         return [Slack(f"{port!r}", port.lookahead, *self._ports[port]) for port in ports]
 
@@ -229,8 +229,8 @@ class Observed:
 def speak(
     tag: Instant, imminent: list[int], atomics: Sequence[Atomic], present: Present, witness: Witness, promises: bool
 ) -> None:
-    """Call the output functions of imminent atomics and store the messages in `present`; raises ModelError for one that
-    changes its state or breaks its lookahead."""
+    """Call the output functions of imminent atomics and store the messages in `present`. Raises ModelError for an
+    atomic that changes its state or violates its lookahead."""
     present.now, present.sources, present.values = tag, [], []
     witness.left -= 1
     examined = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
@@ -254,7 +254,7 @@ def speak(
 
 
 def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[str, Message]:
-    """Results by model path, omitting models without one; `now` is the tag meanwhile."""
+    """Return results by model path, omitting models without one; meanwhile `now` of the models is `tag`."""
     before, present.now = present.now, tag
     found: dict[str, Message] = {}
     for m in atomics:

@@ -18,28 +18,28 @@ TURN = "turn"  # the Master of a turn-over, and the commander's own actor that m
 
 
 def machines(plan: Plan) -> list[str]:
-    """Names of all machines, in the order of the plan."""
+    """Return the names of all machines, in the order of the plan."""
     return [machine.name for machine in plan.machines]
 
 
 def turns(plan: Plan) -> bool:
-    """Whether the action list turns the block."""
+    """Return whether the action list turns the block."""
     return any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
 
 
 def turn_of(plan: Plan) -> str:
-    """The master of the turns of a plan, named after its lift if there are several."""
+    """Return the name of the master of a plan's turns, which includes that of its lift if there are several."""
     return f"{plan.lists[0].name}-{TURN}" if plan.lists else TURN
 
 
 def hooked_later(plan: Plan) -> list[str]:
-    """Ropes that the action list hooks."""
+    """Return the ropes that the action list hooks."""
     orders = [order for action in plan.actions for order in action.orders]
     return sorted({order.sling for order in orders if isinstance(order, Hookup)})
 
 
 def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) -> dict[str, str]:
-    """The machine of each actuator, rope, brake and interlock that orders can name."""
+    """Return the machine of each actuator, rope, brake and interlock that orders can name."""
     found = dict[str, str]()
     for machine in machines:
         system = machine.system
@@ -49,7 +49,7 @@ def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) 
 
 
 def first_state(machines: Sequence[Mechanism]) -> ObservedState:
-    """What is known at the start."""
+    """Return the known state at the start."""
     observed = ObservedState()
     for machine in machines:
         for rope in machine.system.all_ropes:
@@ -69,5 +69,5 @@ def first_state(machines: Sequence[Mechanism]) -> ObservedState:
 
 
 def first_lugs(machines: Sequence[Mechanism]) -> dict[str, str]:
-    """The lug of each tie that is hooked at the start."""
+    """Return the lug of each sling that is hooked at the start."""
     return {tie.rope: tie.lug for machine in machines for tie in machine.ties if tie.lug}

@@ -1,9 +1,9 @@
 """The commander: an atomic model with an action list, connected to every actor (section 4.1 of the paper).
 
-It begins an action when its condition holds, sends each order to its actor once and in order, receives the
-reports, halts moves whose `until` holds, and sends `stage` and at the end `finished`.  A move is closed by
-its Done report.  An action that contradicts the state ends the run with a sentence; `waiting_for` describes
-what a stalled run waits for.  Its messages number actions and orders; sentences name their lines.
+It begins an action when its condition holds, sends each order to its actor once and in order, receives the reports,
+halts moves whose `until` holds, and sends `stage` and at the end `finished`. A move is closed by its Done report. An
+action that contradicts the state ends the run with an error; `waiting_for` describes what a stalled run waits for.
+Messages between models number actions and orders; error messages name their lines in the scene.
 """
 
 from __future__ import annotations
@@ -49,12 +49,12 @@ class Commander(Orders):
             port.send(message)
 
     def internal(self) -> None:
-        """Orders were sent, or a time has come."""
+        """Clear the sent orders, and do what is possible now."""
         self.outbox = []
         self._settle()
 
     def waiting_for(self) -> str:
-        """What the action list still waits for, as a sentence; "" when it is done."""
+        """Describe what the action list still waits for, as a sentence; "" when it is done."""
         moment = EvaluationContext(self.now.t, self.since, still_open(self.jobs, self.index - 1))
         if self.index == self.end:
             if all(job.ends_ns is not None for job in self.jobs):
@@ -89,7 +89,7 @@ class Commander(Orders):
             self.passivate()
 
     def _end_moves(self) -> bool:
-        """Close waits that are over, halt moves whose `until` holds; whether anything was closed."""
+        """Close waits that are over and halt moves whose `until` holds; return whether anything was closed."""
         closed = False
         for job in list(self.jobs):
             if job.ends_ns is not None and job.ends_ns <= self.now.t:
@@ -105,7 +105,8 @@ class Commander(Orders):
         return closed
 
     def _next_action(self) -> bool:
-        """Begin the next action if its condition holds; report the end of the list."""
+        """Begin the next action if its condition holds, or report the end of the list; return whether an action
+        began."""
         plan = self.plan
         if self.index == self.end:
             if not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
@@ -141,7 +142,8 @@ class Commander(Orders):
         return True
 
     def _execute(self, command: m.OperatorCommand) -> None:
-        """Give the orders of an operator's command, all or, if one is refused, none; or end the run."""
+        """Carry out an operator's command: all of its orders or, if one is refused, none; without orders, end the
+        run."""
         if not command.action:
             self.outbox += [] if self.over else [(self.finished, m.Finished())]
             self.over = True
@@ -166,6 +168,6 @@ class Commander(Orders):
         self.outbox.append((self.answer, answer))
 
     def _expect(self) -> None:
-        """Have the thresholds of the next action's condition watched."""
+        """Order the thresholds of the next action's condition to be watched."""
         if self.index < self.end:
             self._watch(self.plan.action(self.index).when, (self.index, WHEN))

@@ -1,7 +1,7 @@
-"""Conditions of the action list: whether they hold, what they wait for, how they are described.
+"""Conditions of the action list: their evaluation, when they can become true, and their description.
 
-A condition is evaluated only when a report or a time arrives, on the observed state, so one that holds already
-takes effect at once.  Reals are compared by thresholds of the kernel, never here.
+A condition is evaluated only when a report or a time arrives, on the observed state, so one that holds already takes
+effect at once. Reals are compared by thresholds of the kernel, never here.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class EvaluationContext:
 
 
 def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
-    """The terms of a condition joined by `and`."""
+    """Yield the terms of a condition joined by `and`."""
     if isinstance(condition, scene.And):
         for part in condition.all:
             yield from terms(part)
@@ -37,18 +37,18 @@ def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
 
 
 def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.CrossingCondition]]:
-    """Thresholds of a condition with the numbers of their terms."""
+    """Return the thresholds of a condition with the numbers of their terms."""
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.CrossingCondition)]
 
 
 def crossed(action: scene.Action) -> Iterator[scene.CrossingCondition]:
-    """Thresholds that an action and its orders wait for."""
+    """Return the thresholds that an action and its orders wait for."""
     untils = [order.until for order in action.orders if isinstance(order, (scene.Move, scene.Turn))]
     return (crossing for condition in (action.when, *untils) for _, crossing in crossings(condition))
 
 
 def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
-    """Thresholds that each model watches for the action list."""
+    """Return the thresholds that each model watches for the action list."""
     found: dict[str, dict[str, Threshold]] = {}
     for crossing in (crossing for action in plan.actions for crossing in crossed(action)):
         found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
@@ -56,7 +56,7 @@ def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
 
 
 def concerned(plan: Plan) -> set[str]:
-    """Models, ropes and lifts in the conditions of the actions."""
+    """Return the models, ropes and lifts in the conditions of the actions."""
     found = set[str]()
     for term in (term for action in plan.actions for term in terms(action.when)):
         match term:
@@ -70,12 +70,12 @@ def concerned(plan: Plan) -> set[str]:
 
 
 def holds(condition: scene.Condition, state: ObservedState, moment: EvaluationContext) -> bool:
-    """Whether the condition is true now."""
+    """Return whether the condition is true now."""
     return all(_true(term, state, moment) for term in terms(condition))
 
 
 def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
-    """Future times [ns] at which the condition can become true by itself."""
+    """Return the future times [ns] at which the condition can become true by itself."""
     times = [
         moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.AfterCondition)
     ]
@@ -83,7 +83,7 @@ def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> l
 
 
 def words(condition: scene.Condition, state: ObservedState, moment: EvaluationContext) -> str:
-    """What is missing, as words: "all slings taut (legs.sling-2 is slack)"."""
+    """Describe what is missing: "all slings taut (legs.sling-2 is slack)"."""
     missing = [term for term in terms(condition) if not _true(term, state, moment)]
     return " and ".join(_words(term, state, moment) for term in missing)
 

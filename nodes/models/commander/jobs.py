@@ -1,4 +1,4 @@
-"""Orders in progress, conflicts between them, and how times are written in sentences."""
+"""Orders in progress, conflicts between them, and the format of times in messages."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class CommanderJob:
 
     @property
     def action(self) -> int:
-        """Number of its action."""
+        """Number of the action of this order."""
         return self.at[0]
 
 
 def addressed(order: scene.Order) -> str | None:
-    """The actor of an order; None for a turn, which has several, "" for none."""
+    """Return the actor of an order; None for a turn, which has several, "" for none."""
     match order:
         case scene.Move():
             return order.actuator
@@ -49,19 +49,19 @@ def addressed(order: scene.Order) -> str | None:
 
 
 def still_open(jobs: list[CommanderJob], action: int) -> tuple[tuple[str, str, bool], ...]:
-    """Open orders of an action as (verb, actor or end of a wait, whether it was stopped)."""
+    """Return the open orders of an action as (verb, actor or end of a wait, whether it was stopped)."""
     of = [(job, job.actor if job.ends_ns is None else clock(job.ends_ns)) for job in jobs if job.action == action]
     return tuple((job.verb, actor, bool(job.limit)) for job, actor in of)
 
 
 def partners(jobs: list[CommanderJob], actor: str) -> list[CommanderJob]:
-    """Orders coupled with one of this actor by `together`."""
+    """Return the orders coupled with one of this actor by `together`."""
     names = {name for job in jobs if job.actor == actor and job.move for name in job.move.together}
     return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
 
 
 def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tuple[str, float | None]]:
-    """Actors stopped by an interlock, with their decelerations."""
+    """Return the actors stopped by an interlock, with their decelerations."""
     distances = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
     return [
         (x.actuator, x.emergency) for x in stops if x.actuator in distances and x.way * distances[x.actuator] >= 0.0
@@ -69,7 +69,7 @@ def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tu
 
 
 def make_way(jobs: list[CommanderJob], actor: str) -> None:
-    """Refuse an order to a busy actor; one that ramps down or stands at a limit is free."""
+    """Raise OrderRejected for an order to a busy actor; one that ramps down or has stopped at a limit is free."""
     for job in list(jobs):
         if job.actor == actor and job.limit:
             jobs.remove(job)
@@ -85,5 +85,5 @@ def make_way(jobs: list[CommanderJob], actor: str) -> None:
 
 
 def clock(t_ns: int) -> str:
-    """A time to the millisecond: "812.4 s"."""
+    """Return a time with at most milliseconds: "812.4 s"."""
     return f"{t_ns / 1e9:.3f}".rstrip("0").rstrip(".") + " s"

@@ -28,7 +28,7 @@ class ObservedState:
         return any(body in self.grounded for body in self.bodies.get(model, ()))
 
     def note(self, report: m.Report) -> None:
-        """Update by a report."""
+        """Update the state by a report."""
         actor = report.actor
         match report:
             case m.RopeState():

@@ -1,7 +1,7 @@
-"""Impossible orders: no such actor, a locked joint, a sling that is hooked already, a grounded block dragged along.
+"""Orders that cannot be carried out: unknown actor, locked joint, sling already hooked, grounded block dragged along.
 
-Each is refused with a sentence.  One of the action list ends the run, with its line of the scene, path and time in
-front; one of an operator is answered so.
+Each is refused with a message. If it is one of the action list, the run ends, and the message begins with its line of
+the scene, path and time; for an operator's order the message is the answer.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ class Machines:
         self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
     def check(self, order: Order, state: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
+        """Raise OrderRejected for an order that contradicts the plan or the observed state; `lugs`: lug of each hooked
+        sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
             if joint.name in plan.fidelity.locked:
@@ -51,7 +52,7 @@ class Machines:
                     raise OrderRejected(f"{order.model} has no brake {order.brake}")
 
     def check_led(self, order: Order, lugs: Mapping[str, str]) -> None:
-        """Raise Refused for an order to an actuator that a model leads."""
+        """Raise OrderRejected for an order to an actuator that a user model leads."""
         match order:
             case Move():
                 asked = [order.actuator]
@@ -64,11 +65,11 @@ class Machines:
                 raise OrderRejected(f"{actuator} is led by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
-        """Followers of a turn; raises Refused if a hook cannot follow it."""
+        """Return the followers of a turn; raises OrderRejected if a hook cannot follow it."""
         return followers(self.parts, lugs, order.block, master)
 
     def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:
-        """Joints driven by an order; raises Refused for a turn that no hook can follow."""
+        """Return the joints driven by an order; raises OrderRejected for a turn that no hook can follow."""
         match order:
             case Move() if VERBS[order.verb].along:
                 asked = [order.actuator]
@@ -79,7 +80,7 @@ class Machines:
         return [self.joints[actuator] for actuator in asked if actuator in self.joints]
 
     def lets_fall(self, orders: Sequence[Order], state: ObservedState, lugs: Mapping[str, str]) -> str:
-        """What would fall if these orders unhook all taut slings of a suspended load; "" if nothing."""
+        """Describe what would fall if these orders unhook all taut slings of a suspended load; "" if nothing."""
         off = {order.sling for order in orders if isinstance(order, UnhookSling) and not order.parted}
         held: dict[str, set[str]] = {}
         for tie in (tie for machine in self.parts for tie in machine.ties if off and state.ropes[tie.rope] == "taut"):
@@ -91,7 +92,7 @@ class Machines:
         return f"{fall} hangs in what is unhooked and would fall: land it or slacken the slings first" if fall else ""
 
     def _check_ground(self, order: Move, state: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Refuse travel of a crane whose load stands on supports."""
+        """Raise OrderRejected for travel of a crane whose load stands on supports."""
         hooks = [hook for machine in self.parts if machine.name == order.model for hook in machine.hooks]
         for tie in (tie for hook in hooks for tie in ties_on(self.parts, hook)):
             held = tie.lower or self.lugs.get(lugs.get(tie.rope, ""))
@@ -102,7 +103,7 @@ class Machines:
                 )
 
     def _check_sling(self, order: Hookup | UnhookSling, observed: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Check that a sling and lug exist, that it is hooked once, and unhooked where it hangs."""
+        """Raise OrderRejected for an unknown sling or lug, and for hooking or unhooking a sling in the wrong state."""
         if isinstance(order, Hookup) and order.sling not in observed.ropes:
             raise OrderRejected(f"there is no sling {order.sling}")
         hooked = {name for name, state in observed.ropes.items() if state != OFF}
@@ -113,7 +114,7 @@ class Machines:
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:
-    """Why a sling cannot be hooked (already hooked or parted) or unhooked (not hooked); "" if it can."""
+    """Return why a sling cannot be hooked (already hooked or parted) or unhooked (not hooked); "" if it can."""
     match order:
         case Hookup() if order.sling in parted:
             return f"{order.sling} has parted and cannot be hooked again"

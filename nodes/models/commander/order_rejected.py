@@ -9,7 +9,7 @@ from heavylift.kernel.errors import ModelError
 
 
 class OrderRejected(ModelError):
-    """An order that cannot be carried out; `by`: (action, order) of the one that conflicts, if any."""
+    """An order that cannot be carried out; `by`: numbers (action, order) of the order that conflicts, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
         super().__init__(sentence)

@@ -1,6 +1,6 @@
-"""The orders of a commander: what it tells actors, what they report, and which orders are in progress.
+"""Orders of a commander: orders to actors, their reports, and orders in progress.
 
-An order of the scene becomes one order to each actor that it concerns; a job stands for it until its Done report.
+An order of the scene becomes one order to each actor that it concerns; a job represents it until its Done report.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Orders(Atomic):
     answer = Out(m.OperatorAnswer)
 
     def __init__(self, name: str, plan: Plan) -> None:
-        """`plan`: of the whole scene, or the part of one action list."""
+        """Create the orders of a plan: that of the whole scene, or the part of one action list."""
         super().__init__(name)
         self.plan, self.known, self.end = plan, Machines(plan), plan.first + len(plan.actions)
         self.owners = self.known.owners
@@ -54,7 +54,7 @@ class Orders(Atomic):
         self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
 
     def _clear(self) -> None:
-        """Nothing is ordered yet."""
+        """Set the initial state, without orders."""
         machines = self.known.parts
         self.picture, self.lugs, self.theta = first_state(machines), first_lugs(machines), self.plan.start
         self.jobs: list[CommanderJob] = []
@@ -64,7 +64,7 @@ class Orders(Atomic):
         self.outbox: list[tuple[OutPort[Any], Message]] = []
 
     def _aim(self, led: Led, speed: float) -> None:
-        """Order a speed of a user model's actuator, unless it has it already."""
+        """Order the speed that a user model demands of an actuator, unless it has this speed already."""
         move, who = led.move, self.plan.leader(led.move.actuator)
         if not isfinite(speed):
             raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; send a finite number")
@@ -127,7 +127,7 @@ class Orders(Atomic):
                 self._tell(order.brake, job.id, at, scene.for_actor(order))
 
     def _stop(self, order: scene.StopOrder, at: tuple[int, int]) -> None:
-        """Stop an actuator, what moves together with it, and a turn that it follows; what they did ends with it."""
+        """Stop an actuator, those that move together with it, and a turn that it follows; their orders end."""
         actor = order.actuator
         for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
             if not job.halting:
@@ -169,7 +169,7 @@ class Orders(Atomic):
         return job
 
     def _hear(self, report: m.Report) -> None:
-        """Bring the picture up to date."""
+        """Update the observed state and the open jobs by a report."""
         if isinstance(report, m.Done | m.Limit) and report.actor in self.places:
             self.places[report.actor] = report.position
         match report:
@@ -195,7 +195,7 @@ class Orders(Atomic):
         self.picture.note(report)
 
     def _part(self, actor: str, accel: float | None) -> None:
-        """Stop what moves together with an actor that has been stopped, as fast as that was."""
+        """Stop the actors that move together with one that was stopped, with its deceleration."""
         others = partners(self.jobs, actor)
         for job in (job for job in self.jobs if job.actor == actor and others):
             job.halting = True
@@ -204,7 +204,7 @@ class Orders(Atomic):
             self._stop(self._stopping(job.actor, accel or job.move.accel), job.at)
 
     def _close(self, job: CommanderJob, position: float) -> None:
-        """An order is done; after a turn the followers hold their places."""
+        """Close a finished order; after a turn the followers hold their positions."""
         self.jobs.remove(job)
         if job.until is not None:
             self._forget(job.until, job.at)
@@ -213,7 +213,7 @@ class Orders(Atomic):
         self._release(job, position)
 
     def _release(self, job: CommanderJob, position: float) -> None:
-        """Followers of an order hold their positions."""
+        """Order the followers of an order to hold their positions."""
         for f in job.followers:
             self._tell(f.actuator, job.id, job.at, scene.EndOrder(s=position))
         job.followers = ()
@@ -236,7 +236,7 @@ class Orders(Atomic):
         what: scene.ActorCommand,
         port: OutPort[m.Order] | None = None,
     ) -> None:
-        """Send an order to an actor, by its machine's port unless another one is given."""
+        """Send an order to an actor, by the port of its machine unless another port is given."""
         to = port or self.to[self.turn if actor == self.turn else self.owners[actor]]
         self.outbox.append((to, m.Order(actor, number, at, what)))
 

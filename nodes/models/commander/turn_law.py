@@ -1,9 +1,9 @@
-"""The turn-over law: what trolleys and winches follow so that the block's centre of gravity stays in place.
+"""The turn-over law: references of trolleys and winches that keep the block's centre of gravity in place.
 
-A lug at (v, w) from the centre of gravity stands at y = v cos(theta) + w sin(theta), z = w cos(theta) - v
-sin(theta) from it (theta turns +w towards +y).  A trolley stays above the mean of the lugs that hang on a hook, its
-winch pays out what that lug sinks: ref(theta) = const + kc cos(theta) + ks sin(theta) with (kc, ks) = (v, w) for the
-trolley and (-w, v) for the rope.  Sent once per turn; elasticity shifts the true angle by a few tenths of a degree.
+A lug at (v, w) from the centre of gravity is at y = v cos(theta) + w sin(theta), z = w cos(theta) - v sin(theta) from
+it (theta turns +w towards +y). A trolley stays above the mean of the lugs on its hook, and its winch pays out as much
+rope as this point sinks: ref(theta) = const + kc cos(theta) + ks sin(theta) with (kc, ks) = (v, w) for the trolley and
+(-w, v) for the rope. Sent once per turn; elasticity shifts the true angle by a few tenths of a degree.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn
 def followers(
     machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str = "block", master: str = TURN
 ) -> list[Follow]:
-    """What each trolley and winch with slings on a block follows; `lugs`: lug of each hooked sling. Raises Refused if
-    none can."""
+    """Return the references of each trolley and winch with slings on a block. `lugs`: lug of each hooked sling. Raises
+    OrderRejected if no hook can follow."""
     found: dict[str, Follow] = {}
     cargo = next((c for machine in machines for c in machine.cargo if c.body == block), None)
     for machine, hook in ((m, h) for m in machines for h in m.hooks):
@@ -50,7 +50,7 @@ def followers(
 
 
 def traversing(machine: Mechanism, hook: Hoist) -> str:
-    """The drive that moves a hook's suspension across, "" if there is none."""
+    """Return the drive that moves a hook's suspension across the girder, "" if there is none."""
     drives = {drive.joint: drive.name for drive in machine.system.drives}
     slides = (x.name for x in beneath(machine, hook.on) if x.kind == "prismatic" and x.axis == ACROSS)
     return next((drives[joint] for joint in slides if joint in drives), "")

@@ -33,7 +33,7 @@ __all__ = ["PASSES", "modelled"]
 
 
 def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine without supports that carry nothing at the start."""
+    """Return the machine without supports that carry nothing at the start."""
     if fidelity.pads == "all" or not machine.cargo:
         return machine
     supports = tuple(s for s in machine.system.supports if s.name in machine.closed)
@@ -61,7 +61,7 @@ PASSES = (
 
 
 def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """A machine at a model level."""
+    """Return a machine at the model level of a fidelity."""
     for level in PASSES:
         machine = level.apply(machine, fidelity)
     return machine

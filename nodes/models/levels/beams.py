@@ -1,7 +1,8 @@
-"""Bodies of machines that bend as beams, such as booms.
+"""Machine bodies that bend as beams, such as booms.
 
-They start bent by their own weight and by what hangs on them, and are cambered: what they carry is where it was on a
-rigid body, so that nothing swings before something moves, and ropes are longer by what a bent beam is shorter.
+They start deflected by their own weight and their load, and are cambered: at the start everything they carry is where
+it would be on a rigid body, so that nothing swings before something moves; ropes are longer by the shortening of the
+bent beam.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ Modes = Any  # of the kernel, which needs NumPy, as a process that only declares
 
 
 def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with bending bodies as beams."""
+    """Return the machine with its bending bodies as beams."""
     if fidelity.girder == "rigid" or not machine.bends:
         return machine
     from heavylift.kernel.multibody.flexible.modes import modes_of
@@ -52,7 +53,7 @@ def _scaled(load: BeamLoad, by: float) -> BeamLoad:
 
 
 def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
-    """A body with a part of its mass as a bending beam along its x."""
+    """Return a body with a part of its mass as a bending beam along its x."""
     beam, left = row.flexible.beam, body.mass - row.mass
     assert beam is not None
     middle = (beam.start + beam.length / 2.0, 0.0, 0.0)
@@ -66,7 +67,7 @@ def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
 
 
 def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
-    """Modal coordinates of a beam under loads and weight, including the effect of compression."""
+    """Return the modal coordinates of a beam under loads and weight, including the effect of compression."""
     n, beam = len(modes.mass), row.flexible.beam
     assert beam is not None
     pieces = beam.elements
@@ -87,8 +88,8 @@ def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
 
 
 def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector, Matrix, Vector]:
-    """Position on the straight beam of a point given on the bent one, its rotation, and the residual offset from
-    shortening."""
+    """Return the position on the straight beam of a point given on the bent one, its rotation, and the remaining offset
+    from shortening."""
     station, X = modes.station(p)
     moved = product(modes.at(station).tolist(), start)
     turned = moved[3:]
@@ -106,7 +107,7 @@ def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector
 
 
 def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix, Vector]]) -> Any:
-    """A description with points and joints of a body moved."""
+    """Return a description with the points and joints on a body moved by `at`."""
     if isinstance(x, Point):
         return replace(x, p=at(x.p)[0]) if x.body == body else x
     if isinstance(x, Joint):

@@ -1,8 +1,8 @@
-"""A girder as a beam between its feet, whose first vertical mode is modelled.
+"""A girder as a beam between its feet, of which the first vertical mode is modelled.
 
-A uniform beam of stiffness k at midspan has EI = k L^3 / 48; its first mode is sin(pi y / L).  It starts bent by its
-own weight and by all that hangs on it, so that nothing swings before something moves, and is cambered: where they start
-what slides on it is level and where it was on a rigid girder, though a bent one is shorter, by half its slopes squared.
+A uniform beam of stiffness k at midspan has EI = k L^3 / 48; its first mode is sin(pi y / L). It starts deflected by
+its own weight and its load, so that nothing swings before something moves, and is cambered: at the start, trolleys on
+it are level and where they would be on a rigid girder, although a bent girder is shorter, by half its slopes squared.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ X: Vector = (1.0, 0.0, 0.0)
 
 
 def bending(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with its girders as beams."""
+    """Return the machine with its girders as beams."""
     if fidelity.girder == "rigid":
         return machine
     system, heavy = machine.system, fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
@@ -39,12 +39,12 @@ def bending(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def beam_of(girder: Girder) -> str:
-    """The body that bends."""
+    """Return the name of the body that bends."""
     return f"{girder.body.rpartition('.')[0]}.girder"
 
 
 def _stiff_part(body: Body, girder: Girder) -> Body:
-    """The part of a body that does not bend."""
+    """Return the part of a body that does not bend."""
     left = (body.mass - girder.mass) / body.mass
     x, y, z = ((a * left, b * left, c * left) for a, b, c in body.inertia)
     return replace(body, mass=body.mass * left, inertia=(x, y, z))
@@ -57,7 +57,7 @@ def _flexible(girder: Girder, down: float) -> Flexible:
 
 
 def _on_girder(girder: Girder, joint: Joint, down: float) -> Joint:
-    """The joint of a trolley starting at y on the bending girder: a slider, or fixed there."""
+    """Return the joint of a trolley that starts at y on the bending girder: a slider, or fixed there."""
     fixed = joint.kind == "fixed"
     y = joint.p_PJ[1] if fixed else joint.q0[0]
     phase = pi * y / girder.span
@@ -73,8 +73,8 @@ def _on_girder(girder: Girder, joint: Joint, down: float) -> Joint:
 
 
 def sag(machine: Mechanism, girder: Girder, *, heavy: bool) -> float:
-    """Static deflection of midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi; `heavy`:
-    hook ropes have a mass."""
+    """Return the static deflection at midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi;
+    `heavy`: hook ropes have a mass."""
     g, system = machine.system.gravity, machine.system
     bodies, joints = {b.name: b for b in system.bodies}, {j.name: j for j in system.joints}
     lengths = {rope.name: rope.L0 for rope in system.all_ropes}

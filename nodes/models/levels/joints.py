@@ -1,6 +1,6 @@
-"""Joints that are not modelled, or only in a plane.
+"""Joints that are locked, or whose motion is restricted to a plane, at some model levels.
 
-A locked joint is fixed where it starts, and nothing acts on it; a body in planar motion has three degrees of freedom.
+A locked joint is fixed at its start, and no law acts on it; a body in planar motion has three degrees of freedom.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ONE = ("prismatic", "revolute")  # what can be locked
 
 
 def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with locked joints fixed; their drives refuse orders."""
+    """Return the machine with locked joints fixed; their drives refuse orders."""
     system = machine.system
     moving = (joint for joint in system.joints if joint.kind != "fixed" and joint.q0)  # what closes a loop follows it
     known = {joint.name: joint for joint in moving if joint.name in fidelity.locked}
@@ -70,7 +70,7 @@ def yields(drive: Drive) -> bool:
 
 
 def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with free bodies restricted to their plane."""
+    """Return the machine with free bodies restricted to their plane."""
     free = [joint for joint in machine.system.joints if joint.kind == "free"]
     if fidelity.motion == "spatial" or not free:
         return machine
@@ -79,7 +79,7 @@ def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def _planar(joint: Joint, motion: str) -> Joint:
-    """A planar joint in place of a free one, in the plane at the start."""
+    """Return a planar joint in place of a free one, in its plane at the start."""
     normal, first = PLANE[motion]
     x, y, z, *q = joint.q0 or JOINTS[joint.kind].rest
     turned = sum(a * b for a, b in zip(normal, q[:3], strict=True))

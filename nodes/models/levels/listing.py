@@ -1,4 +1,4 @@
-"""How far the machines of a plan are modelled, and what its fidelity leaves out of them."""
+"""The model level of the machines of a plan, and a list of what it omits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from . import PASSES, modelled
 
 
 def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
-    """A machine as it is modelled."""
+    """Return a machine at the model level of its plan or lift."""
     lift = next((each for each in plan.lists if machine.name in each.machines), plan)
     return modelled(machine, lift.fidelity)
 
@@ -20,7 +20,7 @@ def exact(plan: Plan) -> dict[str, str]:
 
 
 def left_out(plan: Plan) -> tuple[str, ...]:
-    """Omissions of a plan's model level, in words."""
+    """Return the omissions of a plan's model level, in words."""
     at, none = plan.fidelity, exact(plan)
     heavy = "ropes" not in none
     words = [

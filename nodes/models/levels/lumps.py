@@ -29,10 +29,8 @@ def lumped(n: int) -> list[tuple[float, float]]:
 
 
 def pieces(rope: str, lumps: int) -> dict[str, float]:
-    """Names of the pieces of a hook rope with their shares of its length, from the top.
-
-    The ends pull with the tensions of the rope's ends; the last piece, at the hook, bears its name.
-    """
+    """Return the names of the pieces of a hook rope with their shares of its length, from the top. The end pieces have
+    the tensions of the rope's ends; the last piece, at the hook, has the name of the rope."""
     places = [0.0, *(x for x, _ in lumped(lumps)), 1.0]
     names = [*(f"{rope}~{i}" for i in range(1, lumps + 1)), rope]
     return {name: b - a for name, (a, b) in zip(names, pairwise(places), strict=True)}
@@ -74,7 +72,8 @@ def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> Sy
 def _lump(
     name: str, mass: float, beside: Sequence[Vector], shares: Sequence[float], at: Vector, motion: str
 ) -> tuple[list[Body], list[Joint]]:
-    """Lumps of all falls with their shares of the mass, free along the motion, with yaw in space."""
+    """Return the lumps of all falls with their shares of the mass, free in the plane or space of motion; in space they
+    can yaw."""
 
     def product(i: int, j: int) -> float:
         return sum((share * mass * p[i] * p[j] for share, p in zip(shares, beside, strict=True)), 0.0)

@@ -1,8 +1,8 @@
-"""Hook ropes and slings without stretch, and hook ropes with mass: at their ends, or as lumps.
+"""Rigid hook ropes and slings, and hook ropes with mass: at their ends, or as lumps.
 
-A rigid hook rope is as long as it hangs at the start; of one whose ends bear its mass the unstretched length is that
-with which it hangs so at rest.  Where a part leads on to a drum, the falls have one lump in their middle instead, and
-rigid ones no mass.
+A rigid hook rope has the length with which it hangs at the start; if its mass is lumped at its ends, the unstretched
+length is chosen so that it hangs there at rest. If a part leads on to a drum, the falls have one lump in their middle
+instead, and rigid ropes have no mass.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .lumps import chain, pieces
 
 
 def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with heavy ropes rigid, with mass, or both."""
+    """Return the machine with its heavy ropes rigid, with mass, or both."""
     if fidelity.ropes == "elastic" and fidelity.rope_mass == "none":
         return machine
     system, parts = machine.system, dict[str, dict[str, float]]()
@@ -56,7 +56,7 @@ def _made(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
 
 
 def rigid_slings(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with inextensible slings, except those over edges."""
+    """Return the machine with inextensible slings, except those over edges."""
     ties = {tie.rope: tie.spans for tie in machine.ties}
     if fidelity.slings == "elastic" or not ties:
         return machine

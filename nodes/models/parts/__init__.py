@@ -1,9 +1,9 @@
 """The parts of machines, and the messages between models.
 
-messages                  orders, reports, samples, records: everything that travels
+messages                  all messages: orders, reports, samples, records
 kernel_messages           inputs of the kernel, applied to a simulation, and its state events
-parts                     the parts that machines are made of, and how they are wired
-drive, winch, interlock   actors that move; what stops them
+parts                     the parts of machines, and how they are coupled
+drive, winch, interlock   actors that move; interlocks that stop them
 gauges, rigging           actors: load cells and inclinometers; slings, brakes, supports
 """
 

@@ -1,10 +1,10 @@
-"""Actors that move something along a trapezoid: drives of joints, winches, Masters.
+"""Actors that move along a trapezoid speed profile: drives of joints, winches, masters.
 
-A move is sent to the kernel once (SetProfile); its end is an internal event that this actor computes with
-the same arithmetic (`heavylift.kernel.description.profile`), exact to the nanosecond: t = d/v + v/a, or 2 sqrt(d/a).
-The actor knows its reference at all times, so `to` a coordinate and end positions need no measurement.  A
-halted move ramps down and is done where it stands.  Ramps in pulses, and a log, are speeds at times, with a
-command for each.  While it follows a Master it takes no moves; released, it holds its place.
+A move is sent to the kernel once (SetProfile); its end is an internal event that this actor computes with the same
+arithmetic (`heavylift.kernel.description.profile`), exact to the nanosecond: t = d/v + v/a, or 2 sqrt(d/a). The actor
+knows its reference at all times, so `to` a coordinate and end positions need no measurement. A halted move ramps down
+and is done where it stops. Ramps in pulses, and a log, are speeds at times, with a command for each. While it follows a
+master it accepts no moves; released, it holds its position.
 """
 
 from __future__ import annotations
@@ -27,10 +27,8 @@ TOUCH = 1e-9  # an end position closer than this is reached [m]
 
 
 class DriveActor(LiveActor):
-    """Moves the actuator `element` between its end positions (None: none).
-
-    What stops it by itself uses the deceleration `emergency`, if it has one.  `stops`: how interlocks stop it, by name.
-    """
+    """Moves the actuator `element` between its end positions (None: endless). Stops without an order use the
+    deceleration `emergency`, if given. `stops`: how interlocks stop it, by their names."""
 
     def __init__(
         self,
@@ -52,7 +50,7 @@ class DriveActor(LiveActor):
         self.trip: InPort[m.Trip] | None = None  # from the interlocks of its machine
 
     def begin(self) -> None:
-        """Stand at the start."""
+        """Reset: at rest at the start position, or at the start of its log."""
         self.job: int | None = None
         self.halting = False
         self.limit = ""  # why the present move will not be done
@@ -66,7 +64,7 @@ class DriveActor(LiveActor):
         self.wake = self.rows[0][0] if self.rows else None
 
     def external(self, e: int, x: Bag) -> None:
-        """Handle interlocks first."""
+        """Handle trips of interlocks, then orders and events."""
         for trip in x.get(self.trip, ()) if self.trip else ():
             self.heed(trip)
         super().external(e, x)
@@ -82,7 +80,7 @@ class DriveActor(LiveActor):
             self.barred.pop(why, None)
 
     def bar(self, why: str, way: int, emergency: float | None) -> None:
-        """Block a direction (0: both) for this reason."""
+        """Block a direction (0: both) for the reason `why`."""
         self.barred[why] = way
         if self.law is not None:
             self.say(m.Limit(self.element, why, self.reference()[0]))
@@ -90,14 +88,14 @@ class DriveActor(LiveActor):
             self.stop(why, emergency)
 
     def _barred(self, x: float, way: float) -> bool:
-        """Whether a direction is blocked; reports it."""
+        """Return whether the direction `way` is blocked, and report it."""
         why = next((why for why, barred in self.barred.items() if way and way * barred >= 0.0), "")
         if why:
             self.say(m.Limit(self.element, why, x))
         return bool(why)
 
     def execute(self, order: m.Order) -> None:
-        """Move, follow, stop, or end one of these."""
+        """Carry out an order: move, follow, stop, or end one of these."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
         match order.what:
@@ -115,7 +113,7 @@ class DriveActor(LiveActor):
                 super().execute(order)
 
     def run(self, order: m.Order, asked: Motion) -> None:
-        """Begin a move; one that ramps down or follows a model continues with its present speed."""
+        """Begin a move; an actuator that ramps down or follows a user model starts with its present speed."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
         if self.job is not None and not self.halting and not order.led:
@@ -144,7 +142,7 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(duration) if duration < inf else None
 
     def halt(self, order: m.Order) -> None:
-        """Ramp down the move of that id, unless it has stopped."""
+        """Ramp down the move with the order's id, unless it has stopped."""
         if self.job != order.id or self.halting:
             return
         x, v = self.reference()
@@ -157,7 +155,7 @@ class DriveActor(LiveActor):
         self._begin_rows(rows)
 
     def stand(self, order: m.Order, accel: float | None) -> None:
-        """Stop whatever is going on; it is done when it stands."""
+        """Stop any present move; the order is done at standstill."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, stop the block")
         x, v = self.reference()
@@ -172,7 +170,7 @@ class DriveActor(LiveActor):
             self.stop("", accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
-        """Ramp down now, with the ramp of the move or another one."""
+        """Ramp down now, with the acceleration of the move or another one."""
         x, v = self.reference()
         accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()
@@ -182,21 +180,21 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(self.profile.d1)
 
     def follow(self, order: m.Order, law: Follow) -> None:
-        """Follow a master from here."""
+        """Follow a master from now on."""
         if self.job is not None or self.law is not None:
             self.refuse(order, f"{self.element} is moving already and cannot follow {law.master}")
         self.law = law
         self.say(m.SetFollow(self.element, law.master, law.law))
 
     def release(self, s: float) -> None:
-        """Stop following the master at `s`."""
+        """Stop following the master, whose value is `s`."""
         assert self.law is not None
         self._rest(self.x0 + self.law.value(s) - self.law.value(self.law.s))
         self.law = None
         self.say(m.SetFollow(self.element))
 
     def due(self) -> list[m.KernelInput | m.Report]:
-        """The end of a move."""
+        """Return the report of the end of a move."""
         if self.job is None or self._goes_on:
             return []
         if self.limit:
@@ -212,7 +210,7 @@ class DriveActor(LiveActor):
         self._rest(self.goal)
 
     def reference(self) -> tuple[float, float]:
-        """Present reference position and speed (own moves)."""
+        """Return the present reference position and speed, without a followed master."""
         t = (self.now.t - self.since) / 1e9
         return self.x0 + self.profile.displacement(t), self.profile.speed(t)
 
@@ -222,7 +220,7 @@ class DriveActor(LiveActor):
 
     @property
     def _goes_on(self) -> bool:
-        """Whether the move continues after this time: with further speeds, or at constant speed."""
+        """Whether the move continues after the scheduled time, with further speeds or at constant speed."""
         return self.log is not None or len(self.rows) > 1 or bool(self.rows and self.rows[0][1])
 
     def _next_row(self) -> None:
@@ -245,7 +243,7 @@ class DriveActor(LiveActor):
         self.x0, self.since, self.profile, self.accel = x, self.now.t, profile, accel
 
     def _distance(self, order: Motion, x: float) -> tuple[float | None, str]:
-        """Distance to go (None: unlimited), and the limit that shortens it."""
+        """Return the distance to go (None: unlimited), and the limit that shortens it."""
         wish = order.by if order.to is None else order.to - x
         up = (order.speed if wish is None else wish) > 0.0
         end = self.ends[up]
@@ -256,12 +254,13 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """In place of the drive `element` of a joint that is not modelled: refuses all orders with `why`."""
+    """Takes the place of the drive `element` of a joint that is not modelled: refuses all orders with the reason
+    `why`."""
 
     def __init__(self, name: str, element: str, why: str) -> None:
         super().__init__(name, element)
         self.why = why
 
     def execute(self, order: m.Order) -> None:
-        """Refuse."""
+        """Refuse the order."""
         self.refuse(order, self.why)

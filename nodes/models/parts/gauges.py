@@ -1,6 +1,6 @@
 """Actors that measure: load cells with a rated value, an inclinometer, and gauges that the commander sets.
 
-They arm thresholds of the kernel and hear when they are reached; they generate no force.
+They arm thresholds of the kernel and receive its events; they exert no force.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ RELIEF = 0.97  # an overload is over below this part of the rated value
 
 
 class LoadCell(LiveActor):
-    """Reports when the total tension of ropes exceeds `rated` [N], and when it is below again."""
+    """Reports when the total tension of ropes exceeds `rated` [N], and when it has fallen below it again."""
 
     def __init__(self, name: str, element: str, ropes: tuple[str, ...], rated: float) -> None:
         guard = Threshold(element, "tension", ropes=ropes)
@@ -32,21 +32,19 @@ class LoadCell(LiveActor):
         self.arm()
 
     def notice(self, event: StateEvent) -> None:
-        """Overload or its end."""
+        """Report an overload or its end."""
         self.over = not self.over
         self.say(Overload(self.element, event.value, self.rated, self.over))
         self.arm()
 
     def arm(self) -> None:
-        """Wait for the other state."""
+        """Arm the threshold of the opposite state."""
         self.say(Watch(self.element, self.rated * (RELIEF if self.over else 1.0), not self.over))
 
 
 class Inclinometer(LiveActor):
-    """Reports when the angle of the body `element` passes a multiple of 30 degrees.
-
-    Armed are always the next mark above and, a degree lower so that it does not flutter, the last one below.
-    """
+    """Reports when the angle of the body `element` passes a multiple of 30 degrees. The next mark above is armed, and
+    the last one below, lowered by a degree so that it does not chatter."""
 
     def __init__(self, name: str, element: str, start: float) -> None:
         self.up, self.down = f"{element}.attitude-up", f"{element}.attitude-down"
@@ -55,12 +53,12 @@ class Inclinometer(LiveActor):
         self.first = floor(start / MARK + TOUCH)
 
     def begin(self) -> None:
-        """Between two marks."""
+        """Reset to the marks around the start angle."""
         self.mark = self.first
         self.arm()
 
     def notice(self, event: StateEvent) -> None:
-        """Move on by one mark."""
+        """Report the mark, and move on to the next one."""
         rising = event.name == self.up
         angle = MARK * (self.mark + 1) if rising else MARK * self.mark - FLUTTER
         self.mark += 1 if rising else -1
@@ -68,22 +66,22 @@ class Inclinometer(LiveActor):
         self.arm()
 
     def arm(self) -> None:
-        """Wait for the marks above and below."""
+        """Arm the marks above and below."""
         self.say(Watch(self.up, MARK * (self.mark + 1), True), Watch(self.down, MARK * self.mark - FLUTTER, False))
 
 
 class ThresholdWatcher(LiveActor):
-    """Watches thresholds of the commander's conditions, each once per order."""
+    """Watches the thresholds of the commander's conditions, each once per order."""
 
     def __init__(self, name: str, thresholds: tuple[Threshold, ...]) -> None:
         super().__init__(name, name, System(thresholds=thresholds), hears=tuple(t.name for t in thresholds))
 
     def answers(self, element: str) -> bool:
-        """Orders name the threshold."""
+        """Return whether the order is for one of its thresholds."""
         return element in self.hears
 
     def execute(self, order: Order) -> None:
-        """Arm or disarm."""
+        """Arm or disarm a threshold."""
         match order.what:
             case plan.WatchThreshold(value=value, rising=rising):
                 self.say(Watch(order.actor, value, rising))
@@ -93,5 +91,5 @@ class ThresholdWatcher(LiveActor):
                 super().execute(order)
 
     def notice(self, event: StateEvent) -> None:
-        """Reached."""
+        """Report that a threshold was reached."""
         self.say(Reached(event.name, event.value))

@@ -1,7 +1,7 @@
 """An interlock: stops drives and winches of its machine by itself, without the commander.
 
-It trips when a guard of the kernel is reached, bars the ways that lead on and frees them when all guards are back.
-Bypassed, it reports and bars nothing.
+It trips when a guard of the kernel is reached, blocks the directions that lead further, and frees them when all guards
+are back. Bypassed, it reports but blocks nothing.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class InterlockActor(LiveActor):
             self._watch(guard.name)
 
     def execute(self, order: m.Order) -> None:
-        """Bypass or restore it."""
+        """Bypass the interlock or make it active."""
         if not isinstance(order.what, BrakeOrder):
             super().execute(order)
         else:
@@ -46,7 +46,7 @@ class InterlockActor(LiveActor):
                 self.say(m.Tripped(self.element, True, self.bypassed))
 
     def notice(self, event: m.StateEvent) -> None:
-        """A guard is reached, or is back."""
+        """Register that a guard was reached or is back, and report a trip or reset."""
         before = bool(self.beyond)
         self.beyond = self.beyond ^ {event.name}
         self._watch(event.name)
@@ -54,7 +54,7 @@ class InterlockActor(LiveActor):
             self.say(m.Tripped(self.element, bool(self.beyond), self.bypassed))
 
     def output(self) -> None:
-        """Inform the drives as well."""
+        """Send reports and kernel inputs, and a trip to the drives."""
         super().output()
         if any(isinstance(message, m.Tripped) for message in self.outbox):
             self.trip.send(m.Trip(self.element, bool(self.beyond) and not self.bypassed))
@@ -82,7 +82,7 @@ def fit(machine: RealObject, plan: Interlock) -> None:
 
 
 def _path(model: Coupled, element: str) -> list[Model]:
-    """Path from a coupled model to the drive of an element; empty if there is none."""
+    """Return the path from a coupled model to the drive of an element; empty if there is none."""
     for child in model.children.values():
         if isinstance(child, DriveActor) and child.element == element:
             return [child]

@@ -1,4 +1,4 @@
-"""What passes between models and the kernel: inputs, that change a law, a mask or a guard, and its state events."""
+"""Messages between models and the kernel: inputs that change a law, a mask or a guard, and state events."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ PLACE, SPEED, ACCELERATION = "m or rad", "m/s or rad/s", "m/s2 or rad/s2"  # alo
 
 
 class KernelInput(Message, frozen=True):
-    """Anything that changes a law, a mask or a guard of the kernel, by a `command` of a `Simulation`."""
+    """An input that changes a law, a mask or a guard of the kernel, by a `command` of a `Simulation`."""
 
     command: ClassVar[str]
 
     def apply(self, simulation: Any) -> None:
-        """Apply to the commands of a `Simulation`; raises KernelError if it is impossible."""
+        """Apply the input to a `Simulation`; raises KernelError if it is impossible."""
         getattr(simulation, self.command)(*msgspec.structs.astuple(self))
 
 
@@ -34,13 +34,14 @@ class SetProfile(KernelInput, frozen=True):
     distance: float | None = None
 
     def part(self, piece: str, share: float) -> SetProfile:
-        """The share of a piece of a rope."""
+        """Return the input for a piece of a rope with this share of its length."""
         distance = None if self.distance is None else self.distance * share
         return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
 
 
 class SetFollow(KernelInput, frozen=True):
-    """ref = ref now + f(s) - f(s now), f(s) = k1 s + kc cos s + ks sin s of `law`; master "": hold your place."""
+    """Follow a master: ref = present ref + f(s) - f(present s), f(s) = k1 s + kc cos s + ks sin s with the coefficients
+    `law`; master "": hold the position."""
 
     command: ClassVar[str] = "set_follow"
     actuator: str
@@ -48,7 +49,7 @@ class SetFollow(KernelInput, frozen=True):
     law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def part(self, piece: str, share: float) -> SetFollow:
-        """The share of a piece of a rope."""
+        """Return the input for a piece of a rope with this share of its length."""
         k1, kc, ks = self.law
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 
@@ -62,7 +63,7 @@ class SetBrake(KernelInput, frozen=True):
 
 
 class SetLock(KernelInput, frozen=True):
-    """Lock or free a joint; one that moves is stopped by an impulse."""
+    """Lock or release a joint; a moving joint is stopped by an impulse."""
 
     command: ClassVar[str] = "set_lock"
     lock: str
@@ -81,14 +82,14 @@ class Hook(KernelInput, frozen=True):
 
 
 class Unhook(KernelInput, frozen=True):
-    """Take a sling off."""
+    """Unhook a sling."""
 
     command: ClassVar[str] = "unhook"
     rope: str
 
 
 class Watch(KernelInput, frozen=True):
-    """Arm a threshold; if it is already exceeded it fires at the next microstep."""
+    """Arm a threshold; if it is exceeded already, it fires at the next microstep."""
 
     command: ClassVar[str] = "watch"
     threshold: str
@@ -104,8 +105,8 @@ class Unwatch(KernelInput, frozen=True):
 
 
 class StateEvent(Message, frozen=True):
-    """State of a rope (taut, slack), support or stop (closed, open), brake (sticks, slips), threshold, or joint (locked
-    with lost energy [J], freed)."""
+    """A state event: rope (taut, slack), support or stop (closed, open), brake (stick, slip), threshold (reached), or
+    joint (locked, with the energy lost [J], or freed)."""
 
     name: str
     what: str

@@ -1,10 +1,10 @@
 """The messages between models: orders, reports, inputs of the kernel and its state events.
 
     commander --Order--> model --KernelInput--> kernel --StateEvent--> model --Report--> commander
-An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, Master), says with
-the words of the plan what it shall do, and carries an id of its own; an actor that has carried it out answers Done
-with that id.  Coordinates are the actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch rope
-(hoisting is negative), value of a Master.  SI units.
+An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, master),
+contains an actor command of the plan, and has an id; the actor reports Done with that id when it has carried
+it out.  Coordinates are the actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch rope
+(hoisting is negative), value of a master.  SI units.
 """
 
 from collections.abc import Mapping
@@ -52,9 +52,10 @@ class SetPoint(Message, frozen=True):
 class Order(Message, frozen=True):
     """An order to an actor; `at`: the numbers of its action and of itself, from 0.
 
-    Of an operator's command the number of the action is -2; of a set-point of a model it is -3, alone.  An order to
-    watch gives (action, order, term): the term of a condition of that order's `until`, or, as order -1, of the action's
-    `when`.  The plan has the line (`places`).  An `End` has the id of what it ends.
+    For an operator's command the number of the action is -2; for a user model's set-point `at` is (-3,). An order to
+    watch a threshold has (action, order, term): the term of a condition of that order's `until`, or, with order -1, of
+    the action's `when`. The plan has the lines of the scene (`places`). An `EndOrder` has the id of the order that it
+    ends.
     """
 
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "by": PLACE, "to": PLACE}
@@ -65,7 +66,7 @@ class Order(Message, frozen=True):
 
     @property
     def led(self) -> bool:
-        """Whether it comes from a user model's set-point."""
+        """Whether the order comes from a user model's set-point."""
         return self.at == (LED,)
 
 
@@ -135,7 +136,7 @@ class Tripped(Report, frozen=True):
 
 
 class Reached(Report, frozen=True):
-    """The threshold that was watched is reached at this value."""
+    """The watched threshold was reached, at this value."""
 
     value: float
 
@@ -173,14 +174,14 @@ class Landed(Report, frozen=True):
 
 
 class Trip(Message, frozen=True):
-    """Internal to a machine: an interlock blocks or frees what it stops."""
+    """Inside a machine: an interlock blocks or frees the drives that it stops."""
 
     interlock: str
     bars: bool
 
 
 class Latch(Message, frozen=True):
-    """Inside a lifting beam: a sling was hooked or taken off."""
+    """Inside a lifting beam: a sling was hooked or unhooked."""
 
     sling: str
     hooked: bool
@@ -190,14 +191,14 @@ class Latch(Message, frozen=True):
 
 
 class OperatorCommand(Message, frozen=True):
-    """A command of the operator and its orders: an Action of the plan as MessagePack; empty: end the run."""
+    """A command of the operator: its text, and an Action of the plan as MessagePack; empty: end the run."""
 
     text: str
     action: bytes = b""
 
 
 class OperatorAnswer(Message, frozen=True):
-    """Answer to the command of `t_ns`: accepted, or the reason of its refusal; `at`: the conflicting order of the
+    """Answer to the command given at `t_ns`: accepted, or the reason of its refusal; `at`: the conflicting order of the
     action list."""
 
     text: str

@@ -1,11 +1,11 @@
-"""The parts that machines are made of (Fig. 7 of the paper), and how they are wired.
+"""The parts of machines (Fig. 7 of the paper), and how they are coupled.
 
     joint coupled = joint atomic (type of the joint)       + actors, which generate the forces on the joint
     body coupled  = body atomic (properties of the body)   + actors, which generate the forces on the body
     machine       = joint coupled and body coupled models: one per real object
-Each part declares what the kernel must know of it.  A `LawModel` is an actor whose force never changes its law;
-a `LiveActor` hears orders and state events and answers with kernel inputs and reports.  Part, machine and
-live actor have the same four ports, so a message passes to the actor that it names without a dispatcher.
+Each part declares its piece of the mechanical system. A `LawModel` is an actor whose force law never changes;
+a `LiveActor` receives orders and state events and sends kernel inputs and reports. Groups, machines and live
+actors have the same four ports, so that a message reaches the actor that it names without a dispatcher.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Child = TypeVar("Child", bound=Model)
 
 
 def declared(models: list[Model]) -> System:
-    """The mechanics declared by these models and all their descendants, in the order of the tree."""
+    """Return the mechanics declared by these models and all their descendants, in the order of the tree."""
     return merge(_pieces(models), System().gravity)
 
 
@@ -44,19 +44,19 @@ class Part(Atomic):
         self.laws = laws or System()
 
     def declare(self) -> System:
-        """Its piece."""
+        """Return the piece of the mechanical system."""
         return self.laws
 
 
 class JointAtomic(Part):
-    """Holds a joint: type, place and start."""
+    """Holds a joint: type, position and start."""
 
     def __init__(self, joint: Joint) -> None:
         super().__init__("joint")
         self.joint = joint
 
     def declare(self) -> System:
-        """The joint."""
+        """Return the joint."""
         return System(joints=(self.joint,))
 
 
@@ -68,7 +68,7 @@ class BodyAtomic(Part):
         self.body = body
 
     def declare(self) -> System:
-        """The body."""
+        """Return the body."""
         return System(bodies=(self.body,))
 
 
@@ -81,10 +81,8 @@ class LawModel(Actor):
 
 
 class LiveActor(Actor):
-    """An actor that executes orders to `element` and processes state events of the elements in `hears`.
-
-    `say` puts messages into its outbox, which leaves at the next microstep; `wake` [ns] is when `due` leaves.
-    """
+    """An actor that executes orders to `element` and processes state events of the elements in `hears`. `say` puts
+    messages into its outbox, which is sent at the next microstep; `due` is sent at the time `wake` [ns]."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -99,7 +97,7 @@ class LiveActor(Actor):
         self.wake: int | None = None
 
     def start(self) -> None:
-        """At (0, 0): announce the initial state."""
+        """Set the initial state at (0, 0), and announce it."""
         self.outbox, self.wake = [], None
         self.begin()
         self.schedule()
@@ -115,7 +113,7 @@ class LiveActor(Actor):
         self.schedule()
 
     def output(self) -> None:
-        """Send the outbox or, when there is none, what is due now."""
+        """Send the outbox or, if it is empty, the messages due now."""
         for message in self.outbox or self.due():
             if isinstance(message, KernelInput):
                 self.input.send(message)
@@ -141,15 +139,15 @@ class LiveActor(Actor):
             self.passivate()
 
     def say(self, *messages: KernelInput | Report) -> None:
-        """Put messages into the outbox."""
+        """Put messages into the outbox, which is sent at the next microstep."""
         self.outbox = [*self.outbox, *messages]
 
     def refuse(self, order: Order, text: str) -> NoReturn:
-        """End the run with a sentence about an order; the simulator puts path and time in front."""
+        """End the run with an error about an order; the simulator adds path and time."""
         raise ModelError(f"{numbered(order.at)}: {text}")
 
     def answers(self, element: str) -> bool:
-        """Whether orders to this element are for this actor."""
+        """Return whether orders to this element are for this actor."""
         return element == self.element
 
     def begin(self) -> None:
@@ -160,14 +158,14 @@ class LiveActor(Actor):
         self.refuse(order, f"{self.element} cannot carry out '{order.what.__struct_config__.tag}'")
 
     def notice(self, event: StateEvent) -> None:
-        """Take note of a state event."""
+        """Process a state event."""
 
     def due(self) -> list[KernelInput | Report]:
-        """Messages due at `wake`; does not change the state."""
+        """Return the messages due at `wake`, without changing the state."""
         return []
 
     def expire(self) -> None:
-        """The state after `wake`."""
+        """Change to the state after `wake`."""
 
 
 def share(outer: Coupled, child: Model) -> None:
@@ -178,7 +176,7 @@ def share(outer: Coupled, child: Model) -> None:
 
 
 class Group(Coupled):
-    """A coupled model with four ports, connected with all live parts in it."""
+    """A coupled model with the four ports of live actors, coupled with all live parts in it."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -186,13 +184,13 @@ class Group(Coupled):
     report = Out(Report)
 
     def take(self, child: Child) -> Child:
-        """Add a child and wire those of the four ports that it has."""
+        """Add a child and couple those of the four ports that it has."""
         self.add(child)
         share(self, child)
         return child
 
     def declare(self) -> System:
-        """The mechanics of its parts."""
+        """Return the mechanics declared by its parts."""
         return declared(list(self.children.values()))
 
 

@@ -1,8 +1,7 @@
-"""Actors of ropes, brakes and supports that are hooked, locked or touched: slings, brakes, supports.
+"""Actors of slings, brakes and supports: hooked, locked or touched parts.
 
-A sling is hooked and taken off by orders; taut and slack are state events of the kernel.  A latch is a brake that is
-engaged as long as no sling is hooked.  The supports report when the block leaves the ground and when
-it is back.
+A sling is hooked and unhooked by orders; taut and slack are state events of the kernel. A latch is a brake that is
+engaged as long as no sling is hooked. The supports report when the block leaves the ground and when it is back.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ class SlingActor(LiveActor):
         super().__init__(name, rope, laws, hears=(rope,))
 
     def execute(self, order: m.Order) -> None:
-        """Hook or unhook."""
+        """Hook or unhook the sling."""
         match order.what:
             case Hookup(lug=lug, p=p):
                 self.say(m.Hook(self.element, b=p), m.Hooked(self.element, lug))
@@ -37,12 +36,12 @@ class SlingActor(LiveActor):
         self.say(m.Done(self.element, order.id))
 
     def notice(self, event: m.StateEvent) -> None:
-        """The sling is taut or slack."""
+        """Report that the sling is taut or slack."""
         if event.what in ("taut", "slack"):
             self.say(m.RopeState(self.element, event.what, event.value))
 
     def output(self) -> None:
-        """Inform the latch as well."""
+        """Send reports and kernel inputs, and inform the latch."""
         super().output()
         for message in self.outbox:
             if isinstance(message, (m.Hooked, m.Unhooked)):
@@ -61,7 +60,7 @@ class BrakeActor(LiveActor):
         self.engaged = self.initial
 
     def execute(self, order: m.Order) -> None:
-        """Engage or release."""
+        """Engage or release the brake."""
         if not isinstance(order.what, BrakeOrder):
             super().execute(order)
         else:
@@ -77,19 +76,19 @@ class BrakeActor(LiveActor):
             self.say(m.BrakeState(self.element, engaged))
 
     def command(self, engaged: bool) -> m.KernelInput:
-        """The kernel input."""
+        """Return the kernel input that engages or releases the brake."""
         return m.SetBrake(self.element, engaged)
 
 
 class JointLockActor(BrakeActor):
-    """Locks and frees a joint; the kernel reports the energy lost by stopping it."""
+    """Locks and releases a joint; the kernel reports the energy lost by stopping it."""
 
     def __init__(self, name: str, lock: str, laws: System, *, engaged: bool) -> None:
         super().__init__(name, lock, laws, engaged=engaged)
         self.hears = frozenset((lock,))
 
     def command(self, engaged: bool) -> m.KernelInput:
-        """The kernel input."""
+        """Return the kernel input that locks or releases the joint."""
         return m.SetLock(self.element, engaged)
 
 
@@ -103,12 +102,12 @@ class LatchActor(BrakeActor):
         self.first = hooked
 
     def begin(self) -> None:
-        """Reset by the state of the slings."""
+        """Reset to the declared state and the slings hooked at the start."""
         super().begin()
         self.hooked = self.first
 
     def external(self, e: int, x: Bag) -> None:
-        """Follow the slings, then the orders."""
+        """Process the slings, then the orders."""
         for latch in x.get(self.latch, []):
             self.hooked = self.hooked | {latch.sling} if latch.hooked else self.hooked - {latch.sling}
         if self.latch in x:
@@ -130,7 +129,7 @@ class BlockSupports(LiveActor):
         self.closed = self.first
 
     def notice(self, event: m.StateEvent) -> None:
-        """A support opened or closed."""
+        """Update the closed supports; report touch-down, landing or lift-off."""
         before = self.closed
         if event.what == "closed":
             self.closed = before | {event.name}
@@ -145,7 +144,7 @@ class BlockSupports(LiveActor):
                 self.say(m.Lifted(self.element))
 
     def standing(self) -> str:
-        """The face whose supports are all closed, "" if there is none."""
+        """Return the face whose supports are all closed, "" if there is none."""
         for face in dict.fromkeys(self.faces.values()):
             if all(name in self.closed for name, f in self.faces.items() if f == face):
                 return face

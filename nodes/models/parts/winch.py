@@ -16,9 +16,8 @@ UPPER, HOISTING = "upper limit", -1
 class WinchActor(DriveActor):
     """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
 
-    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then, with the deceleration
-    `emergency` where it has one.  A rope of several
-    `pieces` (with their parts of its length) is wound as if all of them were.
+    `switch`: height of the hook eye with the value at which it trips; hoisting then stops, with the deceleration
+    `emergency` if given. A rope of several `pieces` (with their shares of its length) is wound as one rope.
     """
 
     def __init__(
@@ -44,13 +43,13 @@ class WinchActor(DriveActor):
         self.switch, self.pieces = switch, pieces or {rope: 1.0}
 
     def begin(self) -> None:
-        """Arm the limit switch."""
+        """Reset, and arm the limit switch."""
         super().begin()
         self.tripped = False
         self._arm()
 
     def say(self, *messages: m.KernelInput | m.Report) -> None:
-        """Send each piece of the rope its share."""
+        """Put messages into the outbox; profiles become one message per piece of the rope."""
         for message in messages:
             if isinstance(message, m.SetProfile | m.SetFollow):
                 super().say(*(message.part(*piece) for piece in self.pieces.items()))
@@ -58,7 +57,7 @@ class WinchActor(DriveActor):
                 super().say(message)
 
     def notice(self, event: m.StateEvent) -> None:
-        """A state event of the rope or of the limit switch."""
+        """Process a state event of the rope or of the limit switch."""
         if event.name == self.element:
             if event.what in ("taut", "slack"):
                 self.say(m.RopeState(self.element, event.what, event.value))

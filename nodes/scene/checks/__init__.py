@@ -1,9 +1,9 @@
 """Impossible scenes and orders, found before anything runs.
 
-geometry         whether a scene fits
+geometry         geometry of the scene at the start and along the action list
 orders           orders that cannot be carried out in the state in which they are given, or at all
 overloads        limits that are exceeded at rest
-findings         what was found, reported once per subject
+findings         findings, reported once per subject
 """
 
 from heavylift.kernel.on_demand import face

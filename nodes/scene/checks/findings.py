@@ -1,7 +1,7 @@
-"""What the checks of a scene's physics find, reported once per subject and without repeating a sentence.
+"""Findings of the checks of a scene's physics, reported once per subject and without repeated sentences.
 
-A check yields (subject, where, sentence).  Of several subjects with the same trouble at the same place
-the first is reported in full and the others are named.
+A check yields (subject, where, sentence). If several subjects have the same fault at the same place, the first is
+reported in full and the others are named.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Findings:
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add what a check yields; `where` of the causing action replaces that of the thing."""
+        """Add the violations of a check; `where` of the causing action replaces that of the thing."""
         for subject, place, sentence in violations:
             if (check, subject) in self.seen:
                 continue
@@ -34,7 +34,7 @@ class Findings:
                 self.sentences.setdefault(key, sentence)
 
     def list(self) -> list[tuple[str, str]]:
-        """(where, sentence) of each finding."""
+        """Return (where, sentence) of each finding."""
         found = []
         for key, sentence in self.sentences.items():
             _, where, stage = key

@@ -1,7 +1,7 @@
-"""Whether a scene fits: portals, trolleys, ropes, hooks, lugs, slings, the block on its supports.
+"""Geometry of a scene: portals, trolleys, ropes, hooks, lugs, slings, the block on its supports.
 
-Each check is one function that yields (subject, where, sentence); it sees the start or, of the followed
-action list, the states before and after an action.  A subject is reported once per check.
+Each check is one function that yields (subject, where, sentence); it gets the start or, along the action list, the
+states before and after an action. A subject is reported once per check.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SURFACE = 0.01  # so deep below a face a sling still lies on it, and a block on 
 
 
 def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
-    """Faults before anything moves; slings are checked if cranes and blocks are placed correctly."""
+    """Return the faults at the start; slings are checked if cranes and blocks are placed correctly."""
     found = Findings()
     found.take("hooks", _under_hooks(scene, built))
     found.take("ropes", _ropes_overloaded(built))
@@ -46,13 +46,13 @@ def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]
 
 
 def goal_checks(found: Findings, built: plan.Plan, before: StaticState, action: plan.Action) -> None:
-    """Faults at the goals of an action's moves."""
+    """Add the faults at the goals of an action's moves."""
     after = goal(built, action, before)
     found.take("meet", _meet(built, before.references, after.references), action.stage, action.where)
 
 
 def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticState]) -> list[tuple[str, str]]:
-    """Faults along the path at rest."""
+    """Return the faults along the equilibrium path."""
     found = Findings()
     level = not scene.vessels and not scene.floor  # the ground is at z = 0
     for state in states if level else ():
@@ -67,7 +67,7 @@ def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticSt
 
 
 def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Each block has a hook above it, where all hooks are known."""
+    """Check that each block has a hook above it, if the positions of all hooks are known."""
     hooks = [hook.ends for machine in built.machines for hook in machine.hooks]
     eyes = [ends[1] for ends in hooks if ends]
     for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
@@ -85,7 +85,7 @@ def named(block: str) -> str:
 
 
 def _ropes_overloaded(built: plan.Plan) -> Violations:
-    """No hook rope begins above its rated tension by what hangs on it alone."""
+    """Check that no hook rope begins above its rated tension under its own load."""
     for hook in (hook for machine in built.machines for hook in machine.hooks):
         tension = hook.below * built.gravity
         if hook.rated and tension > hook.rated:
@@ -96,7 +96,7 @@ def _ropes_overloaded(built: plan.Plan) -> Violations:
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
-    """A sentence for a sling that is too short for its lug or hangs too far beside it, else ""."""
+    """Describe a sling that is too short for its lug or hangs too far beside it; "" if it reaches."""
     dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
     gap, other = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:
@@ -109,7 +109,8 @@ def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequen
 
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Each hooked sling reaches its lug at the start, without overload and without passing through the block."""
+    """Check that each hooked sling reaches its lug at the start, without overload and without passing through the
+    block."""
     lugs, at = lug_places(built.machines), kinematics.poses(merge([x.system for x in built.machines], built.gravity))
     # as slack is counted: before blocks sink into their supports
     at |= {name: (np.array(p), np.array(axes)) for name in scene.all_blocks for p, axes in [scene.put(name)]}
@@ -134,7 +135,7 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def _overstretched(tie: plan.Tie, rope: Rope, beam: Vector, lug: Vector) -> str:
-    """A sentence for a sling that begins above its rated tension, else ""."""
+    """Describe a sling that begins above its rated tension; "" if it does not."""
     gap = sqrt(sum((a - b) * (a - b) for a, b in zip(beam, lug, strict=True))) - rope.L0
     tension = rope.EA * gap / rope.L0
     if not tie.rated or tension <= tie.rated:
@@ -147,7 +148,7 @@ def _overstretched(tie: plan.Tie, rope: Rope, beam: Vector, lug: Vector) -> str:
 
 
 def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
-    """What slides on the same rails or girder, so that it would meet, neither overlaps nor passes."""
+    """Check that machines on the same rails or girder, if they could collide, neither overlap nor pass each other."""
     sliding = [
         (machine, joint, drive.name)
         for machine in built.machines
@@ -174,19 +175,19 @@ def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
 
 
 def _boxes(machine: plan.Mechanism, joint: Joint) -> list[tuple[Vector, Vector]]:
-    """Middles and edges of what slides, where its coordinate is 0 [m]."""
+    """Return centres and edges of the boxes of a sliding body for the coordinate 0 [m]."""
     at = joint.p_PJ
     boxes = ((x.centre, x.size) for x in machine.shapes if x.body == joint.child)
     return [((x + at[0], y + at[1], z + at[2]), size) for (x, y, z), size in boxes]
 
 
 def _between(p: tuple[Vector, Vector], q: tuple[Vector, Vector], i: int) -> float:
-    """How far two boxes are apart along an axis, negative if they are not."""
+    """Return the gap between two boxes along an axis, negative if they overlap."""
     return abs(p[0][i] - q[0][i]) - (p[1][i] + q[1][i]) / 2
 
 
 def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:
-    """No suspended block passes through the ground."""
+    """Check that no suspended block passes through the ground."""
     for block, cargo in ((machine, cargo) for machine in built.machines for cargo in machine.cargo):
         if any(state.supports.get(s.name, 0.0) > 0.0 for s in block.system.supports):
             continue

@@ -1,7 +1,7 @@
 """Orders that cannot be carried out in the state in which they are given: too fast, too far, too soon.
 
-Each check sees the action, the static state in which it begins and what the path was while it lasted.  It yields
-(subject, where, sentence); of several subjects with the same trouble the first is reported in full.
+Each check gets the action, the static state at its beginning and the path during it. It yields (subject, where,
+sentence); if several subjects have the same fault, the first is reported in full.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
 class CheckedOrder:
-    """An action with the state at its begin and the states that it passes through.
+    """An action with the state at its beginning and the states that it passes through.
 
-    `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out, and other ropes
-    with no lug; `parted`: what broke before it.
+    `hooked`, `lugs`: hooked slings with their lugs before and after its own orders, and other hooked ropes with no lug;
+    `parted`: slings that broke before it.
     """
 
     def __init__(
@@ -59,34 +59,34 @@ class CheckedOrder:
             _hook(order, self.lugs)
 
     def hooks(self, move: actions.Move) -> list[plan.Hoist]:
-        """Hooks moved by a move: that of its winch, or all on its drive."""
+        """Return the hooks moved by a move: that of its winch, or all on its drive."""
         joint, own = self.machines.joints.get(move.actuator), (m for m in self.machines.parts if m.name == move.model)
         hooks = ((hook, beneath(machine, hook.on)) for machine in own for hook in machine.hooks)
         return [hook for hook, below in hooks if hook.rope == move.actuator or (joint and joint in below)]
 
     def tied(self, hooks: Iterable[plan.Hoist], taut: Container[str]) -> list[tuple[str, Point]]:
-        """Taut slings on hooks, with their lugs."""
+        """Return the slings in `taut` below some hooks, each with its lug."""
         ties = (tie for hook in hooks for tie in ties_on(self.machines.parts, hook) if tie.rope in taut)
         ends = ((tie.rope, tie.lower or self.machines.lugs.get(self.hooked.get(tie.rope, ""))) for tie in ties)
         return [(rope, end) for rope, end in ends if end is not None and end.body in self.cargo]
 
     @cached_property
     def cargo(self) -> dict[str, plan.Mechanism]:
-        """Lifted bodies with their machines."""
+        """The lifted bodies with their machines."""
         return {cargo.body: machine for machine in self.machines.parts for cargo in machine.cargo}
 
     def grounded(self, body: str, x: StaticState) -> bool:
-        """Whether a load stands on a support."""
+        """Return whether a load stands on a support in a state."""
         return any(x.supports.get(s.name, 0.0) > 0.0 for s in self.cargo[body].system.supports)
 
     def loaded(self, x: StaticState, move: actions.Move) -> bool:
-        """Whether the hooks of a move carry a load in a state, supported or not."""
+        """Return whether the hooks of a move carry a load in a state, supported or not."""
         carry = {rope for rope, tension in x.tensions.items() if tension > LOADED}
         return bool(self.tied(self.hooks(move), carry))
 
 
 def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[tuple[str, str]]:
-    """What is wrong with the orders that could be followed."""
+    """Return the faults of the orders along the equilibrium path."""
     found, machines, parted = Findings(), Machines(built), set[str]()
     hooked = {rope.name: "" for m in built.machines for rope in m.system.all_ropes if rope.hooked}
     hooked |= first_lugs(machines.parts)
@@ -115,10 +115,10 @@ def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
 
 
 def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
-    """(where, sentence) of each order to a joint that the fidelity locks; of several to one joint the first.
+    """Return (where, sentence) of the first order to each joint that the fidelity locks.
 
-    A planar motion locks what would leave its plane, the list `locked` what it names.  A turn orders the trolleys of
-    the hooks that carry slings then.
+    A planar motion locks the joints that would leave its plane, the list `locked` those that it names. A turn moves the
+    trolleys of the hooks that carry slings at that time.
     """
     found = Findings()
     machines = Machines(built)
@@ -136,7 +136,7 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
 
 
 def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> list[Joint]:
-    """Joints driven by an order; none for an impossible turn, which is reported when ordered."""
+    """Return the joints driven by an order; none for an impossible turn, which is reported when ordered."""
     try:
         return machines.moved(order, lugs)
     except ModelError:
@@ -147,7 +147,7 @@ def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> li
 
 
 def _spoken(x: CheckedOrder) -> Violations:
-    """A condition on slings needs a hooked one."""
+    """Check that a condition on slings refers to at least one hooked sling."""
     untils = [(o.until, x.lugs) for o in x.action.orders if isinstance(o, actions.Move | actions.Turn)]
     slings = {tie.rope for machine in x.machines.parts for tie in machine.ties}
     for condition, lugs in [(x.action.when, x.hooked), *untils]:
@@ -162,7 +162,7 @@ def _spoken(x: CheckedOrder) -> Violations:
 
 
 def _reaches(x: CheckedOrder) -> Violations:
-    """A sling is hooked only within its reach."""
+    """Check that a sling is hooked only within its reach."""
     ties = {tie.rope: (tie, machine.name) for machine in x.machines.parts for tie in machine.ties}
     lengths = {rope.name: rope.L0 for machine in x.machines.parts for rope in machine.system.straight_ropes}
     for order in x.action.orders:
@@ -177,7 +177,7 @@ def _reaches(x: CheckedOrder) -> Violations:
 
 
 def _hangs(x: CheckedOrder) -> Violations:
-    """A sling is hooked once, and unhooked where it hangs."""
+    """Check that a sling is hooked only while unhooked, and unhooked only while hooked."""
     for order in x.action.orders:
         if not isinstance(order, actions.Hookup | actions.UnhookSling):
             continue
@@ -186,7 +186,7 @@ def _hangs(x: CheckedOrder) -> Violations:
 
 
 def _lets_fall(x: CheckedOrder) -> Violations:
-    """A suspended load keeps at least one sling."""
+    """Check that a suspended load keeps at least one sling."""
     unhooked = {o.sling for o in x.action.orders if isinstance(o, actions.UnhookSling) and not o.parted}
     taut = {rope for rope, tension in x.before.tensions.items() if tension > SLACK}
     hooks = [hook for machine in x.machines.parts for hook in machine.hooks]
@@ -199,7 +199,7 @@ def _lets_fall(x: CheckedOrder) -> Violations:
 
 
 def _turns(x: CheckedOrder) -> Violations:
-    """A block turns only while suspended from hooks that can follow."""
+    """Check that a block turns only while suspended from hooks that can follow."""
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
             continue
@@ -213,7 +213,7 @@ def _turns(x: CheckedOrder) -> Violations:
 
 
 def _drags(x: CheckedOrder) -> Violations:
-    """No crane moves sideways with slings attached to a supported load."""
+    """Check that no crane moves sideways with slings attached to a supported load."""
     for m in _moves(x, [verb.name for verb in VERBS.values() if verb.along]):
         tied = [(rope, end) for rope, end in x.tied(x.hooks(m), x.taut) if x.grounded(end.body, x.before)]
         if tied:
@@ -223,7 +223,7 @@ def _drags(x: CheckedOrder) -> Violations:
 
 
 def _fast(x: CheckedOrder) -> Violations:
-    """No winch is faster than it can with a load."""
+    """Check that no winch is faster than allowed with a load."""
     limits = {a.name: a.loaded for machine in x.machines.parts for a in machine.actuators if a.loaded is not None}
     for m in (m for m in _moves(x, MOTIONS) if m.actuator in limits):
         moving = (state for state in x.states if abs(state.speeds.get(m.actuator, 0.0)) > 0.0)
@@ -234,7 +234,7 @@ def _fast(x: CheckedOrder) -> Violations:
 
 
 def _follows(x: CheckedOrder) -> Violations:
-    """No winch or trolley has to follow a turn beyond its maximum speed."""
+    """Check that no winch or trolley has to follow a turn beyond its maximum speed."""
     drives = [(each.name, each.loaded or each.speed) for machine in x.machines.parts for each in machine.actuators]
     for order in (order for order in x.action.orders if isinstance(order, actions.Turn)):
         for name, limit in drives:
@@ -245,7 +245,7 @@ def _follows(x: CheckedOrder) -> Violations:
 
 
 def _tips(x: CheckedOrder) -> Violations:
-    """A lifted load does not tip: its centre of mass is within the carrying lugs."""
+    """Check that a lifted load does not tip: its centre of mass is within the carrying lugs."""
     if any(isinstance(o, actions.Turn) for o in x.action.orders):
         return
     for body in (body for body in x.cargo if x.grounded(body, x.before)):
@@ -258,7 +258,7 @@ def _tips(x: CheckedOrder) -> Violations:
 
 
 def _lean(x: StaticState, body: str) -> float:
-    """Angle between the vertical and the axis of a body that was nearest to it at the start of the lift [rad]."""
+    """Return the smallest angle between the vertical and an axis of a body [rad]."""
     R = x.poses[body][1]
     upright = min(1.0, max(abs(R[2][i]) for i in range(3)))
     return float(atan2(sqrt(1.0 - upright * upright), upright))

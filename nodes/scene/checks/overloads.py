@@ -1,7 +1,8 @@
-"""What a scene is refused for: what is moved to or carried beyond its limits at rest, each subject once.
+"""Overloads that refuse a scene: positions or loads beyond their limits at rest, each subject once.
 
-Of places only the goals count; a winch or drive that stops by itself at its end is a finding, not a refusal.  So is
-what is overloaded once a sling has parted, for that is why such a list is run, and what an interlock guards.
+Positions are checked at the goals only; a winch or drive that stops by itself at its end is a finding, not a refusal.
+Overloads after a sling has parted, and quantities guarded by an interlock, are findings as well, since such scenes are
+run to study them.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that dr
 
 
 def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
-    """(where, sentence) of each."""
+    """Return (where, sentence) of each overload."""
     checked = (x for x in built.limits if x.known and x.quantity in REFUSED)
     refused = [x for x in checked if x.source != "assumed" and FERRULE not in x.source]  # that somebody has written
     if not refused or not statics.states:

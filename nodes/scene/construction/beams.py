@@ -1,6 +1,7 @@
-"""What hangs on the hooks of machines by `rig`: hook rope, frame as its type makes it, slings.
+"""Loads on the hooks of machines by `rig`: hook rope, frame by its type, slings.
 
-Each hangs at rest below its hook's place on its stretched rope, its slings slack by `slack`, straight or over edges.
+Each is at rest below its hook's position on its stretched rope, with its slings slack by `slack`, straight or over
+edges.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ Edges = tuple[Sheave, ...]
 def on_hook(
     builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
 ) -> tuple[plan.Mechanism, plan.Mechanism]:
-    """The hook of a frame, which is there, as a part of its machine, and the frame; `crane`: the machine without it."""
+    """Return the machine part with the hook of a frame, and the frame itself; `crane`: the machine without them."""
     path: Path = ("rig", BEAMS, name)
     called, known = ".".join(builder.hooks[name]), lugs_of(builder.scene)
     lugs = by_beam([x for x in given.lugs or () if x in known], {lug: p.p[0] for lug, p in known.items()})
@@ -128,7 +129,7 @@ def _slung(
     lugs: list[str],
     over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
-    """A frame with its slings; brakes are engaged while none is hooked."""
+    """Return a frame with its slings; its brakes are engaged while none is hooked."""
     known, path, EA = lugs_of(builder.scene), ("rig", BEAMS, name), rig.sling.EA
     blocks = {word: point.body for word, point in known.items()}
     cargo = blocks[lugs[0]] if lugs else next(iter(blocks.values()), WORLD)
@@ -164,8 +165,8 @@ def _over(
     builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, own: kinematics.Poses,
     lugs: list[Point], exit_: Vector, hangs: float,
 ) -> tuple[list[Edges], float]:  # fmt: skip
-    """Edges of each sling, and distance of the beam below its trolley, starting from the guess `hangs` [m]; `own`:
-    bodies relative to its eye."""
+    """Return the edges of each sling, and the distance of the beam below its trolley, found from the guess `hangs` [m];
+    `own`: bodies relative to the beam's eye."""
     path = ("rig", BEAMS, name)
     if len(lugs) < len(given.parts.slings):
         builder.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
@@ -223,7 +224,7 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """A machine whose joints begin above the lugs that hang there, where they say so."""
+    """Return the keys of a machine in which joints with `start: above its lugs` begin above the lugs of their load."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE
@@ -234,7 +235,8 @@ def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
 
 
 def _above(builder: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
-    """y above the mean of the lugs that the frames on a joint's child carry, else in the middle of its range [m]."""
+    """Return the y at which the child of a joint is above the mean of the lugs carried by its frames; without such lugs
+    the middle of the joint's range [m]."""
     rig, known, child = builder.scene.rig, lugs_of(builder.scene), given.joints[joint].child
     hung = [
         frame for frame, (of, hook) in builder.hooks.items() if of == name and given.hooks[f"{of}.{hook}"].on == child

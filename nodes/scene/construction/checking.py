@@ -27,10 +27,10 @@ NONE: Mapping[str, Edge] = MappingProxyType({})
 
 
 class Checking:
-    """A mechanism as written, with the source that collects its faults.
+    """A mechanism as written in the scene, with the source that collects its faults.
 
-    `lift`: what the other machines of the scene declare, on whose bodies and joints it can act; `base`: its place;
-    `edges`: those of the scene; `start`: where all bodies are at the start, once their joints are known.
+    `lift`: the declarations of the scene's other machines, on whose bodies and joints it can act; `base`: its path;
+    `edges`: those of the scene; `start`: poses of all bodies at the start, once their joints are known.
     """
 
     def __init__(
@@ -45,19 +45,19 @@ class Checking:
         self.joints |= {joint.name: joint.kind for joint in lift.joints}
 
     def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
-        """What the kernel would refuse is a fault of the scene."""
+        """Turn a KernelError of `check` into a fault of the scene."""
         try:
             check(made)
         except KernelError as error:
             self.fault(path, str(error), on_key=True)
 
     def known(self, path: Path, body: str) -> None:
-        """The world or a body has this name."""
+        """Check that the world or a body has this name."""
         if body not in self.bodies:
             self.fault(path, f"there is no body '{body}'", closest(body, self.bodies))
 
     def beam(self, body: str) -> BeamKeys | None:
-        """The beam of a body, if it is one."""
+        """Return the beam of a body, None if it has none."""
         return self.given.bodies[body].beam if body in self.given.bodies else None
 
     def on_beam(self, path: Path, body: str, x: float) -> None:
@@ -67,7 +67,7 @@ class Checking:
             self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
 
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
-        """The coordinate of a law, and whether it is an angle."""
+        """Return the coordinate of a law, and whether it is an angle; None for an unknown joint."""
         kind = self.joints.get(name)
         if kind is None:
             self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.joints))
@@ -87,7 +87,7 @@ class Checking:
         return None
 
     def own(self, path: Path, name: str) -> bool:
-        """Whether a joint belongs to the mechanism, as drives and locks require."""
+        """Return whether a joint belongs to the mechanism, as drives and locks require; adds a fault if not."""
         theirs = any(joint.name == name for joint in self.lift.joints)
         if theirs:
             message = f"the joint '{name}' belongs to the lift: a spring, stop, brake or force can act on it, no other"
@@ -95,7 +95,7 @@ class Checking:
         return not theirs
 
     def check_tree(self) -> None:
-        """Joints connect existing bodies, and every body is connected to the world."""
+        """Check that joints connect existing bodies, and that every body is connected to the world."""
         carried: dict[str, str] = {}
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
@@ -129,7 +129,7 @@ class Checking:
                 self.fault((*self.base, "bodies", body), message, on_key=True)
 
     def _connected(self) -> set[str]:
-        """Bodies that joints connect to the world, in either direction."""
+        """Return the bodies that joints connect to the world, in either direction."""
         found, before = {k.WORLD, *self.carried}, 0
         while len(found) > before:
             before = len(found)
@@ -139,13 +139,13 @@ class Checking:
         return found
 
     def _solid(self, body: str) -> bool:
-        """Whether a body has all moments of inertia, or may get them from other bodies or a beam."""
+        """Return whether a body has all moments of inertia, or may get them from other bodies or a beam."""
         carries = any(joint.parent == body for joint in self.given.joints.values())
         given = self.given.bodies[body]
         return carries or bool(given.beam or given.matrices or given.box) or all(given.inertia[:3])
 
     def _possible(self, body: str) -> bool:
-        """Whether the inertia of a body is possible; a fault otherwise."""
+        """Return whether the inertia of a body is physically possible."""
         given = self.given.bodies[body]
         try:
             check_inertia(k.Body(body, given.mass or 0.0, inertia=moments(given)))
@@ -155,7 +155,7 @@ class Checking:
 
 
 def moments(body: mechanics.BodyKeys) -> k.Matrix:
-    """Inertia about the centre of mass, as written or of a uniform box."""
+    """Return the inertia about the centre of mass, as written or of a uniform box."""
     i: tuple[float, ...] = box(body.mass or 0.0, body.box) if body.box else body.inertia
     xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))

@@ -1,6 +1,6 @@
 """Laws along the coordinates of joints: springs, stops, brakes, locks, drives, limits and friction.
 
-Units are read again here, since they depend on whether the coordinate slides or turns.
+Units are parsed again here, since they depend on whether the coordinate slides or turns.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ KINDS = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake, "locks": 
 
 
 def check_laws(checks: Checking) -> None:
-    """Names are unique; laws act along existing coordinates, in their units, with ordered ranges."""
+    """Check that names are unique and that laws act along existing coordinates, in their units, with ordered ranges."""
     _names(checks)
     driven: dict[tuple[str, str], str] = {}
     for kind, laws in checks.given.laws.items():
@@ -76,7 +76,7 @@ def _dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None
 
 
 def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
-    """The value that is written at a path, or each of a list, is one of a dimension."""
+    """Check that the value at a path, or each of a list, has a dimension."""
     value = checks.source.at(path)
     if isinstance(value, list):
         for i in range(len(value)):
@@ -97,7 +97,8 @@ def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: 
 
 
 def _names(checks: Checking) -> None:
-    """Ropes, supports and laws share one set of names with the machines; bodies have one with the machines' bodies."""
+    """Check that names are unique: ropes, supports and laws share one set with the machines, bodies with their
+    bodies."""
     taken = {body.partition(".")[0]: "machines" for body in checks.carried}
     for name in (name for name in checks.given.bodies if name in taken):
         message = f"the name '{name}' is given twice: one of the machines has it, too"
@@ -112,7 +113,7 @@ def _names(checks: Checking) -> None:
 
 
 def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
-    """Laws of the kernel by field of its `System`: explicit ones and those of joints."""
+    """Return the laws of the kernel by field of its `System`: explicit ones and those of joints."""
     own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
     return {
         key: (*(x.built(name) for name, x in getattr(given, key).items()), *(x for x in own if isinstance(x, kind)))
@@ -121,7 +122,7 @@ def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
 
 
 def actuators(checks: Checking) -> list[plan.Actuator]:
-    """Drives and winches with start, ramp and end positions."""
+    """Return drives and winches with start, ramp and end positions."""
     found = []
     for name, drive in checks.given.drives.items():
         lower, upper = drive.range or (None, None)
@@ -149,7 +150,7 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
 
 
 def _start(checks: Checking, drive: mechanics.DriveKeys) -> float:
-    """Start value of a drive's coordinate."""
+    """Return the start value of a drive's coordinate."""
     joint = checks.given.joints.get(drive.joint)
     named = dict(zip(joint.coordinates, joint.values(POSITIONS), strict=False)) if joint else {}
     return named.get(drive.coordinate, next(iter(named.values()), 0.0))

@@ -1,8 +1,8 @@
-"""The order `hold height`: a winch that keeps its hook at its height as the boom above it luffs.
+"""The order `hold height`: a winch keeps its hook at its height while the boom above it luffs.
 
-What the hook rope pays out is what its tip rises, and what the way from tip to drum grows by over the number of falls:
-a function of the boom's angle that k1 s + kc cos s + ks sin s meets within a tenth of a millimetre (the law by which
-the kernel's winches follow an angle).  The rope's stretch is that of its start.
+The hook rope pays out as much as the tip rises, plus the growth of the distance from tip to drum divided by the number
+of falls: a function of the boom's angle that k1 s + kc cos s + ks sin s (the kernel's law of followers) approximates
+within a tenth of a millimetre. The rope's stretch is that at the start.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LEVEL = 1e-9  # of an axis that is level
 
 
 def measuring(builder: SceneBuilder) -> list[plan.Mechanism]:
-    """The machines with angle measurements of booms whose hooks hold their height."""
+    """Return the machines with angle measurements of booms whose hooks hold their height."""
     asked = [t for action in builder.scene.actions for t, phrase in action.orders.items() if phrase.height]
     known = targets(builder) if asked else {}
     ropes = {actor.name for target in asked for actor in known.get(" ".join(target.split()), ())}
@@ -45,12 +45,12 @@ def measuring(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def angle_of(joint: str) -> str:
-    """The name of a boom's measured angle."""
+    """Return the name of a boom's measured angle."""
     return f"{joint}.angle"
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """The law of a winch while a boom luffs, or a sentence why there is none."""
+    """Return the law of a winch while a boom luffs, or a sentence why there is none."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)
@@ -71,7 +71,7 @@ def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: s
 
 
 def _boom(machine: plan.Mechanism, rope: str) -> Joint | None:
-    """The joint that carries the tip of a hook's rope by one angle."""
+    """Return the joint that carries the tip of a hook's rope by one angle."""
     lines = next((r.lines for r in machine.system.ropes if r.name == rope and r.winch), ())
     return next(
         (j for j in machine.system.joints if lines and j.child == lines[0].a.body and j.kind == "revolute"), None
@@ -79,7 +79,7 @@ def _boom(machine: plan.Mechanism, rope: str) -> Joint | None:
 
 
 def _length(system: System, boom: Joint, rope: str, at: Poses, axis: Array) -> Callable[[float], float]:
-    """Functions of the boom angle: height of the tip, and length from tip to drum divided by the falls [m]."""
+    """Return a function of the boom angle: height of the tip, and length from tip to drum divided by the falls [m]."""
     lines = next(r.lines for r in system.ropes if r.name == rope)
     start, o = (boom.q0 or (0.0,))[0], place(Point(boom.parent, boom.p_PJ), at)
 

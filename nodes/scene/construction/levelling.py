@@ -1,8 +1,8 @@
-"""The verb `level`: hooks that are hoisted, then lowered, until a block lies level.
+"""The verb `level`: hooks hoist, then lower, until a block is level.
 
-Level is what the block's places on these hooks and on the others are at, along the way on which they are apart in the
-attitude that the block is to have: the angle of the order or of the last turn before it, however it slews.  Below a
-frame a place rises with the hooks above as a lever does.
+The block is level when its attachment points on these hooks and on the other hooks have the same height, in the
+attitude that the block is to have: the angle of the order or of the last turn before it, whatever its slewing angle.
+Below a frame a point rises with the hooks above by the lever law.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothin
 class Levelling:
     """Direction of each hook: hoist on the low side, lower on the high side; one set remains at rest.
 
-    `hangs`: what each sling hangs on, the rope of a hook or a point of a frame, and what it holds; `held`: the slings
-    that are hooked as the list is read; `turned`: the angle of each block [rad].
+    `hangs`: for each sling its upper attachment (the rope of a hook, or a point of a frame) and its lower end; `held`:
+    the slings hooked at this point of the action list; `turned`: the angle of each block [rad].
     """
 
     def __init__(self, builder: SceneBuilder, conditions: Conditions) -> None:
@@ -63,7 +63,7 @@ class Levelling:
                         self.held |= {own} if sling.hooked else set()
 
     def follow(self, orders: Sequence[actions.Order]) -> None:
-        """What an action changes: slings that are hooked and taken off, and the angle."""
+        """Apply an action: slings hooked and unhooked, and the angle."""
         for order in orders:
             match order:
                 case actions.Hookup() if order.sling in self.hangs:
@@ -76,7 +76,7 @@ class Levelling:
                     self.turned[order.block] = order.to
 
     def _rises(self, on: str | Point, hooks: Collection[str]) -> float:
-        """Rise of a sling's attachment relative to that of the hooks."""
+        """Return the rise of a sling's attachment relative to that of the hooks."""
         if isinstance(on, str):
             return float(on in hooks)
         above = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == on.body]
@@ -85,7 +85,8 @@ class Levelling:
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
     def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
-        """Hooks that hoist, then hooks that lower; a fault if they hold nothing or everything."""
+        """Return the moves of hooks that hoist, then of hooks that lower; a fault if they hold nothing or
+        everything."""
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
         places = [(end.p, self._rises(on, actors)) for on, end in holds]
@@ -113,8 +114,11 @@ class Levelling:
 
 
 def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
-    """Centres of the lugs that rise with hooks and of the others, with the first moved vertically until the block is
-    level or turned by an angle [rad]; None if they are above one another. `places`: each with its share of the rise."""
+    """Return the centres of the lugs that rise with hooks and of the others, or None if one is above the other.
+
+    The first is moved vertically until the block is level or turned by an angle [rad]. `places`: each with its share of
+    the rise.
+    """
     parts = sum(part for _, part in places), sum(1.0 - part for _, part in places)
     if min(parts) < IN_LINE:
         return None

@@ -47,7 +47,7 @@ def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
 
 
 def with_hooks(builder: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
-    """A machine with more hooks."""
+    """Return a machine with more hooks."""
     of = ("actuators", "taut", "heavy", "bends", "shapes", "ties", "hooks")
     both = {key: getattr(crane, key) + getattr(hung, key) for key in of}
     both |= {"system": merge([crane.system, hung.system], crane.system.gravity)}
@@ -87,7 +87,7 @@ def _check_ends(source: Source, scene: schema.Scene) -> None:
 
 
 def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
-    """Assign beams to hooks."""
+    """Assign the beams of the rig to hooks."""
     known = [hook.replace(".", " ", 1) for given in builder.scene.machines.values() for hook in given.hooks]
     taken: dict[str, str] = {}
     for name, beam in rig.beams.items():
@@ -137,7 +137,8 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
-    """Those of all hooks of a machine, and of a part that carries several; rated for the hook blocks, too."""
+    """Return the load cells of all hooks of a machine, and of bodies that carry several; rated values include the hook
+    blocks."""
     given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)
@@ -164,7 +165,7 @@ def _groups(builder: SceneBuilder, rig: schema.RigKeys) -> None:
 
 
 def build_fidelity(builder: SceneBuilder, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
-    """The fidelity of these machines, with groups of joints resolved to names."""
+    """Return the fidelity of these machines, with groups of joints resolved to names."""
     given, groups = builder.scene.fidelity, groups_of(machines)
     locked = [joint for name in given.locked for joint in groups.get(name, [name])]
     return planar(msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity), machines)

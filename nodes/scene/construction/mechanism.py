@@ -1,7 +1,8 @@
-"""The `mechanism:` of a scene file as its part of the plan.
+"""The `mechanism:` of a scene file as a part of the plan.
 
-Here the tree, its bodies, forces and contacts; ropes and laws along coordinates have files of their own.  All of them
-become one description for the kernel, with the actuators that orders can move and what carries at the start.
+This module has the tree, its bodies, forces and contacts; ropes and laws along coordinates have modules of their own.
+The result is one description for the kernel, with the actuators that orders can move and the parts that carry at the
+start.
 """
 
 from __future__ import annotations
@@ -55,10 +56,8 @@ def build_mechanism(
     tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
-    """The mechanism of the plan, which may act on a lift; faults are added to those of the source.
-
-    `base`: where it stands in the scene; `tree`: the rigging of the scene; `edges`: those of the scene.
-    """
+    """Build a mechanism of the plan, which may act on a lift; faults are added to those of the source. `base`: its path
+    in the scene; `tree`: the rigging of the scene; `edges`: those of the scene."""
     return _Assembly(source, given, lift, base, edges).build(gravity, tree)
 
 
@@ -166,7 +165,7 @@ class _Assembly(Checking):
                 yield Heavy(rope=name, line=rope.mass_per_length, on=start.body, beside=other)
 
     def _bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
-        """Bodies that can bend, with their bending mass."""
+        """Yield the bodies that can bend, with their bending mass."""
         known = {body.name: body for body in bodies}
         for name, x in self.given.elastic.items():
             path, box = (*self.base, "elastic", name), self.given.bodies[name].box if name in known else None
@@ -187,7 +186,7 @@ class _Assembly(Checking):
                 yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def _girders(self) -> Iterator[Girder]:
-        """What bends of its bodies, with the joints that slide on it."""
+        """Yield the girders that bend, with the joints that slide on them."""
         for key in ("girders", "load_cells"):
             for name in getattr(self.given, key):
                 self.known((*self.base, written(key), name), name)
@@ -199,7 +198,7 @@ class _Assembly(Checking):
             yield Girder(body=name, **{**x.model_dump(), "slides": tuple(x.slides)})
 
     def _slices(self, bends: tuple[Bend, ...]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Massless bodies along a bending body for its shapes, except the first."""
+        """Yield massless bodies along a bending body that carry its shapes, except the first."""
         for bend in bends:
             given, beam = self.given.bodies[bend.body], bend.flexible.beam
             if given.box is None or bend.body in self.given.shapes or beam is None:
@@ -243,7 +242,7 @@ class _Assembly(Checking):
         return (*taut, *reeved), (*closed, *touching)
 
     def _parallel(self, whole: k.System, rope: forces.Reeving) -> None:
-        """Edges of several bodies that one rope bends over stay parallel."""
+        """Check that edges of several bodies over which one rope bends stay parallel."""
         if rope.apart:
             at = kinematics.poses(whole)
             check_parallel(rope, build_graph(whole), lambda body: (at[body][1], at[body][0]))
@@ -260,14 +259,14 @@ class _Assembly(Checking):
             self.fault((*self.base, "ropes", rope.name, "length"), message)
 
     def _bodies(self) -> Iterator[k.Body]:
-        """The kernel's bodies, with inertias that a mass can have."""
+        """Yield the kernel's bodies, after a check of their inertias."""
         for name, body in self.given.bodies.items():
             made = self._body(name, body)
             self.checked((*self.base, "bodies", name, "inertia"), check_inertia, made)
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
-        """The kernel's joints with the axes of their types."""
+        """Yield the kernel's joints with the axes of their types."""
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
             faults = len(self.source.faults)
@@ -297,7 +296,7 @@ class _Assembly(Checking):
             self.fault((*self.base, "bodies", body) if body else self.base, str(error), on_key=True)
 
     def _forces(self) -> Iterator[forces.Force]:
-        """Each force acts on existing bodies or an existing joint and is one that the kernel can build."""
+        """Yield the forces, after checks that each acts on existing bodies or joints and can be built by the kernel."""
         for name, force in self.given.forces.items():
             path: Path = (*self.base, "forces", name)
             for keys, body in force.bodies:
@@ -311,7 +310,7 @@ class _Assembly(Checking):
             yield made
 
     def _contacts(self) -> Iterator[Contact]:
-        """Each contact is between existing bodies and shapes that the kernel can watch."""
+        """Yield the contacts, after checks that each is between existing bodies and known shapes."""
         for name, given in self.given.contacts.items():
             path: Path = (*self.base, "contacts", name)
             self.known((*path, "body"), given.body)

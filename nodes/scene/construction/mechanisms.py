@@ -1,4 +1,4 @@
-"""All that a scene makes of parts, one coupled model each: its machines, its mechanism, the wind."""
+"""All mechanisms of a scene, each as one coupled model: its machines, its `mechanism:`, the wind."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build mechanisms in order, each relative to the lift (at rest as in a run) and to earlier ones; faults are added
-    to those of the scene."""
+    """Build the mechanisms in order, each relative to the lift (at rest as in a run) and to earlier ones. Faults are
+    added to those of the scene."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {
@@ -90,12 +90,12 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
 
 
 def _used(hooks: Mapping[str, HookKeys], tree: RiggingTree | None) -> dict[str, HookKeys]:
-    """Hooks without those that are left out where nothing hangs on them."""
+    """Return the hooks without those that are omitted when they carry no rigging."""
     return {name: x for name, x in hooks.items() if x.unused == "kept" or (tree is not None and tree.of_any(name))}
 
 
 def _wind(source: Source, scene: Scene, around: System) -> MechanismKeys | None:
-    """Wind forces, if there is wind."""
+    """Return the wind forces as a mechanism, None without wind."""
     if scene.wind is None:
         return None
     known = [body.name for body in around.bodies]

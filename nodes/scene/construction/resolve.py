@@ -30,7 +30,7 @@ TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
 def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
-    """The action list of the plan; faults are added to those of the scene."""
+    """Return the action list of the plan; faults are added to those of the scene."""
     resolver = _Resolver(builder)
     return tuple(x for i, action in enumerate(builder.scene.actions) for x in resolver.listed(i, action))
 
@@ -38,14 +38,14 @@ def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
 def build_orders(
     builder: SceneBuilder, path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
-    """Orders to a target; faults are added to those of the source."""
+    """Return the orders to a target; faults are added to those of the source."""
     resolver = _Resolver(builder)
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
     return tuple(resolver.orders(path, words, phrase))
 
 
 class _Resolver:
-    """Resolves the action list in order."""
+    """Resolves the action list in order, since orders depend on the state left by earlier actions."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.source = builder, builder.source
@@ -59,7 +59,7 @@ class _Resolver:
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
-        """An action, with the actions that it expands to."""
+        """Return an action, with the further actions into which it expands."""
         first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
             path: Path = ("actions", index, target)
@@ -77,7 +77,7 @@ class _Resolver:
         return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
 
     def _brakes(self, path: Path, found: tuple[OrderTarget, ...]) -> tuple[actions.Order, ...]:
-        """Brakes to engage after a stop by `hold`."""
+        """Return orders to engage the brakes after a stop by `hold`."""
         systems = [(machine.name, machine.system) for machine in self.yard.machines]
         names = {actor.name for actor in found}
         joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
@@ -86,7 +86,7 @@ class _Resolver:
         return tuple(actions.BrakeOrder(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
 
     def _keeps(self, path: Path, found: tuple[OrderTarget, ...], action: plan.Action) -> plan.Action:
-        """An action with winches that hold their height while it luffs."""
+        """Return the action with winches that keep the height of their hooks while it luffs a boom."""
         luffs = [x for x in action.orders if isinstance(x, actions.Move) and x.verb == "luff"]
         for actor in found:
             move = next((x for x in luffs if x.model == actor.model), None)
@@ -145,7 +145,7 @@ class _Resolver:
         return obeying
 
     def of_machine(self, machine: str) -> tuple[OrderTarget, ...]:
-        """All targets of a machine."""
+        """Return all targets of a machine."""
         found = (actor for actors in self.targets.values() for actor in actors if actor.model == machine)
         return tuple({actor.name: actor for actor in found if actor.obeys(VERBS["stop"])}.values())
 
@@ -233,7 +233,7 @@ class _Resolver:
         )
 
     def _entries(self, name: str) -> dict[str, dict[str, Sling]]:
-        """Ropes of a rigging entry, by sling with alternative attachments."""
+        """Return the ropes of a rigging entry, and for each of its slings the ropes of its alternative attachments."""
         ropes = slings_of(self.yard.scene, name)
         several = {rope: {x: y for x, y in ropes.items() if y.number == sling.number} for rope, sling in ropes.items()}
         return {name: ropes} | {rope: each for rope, each in several.items() if ropes[rope].hooked}
@@ -241,7 +241,7 @@ class _Resolver:
     def _rigging(
         self, path: Path, slings: dict[str, Sling], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
-        """Orders to slings of rigging, by where earlier actions hooked them."""
+        """Return the orders to slings of rigging, depending on where earlier actions hooked them."""
         if phrase.verb != "hook":
             parted = phrase.verb == "release"
             found = [rope for rope in slings if rope in self.hangs] or [rope for rope, x in slings.items() if x.hooked]
@@ -273,7 +273,7 @@ class _Resolver:
         ]
 
     def _together(self, path: Path, moves: list[actions.Move]) -> list[actions.Move]:
-        """Moves with one ramp, the gentlest of theirs."""
+        """Return the moves with a common ramp, that with the lowest acceleration."""
         if len(moves) == 1 or moves[0].by is None or moves[0].pulses:
             message = "several drives or winches move together, by the same way and with one ramp: write 'by'"
             self.source.fault(path, message)

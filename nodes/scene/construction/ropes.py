@@ -17,7 +17,7 @@ from .rigging.edges import along_edges
 
 
 def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k.RigidRope:
-    """A rope between points, possibly over frictionless points."""
+    """Return a rope between points, or over frictionless points."""
     path: Path = (*checks.base, "ropes", name)
     lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
     for start, end, _, at in lines:
@@ -51,7 +51,7 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
 
 
 def reeving_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> forces.Reeving:
-    """A rope over sheaves with a radius or friction."""
+    """Return a rope over sheaves with a radius or friction."""
     path: Path = (*checks.base, "ropes", name)
     if rope.start is None or rope.end is None or rope.lines:
         message = "a rope over sheaves or edges has 'start' and 'end', no 'lines'"
@@ -78,7 +78,7 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> forces.
 def _nodes(
     checks: Checking, path: Path, start: BodyPoint, over: list[mechanics.Over], end: BodyPoint
 ) -> list[BodyPoint]:
-    """Start, what lies between, end; their bodies are checked."""
+    """Return start, intermediate points and end of a rope, after a check of their bodies."""
     placed: list[tuple[Path, BodyPoint]] = [((*path, "start"), start)]
     placed += [((*path, "over", i), node) for i, node in enumerate(over)]
     for at, node in [*placed, ((*path, "end"), end)]:
@@ -95,7 +95,7 @@ def _wound(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
 
 
 def span(checks: Checking, rope: forces.Reeving, at: kinematics.Poses) -> float:
-    """Length of a rope over its sheaves at the start [m]."""
+    """Return the length of a rope over its sheaves at the start [m]."""
     try:
         return ReevingLaw().start_length(rope, lambda body: (at[body][1], at[body][0]))
     except KernelError as error:

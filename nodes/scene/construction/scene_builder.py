@@ -1,4 +1,4 @@
-"""Shared by the builders of a scene's machines: what is built so far, and where hooks hang."""
+"""Common data of the builders of a scene's machines: machines built so far, and the hooks of frames."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class SceneBuilder:
 
     @property
     def cranes(self) -> list[plan.Mechanism]:
-        """Those of them that lift."""
+        """The machines built so far that lift."""
         return [machine for machine in self.machines if machine.hooks or machine.girders]
 
     @property
@@ -42,14 +42,14 @@ class SceneBuilder:
 
     @property
     def tandem(self) -> bool:
-        """Whether something hangs on hooks of several machines."""
+        """Whether loads hang on hooks of several machines."""
         words = (word for given in self.scene.rigging.values() for word in getattr(given, "holders", ()))
         others = {word.replace(".", " ").split()[0] for word in words} - {*self.scene.rigging}
         return len({machine for machine, _ in self.hooks.values()} | others) > 1
 
     @property
     def cargo(self) -> list[Cargo]:
-        """Lifted bodies."""
+        """The lifted bodies."""
         return [cargo for machine in self.machines for cargo in machine.cargo]
 
     def slings(self, *beams: str) -> list[plan.Tie]:
@@ -58,16 +58,16 @@ class SceneBuilder:
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:
-    """Acceleration (provisional if determined by the swing) and number of pulses of a ramp without swing."""
+    """Return acceleration (provisional if it depends on the swing) and number of pulses of a ramp without swing."""
     return (ramp.accel or PROVISIONAL, ramp.pulses) if isinstance(ramp, SwingRamp) else (ramp, 0)
 
 
 def box(mass: float, size: Vector) -> Vector:
-    """Moments of inertia of a uniform box about its centre [kg m2]."""
+    """Return the moments of inertia of a uniform box about its centre [kg m2]."""
     x, y, z = (s * s for s in size)
     return (mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y))
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Lugs of a beam's slings: two in the order of its ends, smaller u first."""
+    """Return the lugs of a beam's slings: two in the order of its ends, smaller u first."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

@@ -1,8 +1,8 @@
-"""The blocks of a scene file as parts of the plan: lying in equilibrium on their supports, and what of them bends.
+"""The blocks of a scene file as parts of the plan: in equilibrium on their supports, rigid or flexible.
 
-Stiffness of a support = its equal share of the weight over the settlement; damping from the ratio given.  As a beam a
-block bends from end to end along its x, and its frame is the mean of it; modes of a table stand at its lugs and pads.
-The displacements of all lugs within it are sampled, and of a beam those of its ends and its middle.
+Stiffness of a support = its equal share of the weight over the settlement; damping from the given ratio. As a beam, a
+block bends from end to end along its x, relative to its mean frame; tabulated modes are given at its lugs and pads. The
+elastic displacements of all lugs are sampled, and for a beam also those of its ends and middle.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ SINGULAR = 1e-12  # singular value, relative, of supports in one line
 
 
 def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
-    """A block as a machine: a body on a free joint above its supports; a block that is turned can be set on its other
-    face. `base`: its path in the scene."""
+    """Return a block as a machine: a body on a free joint above its supports; one that is turned can be set down on its
+    other face. `base`: its path in the scene."""
     name, alone, where = str(base[-1]), len(base) == 1, builder.source.where(base)
     block = builder.scene.block if alone else builder.scene.blocks[name]
     assert block is not None
@@ -105,8 +105,8 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
 
 
 def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
-    """Faults of supports and lugs: the block rests on its supports with its centre of mass between them, and no lug is
-    inside it."""
+    """Yield the faults of supports and lugs. The block must rest on its supports with its centre of mass between them,
+    and no lug may be inside it."""
     (u, v, _), half, supports = given.com, [side / 2 for side in given.size], given.supports.at
     gap, own = given.at[2] - half[2] - given.supports.height, name if name == "block" else f"block {name}"
     if abs(gap) > TOUCH:
@@ -126,7 +126,7 @@ def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
 
 
 def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
-    """Whether p is inside the convex hull."""
+    """Return whether p is inside the convex hull of points."""
     if p in points:
         return True
     angles = sorted(float(atan2(y - p[1], x - p[0])) for x, y in points)
@@ -135,7 +135,7 @@ def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
 
 
 def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, float, float, float, float, float]:
-    """Equilibrium pose of the block on its supports: k sum(depth) = weight, depth = a + b u + c v."""
+    """Return the equilibrium pose of the block on its supports: k sum(depth) = weight, depth = a + b u + c v."""
     places = [(1.0, u, v) for u, v in block.supports.at]
     total = len(places) * block.supports.settlement
     load = [total, total * block.com[0], total * block.com[1]]
@@ -153,7 +153,8 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Flexible part of a block with mass properties and pads, if any; errors are faults."""
+    """Return the flexible part of a block with these mass properties and pads, None if it is rigid; errors are
+    faults."""
     if block.beam is None and not block.modes:
         return None
     key: Path = (*base, "beam" if block.beam else "modes")

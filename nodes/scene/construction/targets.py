@@ -1,4 +1,4 @@
-"""Everything an action can give an order to, by the words a scene uses for it.
+"""All targets of orders, by the words that a scene uses for them.
 
 One table, so that an unknown target is answered with the nearest known one.
 """
@@ -21,10 +21,12 @@ from .scene_builder import SceneBuilder
 
 @dataclass(frozen=True)
 class OrderTarget:
-    """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2], how many pulses a
-    ramp without swing has, whether it turns; `verb`: the one that is its own, `speed`: its highest, if it has one;
-    `emergency`: the deceleration of what stops it; `loaded`: its
-    highest speed with a load."""
+    """A target of an order.
+
+    `model`: the model that has it, `name`: its name there; `accel`: its ramp [m/s2 or rad/s2], `pulses`: number of
+    pulses of a ramp without swing; `turns`: whether its coordinate is an angle; `verb`: the only verb that it accepts;
+    `speed`: its highest speed, `loaded`: with a load; `emergency`: deceleration of stops.
+    """
 
     kind: Kind
     model: str
@@ -39,7 +41,7 @@ class OrderTarget:
     loaded: float | None = None
 
     def obeys(self, verb: Verb) -> bool:
-        """Whether it accepts the verb."""
+        """Return whether it accepts the verb."""
         own = (
             self.verb in ("", verb.name)
             or self.kind in ("winch", "hook")
@@ -51,7 +53,7 @@ class OrderTarget:
 
 
 def targets(builder: SceneBuilder) -> dict[str, tuple[OrderTarget, ...]]:
-    """All targets of a scene with their actors."""
+    """Return all targets of a scene with their actors."""
     table: dict[str, tuple[OrderTarget, ...]] = {}
     on_hook = {".".join(words): frame for frame, words in builder.hooks.items()}
     for machine in builder.machines:
@@ -76,10 +78,8 @@ def targets(builder: SceneBuilder) -> dict[str, tuple[OrderTarget, ...]]:
 
 
 def _of_machine(table: dict[str, tuple[OrderTarget, ...]], machine: plan.Mechanism, on_hook: Mapping[str, str]) -> None:
-    """Targets of a machine; it can itself be given the verbs of its drives, and of its hook if it has one only.
-
-    `on_hook`: the frames that hang on hooks, which are ordered by their names, too.
-    """
+    """Add the targets of a machine; the machine itself accepts the verbs of its drives, and of its hook if it has only
+    one. `on_hook`: the frames on hooks, whose names are targets as well."""
     drives = {drive.name for drive in machine.system.drives}
     angular = turning(machine.system)
     plurals = dict[str, list[OrderTarget]]()

@@ -1,4 +1,5 @@
-"""What passes need to know of a machine at the start: how heavy ropes hang, how long ties are, what bends a beam."""
+"""Loads of machines at the start, for the passes of model levels: loads of heavy ropes, lengths of slings, loads of
+beams."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 
 def weighed(built: Plan) -> Plan:
-    """The plan with start loads of its machines made of parts."""
+    """Return the plan with the start loads of its machines made of parts."""
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (
@@ -39,17 +40,17 @@ class _Start:
         self.carried = {joint.child: joint for joint in reversed(whole.joints)}
 
     def pull(self, rope: Rope) -> float:
-        """Its tension [N]."""
+        """Return the tension of a rope [N]."""
         return rope.EA * max(0.0, kinematics.length(rope, self.at) - rope.L0) / rope.L0 if rope.hooked else 0.0
 
     def tied(self, tie: Tie) -> Tie:
-        """A sling with its length, if it carries."""
+        """Return a sling with its stretched length, if it carries."""
         rope = self.ropes.get(tie.rope)
         taut = rope is not None and self.pull(rope) > 0.0
         return msgspec.structs.replace(tie, spans=kinematics.length(rope, self.at)) if rope and taut else tie
 
     def hanging(self, machine: Mechanism, row: Heavy) -> Heavy:
-        """A heavy rope with its attachment points, or why it is massless."""
+        """Return a heavy rope with its attachment points, or with the reason why it has no mass."""
         rope = self.ropes.get(row.rope)
         if rope is None:
             over = any(x.name == row.rope for x in machine.system.reevings)
@@ -80,7 +81,7 @@ class _Start:
         return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
 
     def bent(self, row: Bend) -> Bend:
-        """A beam with gravity and its forces at the start."""
+        """Return a beam with gravity in its frame and its forces at the start."""
         stations = {row.body: None} | {
             body.name: x for body in self.whole.bodies if (x := self._station(row, body.name))
         }
@@ -88,7 +89,7 @@ class _Start:
         return msgspec.structs.replace(row, gravity=gravity, loads=tuple(self._loads(row, stations, gravity)))
 
     def _station(self, row: Bend, body: str) -> Joint | None:
-        """The joint between a body and a beam, directly or through others."""
+        """Return the joint between a body and a beam, directly or through other bodies."""
         joint = self.carried.get(body)
         while joint is not None and joint.parent != row.body:
             joint = self.carried.get(joint.parent)
@@ -114,7 +115,7 @@ class _Start:
                     yield BeamLoad(x=x, p=p, force=force, rope=rope.name, share=line.share)
 
     def _within(self, body: str, way: list[float]) -> Vector:
-        """A direction of the world in the frame of a body."""
+        """Return a direction of the world in the frame of a body."""
         return _vector(product(self.at[body][1].T.tolist(), way))
 
 

@@ -1,5 +1,5 @@
-"""The keys of an action: what it waits for, and an order for each of its targets, both in the phrase language; those of
-`interlocks:` of a scene or a machine type: what stops a machine by itself.
+"""The keys of an action: its condition, and an order for each of its targets, both in the phrase language; the keys of
+`interlocks:` of a scene or a machine type.
 
 interlocks:
   overload: {when: moment of crawler main >= 100 %, stops: [hoist, luff out]}     luffing in and lowering stay free
@@ -66,7 +66,7 @@ class ActionLine(BaseModel):
 
     @property
     def orders(self) -> dict[str, OrderPhrase]:
-        """Orders by target."""
+        """The orders by target."""
         return dict(self.__pydantic_extra__)
 
 

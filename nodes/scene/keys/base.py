@@ -1,6 +1,6 @@
-"""What the keys of mechanisms and forces have in common: names, places, directions, ends; attitudes as matrices.
+"""Common elements of the keys of mechanisms and forces: names, places, directions, ends; attitudes as matrices.
 
-A direction or quaternion need not have length 1; what has no length stays as it is and is a fault elsewhere.
+A direction or quaternion need not have length 1; one of length 0 stays as it is and becomes a fault elsewhere.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ def _named(word: str) -> str:
 
 
 def part_name(name: str) -> str:
-    """Check a part name with the prefix of its machine; raises ValueError otherwise."""
+    """Return a part name with the prefix of its machine, after a check; raises ValueError for an invalid one."""
     return ".".join(_named(word) for word in name.split("."))
 
 
 def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Check that a chart has increasing arguments; raises ValueError otherwise."""
+    """Return a chart, after a check that its arguments increase; raises ValueError otherwise."""
     for (one, _), (next_, _) in pairwise(chart):
         if next_ <= one:
             raise ValueError(f"the places of a chart must increase, but {next_:g} m comes after {one:g} m")
@@ -50,12 +50,12 @@ Quaternion = tuple[Number, Number, Number, Number]
 
 
 def written(name: str) -> str:
-    """A key as written in YAML."""
+    """Return a key as written in YAML."""
     return BEAMS if name == "beams" else name.replace("off_lead", "off-lead").replace("_", " ")
 
 
 class Base(BaseModel):
-    """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
+    """Base of all keys: frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", populate_by_name=True, alias_generator=written, defer_build=True
@@ -71,7 +71,7 @@ class BodyPoint(Base):
 
 
 def comments(model: type[Base]) -> dict[str, str]:
-    """Comments after the fields of a model, by key."""
+    """Return the comments after the fields of a model, by key."""
     text = inspect.getsource(model.struct) if model.struct else ""
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Base)):
         with suppress(OSError):  # it is made of another
@@ -86,13 +86,13 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 def unit(vector: Directed) -> Directed:
-    """The vector with length 1."""
+    """Return the vector with length 1."""
     length = norm(vector) or 1.0
     return cast(Directed, tuple(x / length for x in vector))
 
 
 def across(axis: Vector) -> Vector:
-    """The x axis projected across an axis, or y if the axis is x."""
+    """Return the x axis projected across an axis, or y if the axis is x."""
     a = unit(axis)
     e = Y if abs(a[0]) > 1.0 - 1e-9 else X
     along = sum(p * q for p, q in zip(a, e, strict=True))
@@ -101,7 +101,7 @@ def across(axis: Vector) -> Vector:
 
 
 def turned(roll: float, pitch: float, yaw: float) -> Matrix:
-    """R = Rz(yaw) Ry(pitch) Rx(roll); exact for quarter turns, which then cost nothing in compiled code."""
+    """Return R = Rz(yaw) Ry(pitch) Rx(roll), exact for quarter turns, which then cost nothing in compiled code."""
     (c, s), (d, t), (e, u) = ((_exact(cos(x)), _exact(sin(x))) for x in (roll, pitch, yaw))
     return (
         (e * d, e * t * s - u * c, e * t * c + u * s),
@@ -111,7 +111,7 @@ def turned(roll: float, pitch: float, yaw: float) -> Matrix:
 
 
 def quaternion_matrix(quaternion: Quaternion) -> Matrix:
-    """Rotation matrix of a quaternion x y z w."""
+    """Return the rotation matrix of a quaternion x y z w."""
     x, y, z, w = unit(quaternion)
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),

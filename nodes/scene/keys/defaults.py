@@ -1,4 +1,4 @@
-"""Settings laid over a scene, also on one number of a list that the scene leaves to its default."""
+"""Settings applied to a scene, also to one number of a list that the scene leaves to its default."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .validate import validate
 
 
 def override(source: Source, setting: str) -> None:
-    """Apply one `dotted.path=text` to the scene; its marks point into the setting."""
+    """Apply one setting `dotted.path=text` to the scene; its marks point into the setting."""
     overlay.override(source, setting, default_list)
 
 
 def default_list(source: Source, path: Path) -> list[Data] | None:
-    """Default value of a path that the scene does not set, if it is a list of numbers or words."""
+    """Return the default of a path that the scene does not set, if it is a list of numbers or words; else None."""
     trial = deepcopy(source)
     try:
         alike(trial)
@@ -37,7 +37,7 @@ def default_list(source: Source, path: Path) -> list[Data] | None:
 
 
 def listed(at: tuple[object, ...] | list[object], kind: object) -> list[Data] | None:
-    """A list as written in a scene; None unless it contains numbers or words."""
+    """Return a list as written in a scene; None unless it contains numbers or words."""
     found = quantity(kind)
     si = next((unit for unit, factor in found.dimension.units.items() if factor == 1), "") if found else ""
     written: list[Data] = []

@@ -1,10 +1,9 @@
-"""The keys of what the kernel or the plan describes, made of that description: names, units, defaults, meanings.
+"""Keys generated from descriptions of the kernel or the plan: names, units, defaults, meanings.
 
-    class Stop(keys_of(k.Stop, lower=one("range", Range, itemgetter(0)), upper=one("range", Range, itemgetter(1)))):
-        \"\"\"End stops of a joint.\"\"\"
+    class Stop(keys_of(k.Stop, lower=one("range", Range, itemgetter(0)), upper=one("range", Range, itemgetter(1)))): ...
 
 Each field is a key of its name, or of the word for its symbol in WORDS, in the unit that its annotation names; `built`
-makes the description from the keys.  What is written otherwise is an argument.
+makes the description from the keys. Fields that are written differently are arguments.
 """
 
 from __future__ import annotations
@@ -31,19 +30,19 @@ WORDS = {  # for the symbols of laws
 
 
 class Spelling(NamedTuple):
-    """Representation of a field: its keys with annotation and default, and its value from them."""
+    """How a field is written: its keys with annotation and default, and its value computed from them."""
 
     keys: dict[str, tuple[Any, Any]]
     value: Callable[[Any], object]
 
 
 def one(key: str, kind: Any, value: Callable[[Any], object] = lambda x: x, default: Any = ...) -> Spelling:
-    """A field written as one key, possibly shared by several fields."""
+    """Return the spelling of a field as one key, possibly shared by several fields."""
     return Spelling({key: (kind, default)}, lambda keys: value(getattr(keys, key)))
 
 
 def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) -> Spelling:
-    """A signal, written as a constant and as pairs of time and value."""
+    """Return the spelling of a signal as a constant and as pairs of time and value."""
 
     def signal(keys: Any) -> InputSignal:
         times, values = zip(*getattr(keys, pairs), strict=True) if getattr(keys, pairs) else ((), ())
@@ -53,19 +52,19 @@ def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) 
 
 
 class Described(Base):
-    """Keys of an element that is described elsewhere."""
+    """Base of the keys of elements that are described elsewhere."""
 
     spelt: ClassVar[dict[str, Spelling]] = {}
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """The description with its `first` fields and `other` ones that are not keys; `folder`: of files that it
+        """Return the description with its `first` fields and `other` ones that are not keys; `folder`: of files that it
         names."""
         assert self.struct
         return self.struct(*first, **{field: spelling.value(self) for field, spelling in self.spelt.items()}, **other)
 
     @property
     def bodies(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
-        """Bodies that it refers to, with the keys."""
+        """Yield the bodies to which it refers, with the keys."""
         for key in type(self).model_fields:
             match getattr(self, key):
                 case str(body) if key in ("body", "start", "end"):
@@ -79,8 +78,8 @@ class Described(Base):
 
 
 def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **otherwise: Spelling) -> Any:
-    """A model whose keys are the fields of a class, except `without`, plus `type: word` if given; `module`
-    distinguishes equal names."""
+    """Return a model whose keys are the fields of a class, except `without`, plus `type: word` if given. `module`
+    distinguishes equal names; `otherwise`: spellings of fields that differ from the default."""
     hints, spelt = get_type_hints(kind, include_extras=True), dict[str, Spelling]()
     for field in msgspec.structs.fields(kind) if issubclass(kind, msgspec.Struct) else fields(kind):
         if field.name not in {"name", *without}:
@@ -96,7 +95,7 @@ def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **
 
 
 def _spelling(name: str, kind: Any, default: Any) -> Spelling:
-    """Default representation of a field by its type."""
+    """Return the default spelling of a field by its type."""
     key, inner = WORDS.get(name, name), get_args(kind)
     if kind is Point and name in ("at", "point"):
         keys = {"body": (str, ...), "at": (Station, (0.0, 0.0, 0.0))}
@@ -118,7 +117,7 @@ def _plain(value: object) -> object:
 
 
 def _read(kind: Any) -> Any:
-    """The annotation of a key: units as quantities, bounds as in pydantic."""
+    """Return the annotation of a key: units as quantities, bounds as in pydantic."""
     inner = get_args(kind)
     if kind is Point:
         return BodyPoint

@@ -1,7 +1,7 @@
-"""The JSON Schema of scene files, for editors: keys, their units and defaults, what they mean.
+"""The JSON Schema of scene files, for editors: keys with units, defaults and meanings.
 
-Made from the pydantic models that read scenes, so it is always up to date.  An editor completes and checks with it
-during typing; the rest (names, physics, phrases of the action list) is checked by `heavylift check`.
+Generated from the pydantic models that read scenes, so it is always up to date. Editors use it for completion and
+checks while typing; the rest (names, physics, phrases of the action list) is checked by `heavylift check`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ TABLES = {  # out of which a block may take what it needs
 
 
 def json_schema() -> Schema:
-    """The JSON Schema as plain data."""
+    """Return the JSON Schema as plain data."""
     schema = Scene.model_json_schema(by_alias=True)
     definitions = schema["$defs"]
     meanings = {model.__name__: comments(model) for model in _models(Base)}
@@ -92,7 +92,7 @@ def json_schema() -> Schema:
 
 
 def _parameters(kind: MachineType) -> Schema:
-    """The parameters of a type as keys."""
+    """Return the parameters of a type as keys."""
     found: Schema = {}
     for key, text in kind.parameters.items():
         measured = dimension_of(text)
@@ -102,20 +102,20 @@ def _parameters(kind: MachineType) -> Schema:
 
 
 def with_unit(dimension: str, value: float) -> str | float:
-    """A value in SI units as written in a scene; a plain number for dimensions without unit."""
+    """Return a value in SI units as written in a scene; a plain number for dimensions without unit."""
     unit, factor = FIRST_UNIT.get(dimension, ("", 1.0))
     return f"{value / factor:.10g} {unit}" if unit else value
 
 
 def _models(base: type[Base]) -> Iterator[type[Base]]:
-    """All key models; those of equal names share their comments."""
+    """Yield all key models; those of equal names share their comments."""
     for model in base.__subclasses__():
         yield model
         yield from _models(model)
 
 
 def _readable(key: Schema, meaning: str) -> Schema:
-    """A key without generated titles, with the unit of its default; a place on a beam may be a length."""
+    """Return a key without generated titles, with the unit of its default; a place on a beam may be a length."""
     found = {name: value for name, value in key.items() if name != "title"}
     if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys have theirs
         del found["default"]

@@ -1,15 +1,15 @@
-"""What surrounds the machines of a scene: `waves:` and `vessels:`, `floor:` and `obstacles:`, `wind:`.
+"""The environment of a scene's machines: `waves:` and `vessels:`, `floor:` and `obstacles:`, `wind:`.
 
-The wave is a regular one on deep water.  A vessel's axes are x to its bow, y to port, z up; its origin lies on the
-waterline at rest, and all responses are given there.  A phase is that of the response against the wave's elevation at
+The wave is a regular one on deep water. A vessel's axes are x to its bow, y to port, z up; its origin lies on the
+waterline at rest, and all responses are given there. A phase is that of the response against the wave's elevation at
 the origin: cos(w t + phase).
 
-Blocks meet floor and obstacles as rigid contacts with friction.
+Blocks have rigid contacts with friction with floor and obstacles.
 
-The wind becomes forces of a mechanism.  Turbulence has the spectrum of EN 1991-1-4, B.1: n S / s² = 6.8 f / (1 + 10.2
-f)^(5/3), f = n L / v, of the standard deviation s and the length L.  It is written as a sum of harmonics with random
+The wind becomes forces of a mechanism. Turbulence has the spectrum of EN 1991-1-4, B.1: n S / s² = 6.8 f / (1 + 10.2
+f)^(5/3), f = n L / v, of the standard deviation s and the length L. It is written as a sum of harmonics with random
 frequencies and phases (Shinozuka and Deodatis, Applied Mechanics Reviews 44 (1991) 191-204) and given as a history, one
-speed a second.  What is slower than twenty minutes or faster than two seconds is left out.
+speed a second. Periods longer than twenty minutes or shorter than two seconds are omitted.
 """
 
 from __future__ import annotations
@@ -109,11 +109,11 @@ class Vessel(Base):
 
     @property
     def attitude(self) -> Matrix:
-        """Its axes in the world, at rest."""
+        """The axes of the vessel in the world, at rest."""
         return turned(0.0, 0.0, self.heading)
 
     def place(self, p: Sequence[float]) -> Vector:
-        """World position of a point on it at rest [m]."""
+        """Return the world position of a point on the vessel at rest [m]."""
         x, y, z = (a + b for a, b in zip(product(self.attitude, p), self.at, strict=True))
         return x, y, z
 
@@ -184,7 +184,7 @@ class WindKeys(Base):
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
-        """Wind forces by name; `block`: size of its box [m] or None; `end`: of the run [s], if known."""
+        """Return the wind forces by name; `block`: size of its box [m] or None; `end`: of the run [s], if known."""
         areas = dict(self.on)
         if block is not None:
             x, y, z = block
@@ -206,7 +206,7 @@ class WindKeys(Base):
 
 
 def turbulent(speed: float, turbulence: float, scale: float, seed: int, end: float | None) -> list[tuple[float, float]]:
-    """Times [s] and speeds [m/s] of a turbulent wind with this mean."""
+    """Return times [s] and speeds [m/s] of a turbulent wind with this mean speed."""
     random = Random(f"wind {seed}")
     ends = [SLOWEST * float(power(FASTEST / SLOWEST, i / HARMONICS)) for i in range(HARMONICS + 1)]
     speeds = [speed] * (int(min(end or USUAL, LONGEST)) + 2)

@@ -1,4 +1,4 @@
-"""Rigging gear by ID: files of slings, shackles, spreaders and lifting beams beside a scene, and where it uses them.
+"""Rigging gear by ID: files of slings, shackles, spreaders and lifting beams beside a scene, and references to them.
 
     gear: [slings.csv, shackles.yaml]
     rigging:
@@ -6,8 +6,8 @@
       beam: {type: spreader, gear: SB-20, points: {...}}
 
 In a table the first column is the ID, the others are keys with their units, `breaking [kN]`; a file .yaml has the same
-keys below each ID.  What the same file writes beside `gear` wins over the item, the item over what that extends.  Below
-`gear` the scene keeps the items that it uses, each with the places where it does.
+keys below each ID. Keys written beside `gear` in the same file override the item, and the item overrides the scene that
+the file extends. Under `gear`, the scene data keep the items in use, each with the places of its use.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: d
 
 
 def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
-    """Replace the name of gear by a number."""
+    """Replace the name of gear that stands in place of a number by that number."""
     if key not in item:
         source.fault(path, f"the gear '{name}' has no '{key}'", mark=mark)
         return
@@ -99,7 +99,7 @@ def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: st
 
 
 def _items(source: Source, file: str) -> dict[str, dict[str, Data]]:
-    """The items of a file by ID."""
+    """Return the items of a file by ID."""
     if file.endswith((".yaml", ".yml")):
         own = read(content(within(source.root, source.root / file)).decode(), file)
         raise_faults(own, own.faults)

@@ -1,10 +1,10 @@
-"""The keys about the nodes of a run: `models` of a user's own that run beside the kernel, `placement` of processes.
+"""The keys about the nodes of a run: user `models` beside the kernel, `placement` of nodes in processes.
 
 models:
   damper:
     model: anti_sway.py:Damper                      in the folder of the scene; or module:name, or unit.fmu
     period: 100 ms                                  of samples
-    signals: {swing: swing along of fall-1}         in port: what it hears
+    signals: {swing: swing along of fall-1}         in port: its signal
     orders: {speed: trolley}                        out port: the drive or winch that its set-points lead
     parameters: {gain: 12 m/s}                      quantities arrive in SI units
 
@@ -30,7 +30,7 @@ from .base import Base, Name
 
 
 def _parameter(given: object) -> object:
-    """Convert a quantity to SI; other texts, numbers and booleans stay."""
+    """Return a parameter with quantities converted to SI; other texts, numbers and booleans stay."""
     if isinstance(given, str) and (unit := number_and_unit(given)[1]):
         for dimension in u.DIMENSIONS:
             if unit in dimension.units:
@@ -71,7 +71,7 @@ class Process(Base):
 
 
 def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
-    """Faults: unknown nodes, and nodes placed twice."""
+    """Return the faults of a placement: unknown nodes, and nodes placed twice."""
     found, placed = list[Fault](), dict[str, str]()
     for process, hosting in placement.items():
         given = source.at(("placement", process))

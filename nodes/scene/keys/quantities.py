@@ -1,4 +1,4 @@
-"""Which quantity stands at a path of a scene: its value, and the dimension that the models of its keys read it with."""
+"""The quantity at a path of a scene: its value, and the dimension by which the models of the keys read it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Kind = Any  # annotation of a key, with its metadata
 
 
 def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
-    """Value and annotation of all that is in a part of a scene, by key or number."""
+    """Return value and annotation of every element of a part of a scene, by key or number."""
     if isinstance(at, BaseModel):
         fields = type(at).model_fields.items()
         found = {f.alias or written(name): (getattr(at, name), (f.annotation, *f.metadata)) for name, f in fields}
@@ -31,7 +31,7 @@ def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
 
 
 def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
-    """Those of a type that are quantities, or places and ranges of them."""
+    """Return the parameters of a type that are quantities, or places and ranges of them."""
     found: dict[str | int, tuple[object, Kind]] = {}
     for key, text in getattr(at, "parameters", {}).items():
         values = [(value_of(x), dimension_of(x)) for x in (text if isinstance(text, list) else [text])]
@@ -45,13 +45,13 @@ def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
 
 
 def quantity(kind: Kind) -> Quantity | None:
-    """The first quantity in an annotation, at any depth."""
+    """Return the first quantity in an annotation, at any depth."""
     found: Quantity | None = _deep(kind, lambda each: each if isinstance(each, Quantity) else None)
     return found
 
 
 def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
-    """Value and annotation at a path; None if there is none."""
+    """Return value and annotation at a path; None if there is none."""
     at, kind = scene, None
     for part in path:
         inside = below(at, kind)
@@ -62,7 +62,8 @@ def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
 
 
 def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
-    """Value (SI) and quantity at a path; for a place written as one number, the first coordinate; None elsewhere."""
+    """Return value (SI) and quantity at a path; for a place written as one number, the first coordinate; None
+    elsewhere."""
     at, kind = found_at(scene, path) or (None, None)
     if isinstance(at, tuple) and at:
         at = at[0]
@@ -73,7 +74,7 @@ def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
 
 
 def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: Mapping[Path, Path]) -> list[Fault]:
-    """Uncertainties of what is no quantity, or that make no sense of it; `given`: as `Source.given`."""
+    """Return the faults of stated uncertainties: not on a quantity, or invalid for it; `given`: as `Source.given`."""
     faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():
         at = put.get(path, path)
@@ -88,7 +89,7 @@ def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: M
 
 
 def _element(kind: Kind, n: int, i: int) -> Kind:
-    """Annotation of element i of n: its own in a tuple, else the common one."""
+    """Return the annotation of element i of n: its own in a tuple, else the common one."""
 
     def own(each: Kind) -> Kind | None:
         origin: object = get_origin(each)
@@ -99,7 +100,7 @@ def _element(kind: Kind, n: int, i: int) -> Kind:
 
 
 def _deep(kind: Kind, found: Callable[[Kind], Any]) -> Any:
-    """First result of a function in an annotation or its parts."""
+    """Return the first result of a function on an annotation or its parts."""
     result = found(kind)
     if result is not None:
         return result

@@ -44,14 +44,14 @@ OffLead = u.Swing | Literal["unknown"]
 
 
 class CraneKeys(Base):
-    """A crane of a type; what else is written are parameters of that."""
+    """A crane of a type; all other keys are parameters of the type."""
 
     type: str  # a bundled one, or a file of yours
     parameters: dict[str, Any] = Field(default_factory=dict)  # which stand beside the type
 
 
 class Supports(Base):
-    """Stools under the block: the same places serve on either face."""
+    """Supports under the block: the same places serve for either face."""
 
     height: u.Length
     at: Annotated[list[tuple[u.Length, u.Length]], Field(min_length=3)]
@@ -71,7 +71,7 @@ class Mesh(Base):
 
 
 class Block(Base):
-    """The block: a box with lugs; `at`: centre of the box, `com`: centre of mass from there."""
+    """The block: a box with lugs; `at`: centre of the box, `com`: centre of mass relative to it."""
 
     mass: u.Mass
     size: tuple[u.Extent, u.Extent, u.Extent]
@@ -88,14 +88,13 @@ class Block(Base):
 
     @property
     def flexible(self) -> bool:
-        """Whether it bends."""
+        """Whether the block bends."""
         return bool(self.beam or self.modes)
 
 
 class FrameKeys(Base):
-    """A frame on a hook, such as a lifting beam on a hinge below the hook block, with its slings.
-
-    What else is written are parameters of its type."""
+    """A frame on a hook, such as a lifting beam on a hinge below the hook block, with its slings. All other keys are
+    parameters of its type."""
 
     type: str = BEAM_TYPE  # a bundled one, or a file of yours
     hook: str  # "west H1"
@@ -151,11 +150,11 @@ class RigKeys(Base):
 
 
 class FidelityKeys(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
-    """How much of the machines is modelled."""
+    """Model level of the machines."""
 
 
 class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
-    """Factors between the load at rest and that for which hooks, slings, shackles and lugs are chosen."""
+    """Factors between the static load and the load for which hooks, slings, shackles and lugs are chosen."""
 
 
 class Instance(Base):

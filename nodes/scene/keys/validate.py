@@ -1,7 +1,7 @@
-"""Scene data through the pydantic models; pydantic's errors become sentences at the place of the text.
+"""Validation of scene data by the pydantic models; pydantic's errors become sentences with their place in the text.
 
-pydantic reports all errors at once; here each gets its path in the file (without pydantic's own union
-tags), a plain sentence, and for an unknown key or word the nearest known one.
+pydantic reports all errors at once; here each gets its path in the file (without pydantic's own union tags), a plain
+sentence, and for an unknown key or word the nearest known one.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ _PLAIN = {
 
 
 def validate(source: Source) -> Scene | None:
-    """The validated scene with expanded machines, or None with errors added to the faults of the source; data keep
-    nominal values."""
+    """Return the validated scene with expanded machines, or None, with errors added to the faults of the source. The
+    data keep nominal values."""
     stated = uncertainties(source)
     if not (arithmetic(source) and expand(source)):
         return None
@@ -60,7 +60,7 @@ def validate(source: Source) -> Scene | None:
 
 
 def validated(text: str, name: str) -> Scene:
-    """The scene of a whole text; raises SceneError."""
+    """Return the scene of a whole text; raises SceneError."""
     source = read(text, name)
     scene = validate(source)
     raise_faults(source, source.faults)
@@ -69,12 +69,12 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: Source) -> dict[Path, Stated]:
-    """Stated uncertainties of a scene by path; data keep nominal values."""
+    """Return the stated uncertainties of a scene by path; its data keep nominal values."""
     return separated(source, lambda path: (found := _at(path)) != [] and all(each is str for each in found))
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:
-    """Faults: names of machines or groups that are keywords or parts of a run."""
+    """Yield the faults of machine or group names that are keywords or parts of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
     named |= {("machines", name): name for name in scene.machines if name not in scene.cranes}
     if scene.rig:
@@ -92,7 +92,7 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
 
 
 def _key_of_action(word: str) -> str:
-    """The action key most similar to a word; "" if there is none."""
+    """Return the action key most similar to a word; "" if there is none."""
     return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "may touch", "wait"), 1, 0.75)), "")
 
 
@@ -146,14 +146,14 @@ def _fault(source: Source, error: ErrorDetails) -> Fault:
 
 
 def _decimals(values: Data) -> str:
-    """Hint for a list with decimal commas: `[20,5 m, 16 m]` has three values."""
+    """Return a hint for a list with decimal commas: `[20,5 m, 16 m]` has three values."""
     each = values if isinstance(values, list) else []
     split = [(a, b) for a, b in pairwise(each) if isinstance(a, int) and isinstance(b, str) and b[:1].isdigit()]
     return f"a decimal has a point: write '{split[0][0]}.{split[0][1]}'" if split else ""
 
 
 def _path(data: Data, loc: tuple[str | int, ...]) -> Path:
-    """The path without pydantic's union tags; a missing last key stays."""
+    """Return the path without pydantic's union tags; a missing last key stays."""
     path: list[str | int] = []
     at = data
     for depth, part in enumerate(loc):
@@ -170,7 +170,7 @@ def _path(data: Data, loc: tuple[str | int, ...]) -> Path:
 
 
 def _models(annotation: object) -> list[object]:
-    """What an annotation is about, without Annotated, None and unions."""
+    """Return the types of an annotation, without Annotated, None and unions."""
     origin = get_origin(annotation)
     if origin is Annotated:
         return _models(get_args(annotation)[0])
@@ -200,7 +200,7 @@ def _tags(model: object) -> tuple[object, ...]:
 
 
 def _at(loc: tuple[str | int, ...]) -> list[object]:
-    """Models and types possible at a location."""
+    """Return the models and types possible at a location."""
     return reduce(_down, loc, [Scene])
 
 

@@ -1,8 +1,8 @@
 """The language of the action list.
 
-phrases      what is written to the right of `target:`, `when:`, ...
-quantities   what conditions measure
-grammar      reads it, by words
+phrases      phrases to the right of `target:`, `when:`, ...
+quantities   quantities that conditions measure
+grammar      reads phrases, by `words`
 """
 
 from heavylift.kernel.on_demand import face

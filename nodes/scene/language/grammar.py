@@ -1,6 +1,6 @@
-"""Reads the phrases of an action list; the grammar stands in `phrases`.
+"""Reads the phrases of an action list; the grammar is documented in `phrases`.
 
-A recursive-descent reader over one line; every error is a sentence with the column where it happened.
+A recursive-descent parser over one line; every error is a sentence with its column.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ Phrase = TypeVar("Phrase")
 
 
 def read_order(text: str) -> OrderPhrase:
-    """The order of a phrase; raises PhraseError."""
+    """Return the order of a phrase; raises PhraseError."""
     return _whole(text, _order)
 
 
 def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
-    """An acceleration, or a ramp without swing; raises ValueError."""
+    """Return an acceleration, or a ramp without swing; raises ValueError."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
     return _whole(text, lambda r: _ramp(r, dimension))
 
 
 def read_condition(text: str) -> ConditionPhrase:
-    """The condition of a phrase; raises PhraseError."""
+    """Return the condition of a phrase; raises PhraseError."""
     return _whole(text, _condition)
 
 
@@ -232,7 +232,7 @@ def _crossing(r: PhraseReader) -> CrossTest:
 
 
 def _quantity(r: PhraseReader) -> str:
-    """The longest quantity name at this place."""
+    """Return the longest quantity name at this place."""
     words = r.take(*{quantity.split()[0] for quantity in QUANTITIES})
     seconds = [quantity.split()[1] for quantity in QUANTITIES if quantity.startswith(f"{words} ")]
     more = r.take(*seconds) if words in QUANTITIES or not seconds else r.expect(*seconds, after=f"after '{words}'")
@@ -240,7 +240,7 @@ def _quantity(r: PhraseReader) -> str:
 
 
 def _names(r: PhraseReader) -> str:
-    """A name, one word or two ("west H1"), or a set of slings or ropes."""
+    """Return a name, one word or two ("west H1"), or a set of slings or ropes."""
     if r.take("all", "any") == "any":
         return "any " + r.expect("hook", "sling", after="after 'any'")
     names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []

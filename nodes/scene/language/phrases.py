@@ -1,4 +1,4 @@
-"""The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
+"""The phrase language of the action list: phrases to the right of `target:`, `when:` and `until`.
 
     order      = motion | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
                | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" ["height"]
@@ -15,31 +15,31 @@
                | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" ["on" name]
                | lift "done"
                | "after" time
-               | quantity (">=" | "<=") value      (of "load of" and "tension of" also in %, of what is rated)
+               | quantity (">=" | "<=") value      ("load of" and "tension of" also in % of the rated value)
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
                | "length of" name | "tension of" (name | set "slings" | set "ropes") | "load of" hook
                | "moment of" hook | "radius of" hook | "off-lead of" rope | "swing along of" rope
                | "swing across of" rope | "gap" name name | "height difference" name name | "wind"
 
-A ramp without swing is chosen for what the move makes swing, with ropes, hook and load as they hang as it begins to
-speed up and to slow down; `check` tells the accelerations.  A ramp in two pulses is the quicker one; where they would
-overlap, each has half of the acceleration.
+A ramp without swing is computed for the pendulum that the move excites, with the positions of ropes, hook and load when
+it begins to speed up and to slow down; `check` prints the accelerations. A ramp in two pulses is faster; where the
+pulses would overlap, each has half of the acceleration.
 
-Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
-middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until a block
-lies as level as at the start, or turned by an angle, that of the last turn unless it is written, along the way on which
-they are apart from the others, also through spreaders and beams.  What is to `hold` stops; then the brakes of its joint
-engage, if there are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same
-action, so that its hook stays as high.
+Moves `together` all stop when one of them is stopped. `to above [A, B]` ends with the ropes above the middle of these
+lugs, at the position of the block when the move begins. `level` hoists, then lowers these hooks until a block is level,
+or turned by an angle (as written, else that of the last turn), in the direction in which they are apart from the other
+hooks, also through spreaders and beams. `hold` stops a drive; then the brakes of its joint engage, if there are any. A
+winch with `hold height` hoists and lowers while its boom luffs by an order of the same action, so that its hook keeps
+its height.
 
-`landed` is a block on its supports, `landed on` something (floor, obstacle, other block, a body that it meets by a
-contact) a block that is within a millimetre of it.
+A block is `landed` on its supports, and `landed on` something (floor, obstacle, other block, a body with a contact)
+when it is within a millimetre of it.
 
-What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` or `any sling` an interlock
-watches each.
+A move stopped by an interlock or a limit switch is `stopped`, not done. With `any hook` or `any sling` an interlock
+watches each of them.
 
-`grammar` reads phrases.  Names are resolved later, against the machines of the scene.
+`grammar` reads phrases. Names are resolved later, against the machines of the scene.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """A block has left all supports, or closed all of one face; `of`: which block, `on`: another thing it landed on. Or
-    a lift's list is done."""
+    """A block has left all supports, or closed all of one face; `of`: which block, `on`: another thing on which it
+    landed. Or the action list of a lift is done."""
 
     state: Literal["lifted", "landed", "done"]
     column: int

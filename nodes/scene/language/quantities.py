@@ -1,4 +1,4 @@
-"""The quantities that conditions, interlocks, limits of signals and models of a user's own name: one row each."""
+"""The quantities that can be named in conditions, interlocks, limits of signals and user models: one row each."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from heavylift.nodes.scene.text.units import Dimension
 
 @dataclass(frozen=True)
 class NamedQuantity:
-    """Dimension of a quantity, and the number of names it needs ("some": one, or the block by default); `rated`: per
-    cent are allowed."""
+    """Dimension of a quantity, and the number of names that it needs ("some": one, or the block by default); `rated`:
+    it can be given in per cent."""
 
     dimension: Dimension
     of: Literal["none", "some", "one", "two"] = "one"

@@ -1,4 +1,4 @@
-"""The words of a phrase, taken one after the other; what is wrong is reported with its place among them."""
+"""The words of a phrase, read one after the other; errors have their place in the phrase."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class PhraseReader(Reader):
         return match[0] if match else ""
 
     def take(self, *words: str) -> str:
-        """The next word if it is one of these, else ''."""
+        """Return and consume the next word if it is one of these, else return ''."""
         word = self.next
         if word not in words:
             return ""
@@ -54,7 +54,7 @@ class PhraseReader(Reader):
         return word
 
     def quantity(self, dimension: Dimension) -> float:
-        """A number with a unit of this dimension."""
+        """Return and consume a number with a unit of this dimension."""
         found = next((x for form in (_PUNCTUATED, _KNOWN, _UNKNOWN) if (x := form.match(self.text, self.at))), None)
         text = found[0] if found else self.next
         if not text:

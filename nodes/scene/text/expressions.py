@@ -66,7 +66,7 @@ class Value:
 
 
 def value_of(text: object) -> Value | None:
-    """Read a quantity of a scene, "42 m" or 8; None for anything else."""
+    """Return the value of a quantity of a scene, "42 m" or 8; None for anything else."""
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         return None
     if not isinstance(text, str):
@@ -79,13 +79,13 @@ def value_of(text: object) -> Value | None:
 
 
 def dimension_of(text: object) -> Dimension | None:
-    """Dimension of a quantity of a scene; None for anything else."""
+    """Return the dimension of a quantity of a scene; None for anything else."""
     number, unit = number_and_unit(str(text))
     return next((d for d in DIMENSIONS if number and unit in d.units), None)
 
 
 def shown_as(value: Value) -> str | float:
-    """A value as written in a scene, exactly; raises ExpressionError if no unit fits."""
+    """Return a value as written in a scene, exactly; raises ExpressionError if no unit fits."""
     if not math.isfinite(value.number):
         raise ExpressionError("the result is no finite number")
     if value.exponents == PLAIN:
@@ -107,7 +107,7 @@ def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
 
 
 class Parameters:
-    """Named values, which may be arithmetic over one another; what is `given` replaces some of them."""
+    """Named values, which may be expressions of one another; the values `given` override some of them."""
 
     def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
         self.values, self.given = values, given
@@ -115,11 +115,11 @@ class Parameters:
         self._busy: list[str] = []
 
     def raw(self, name: str) -> Data:
-        """A parameter as it is written."""
+        """Return a parameter as it is written."""
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
-        """The result of an expression without its `=`; a parameter that is no number, as it is."""
+        """Return the result of an expression without its `=`; a parameter that is not a number is returned as it is."""
         name = " ".join(text.split())
         if name in self.values:
             raw = self.raw(name)
@@ -128,7 +128,7 @@ class Parameters:
         return shown_as(evaluated(text, self.value))
 
     def value(self, word: str) -> Value | None:
-        """The value of a parameter, or of one number of a place (`lug.x`); None for another word."""
+        """Return the value of a parameter, or of one coordinate of a place (`lug.x`); None for any other word."""
         if word not in self._known:
             name, _, axis = word.rpartition(".")
             whole = word if word in self.values else name
@@ -147,10 +147,8 @@ class Parameters:
 
 
 def arithmetic(source: Source) -> bool:
-    """Replace each value `=...` of a scene by its result, over its `parameters`; types have parameters of their own.
-
-    Returns whether all have a result; what is wrong is added to the faults of the source.
-    """
+    """Replace each value `=...` of a scene by its result, over the scene's `parameters`; machine types have their own.
+    Returns whether all have a result; faults are added to those of the source."""
     named = source.data.get("parameters")
     parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True
 
@@ -187,11 +185,11 @@ class Reader:
 
     @property
     def rest(self) -> str:
-        """All that is not read."""
+        """The unread rest of the text."""
         return self.text[self.at :]
 
     def move(self, at: int) -> None:
-        """Go on at a column, after blanks."""
+        """Move to a column, and skip blanks after it."""
         self.at = len(self.text) - len(self.text[at:].lstrip())
 
 
@@ -257,7 +255,7 @@ class _Arithmetic(Reader):
         return value
 
     def _list(self, most: int) -> list[Value]:
-        """Values up to a closing bracket."""
+        """Return the values up to a closing bracket."""
         self.depth += 1
         if self.depth > DEEPEST:
             raise ExpressionError(f"brackets are nested deeper than {DEEPEST} levels", self.at)
@@ -292,7 +290,7 @@ class _Arithmetic(Reader):
         return self._turned(name, values[0], at)
 
     def _turned(self, name: str, value: Value, at: int) -> Value:
-        """The functions of angles, and their inverses."""
+        """Return the value of a function of angles, or of its inverse."""
         inverse = name in ("acos", "asin")
         if value.exponents not in ((PLAIN,) if inverse else (PLAIN, ANGLE)):
             needed = "a ratio" if inverse else "an angle"
@@ -322,7 +320,7 @@ def _times(a: Exponents, b: Exponents, sign: int) -> Exponents:
 
 @cache
 def _exponents(unit: str) -> Exponents:
-    """What a unit measures: "kN m/rad" is kg m2 / s2 / rad."""
+    """Return the dimension of a unit as exponents: "kN m/rad" is kg m2 / s2 / rad."""
     over, *under = unit.split("/")
     found = PLAIN
     for part, sign in ((over, 1), *((each, -1) for each in under)):
@@ -335,7 +333,7 @@ def _exponents(unit: str) -> Exponents:
 
 @cache
 def _units() -> Mapping[Exponents, str]:
-    """The unit of SI of each kind of quantity."""
+    """Return the SI unit of each dimension."""
     found: dict[Exponents, str] = {}
     for dimension in DIMENSIONS:
         for unit, factor in dimension.units.items():
@@ -345,7 +343,7 @@ def _units() -> Mapping[Exponents, str]:
 
 
 def _named(exponents: Exponents) -> str:
-    """What a value is measured in, for sentences."""
+    """Return the unit of a dimension in words, for error messages."""
     if exponents == PLAIN:
         return "numbers"
     if exponents in _units():

@@ -1,5 +1,7 @@
-"""Where the text of a scene comes from: its file or a bundled one, laid over those that it extends; and entries of it
-that are like others, with differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`."""
+"""Scenes that extend others: the text of a scene merged over those that it extends, and entries that are like others.
+
+Such an entry has only the differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +27,12 @@ SECTIONS: tuple[Path, ...] = (
 
 
 def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
-    """Data of a file merged over the file that it extends, within the folder `root` or bundled."""
+    """Return the data of a file merged over the file that it extends, which is within the folder `root` or bundled."""
     return over(read(text, name, root), path, root, above)
 
 
 def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
-    """The same for data already read."""
+    """Return data merged over the file that they extend."""
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -60,7 +62,8 @@ def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, 
 
 
 def alike(source: Source) -> None:
-    """Fill entries that are `like` another one with what they omit; faults are added to those of the source."""
+    """Fill entries that are `like` another one with the keys that they omit; faults are added to those of the
+    source."""
     for section in SECTIONS:
         entries = source.at(section)
         if isinstance(entries, dict):
@@ -84,7 +87,7 @@ def _like(source: Source, section: Path, entries: dict[str, Data], name: str, ab
 
 
 def _copy(source: Source, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
-    """Copy what an entry omits, with marks."""
+    """Copy the keys that an entry omits, with their marks."""
     for key, value in theirs.items() if isinstance(theirs, dict) else ():
         mine = own.get(key)
         if isinstance(mine, dict) and isinstance(value, dict):
@@ -97,7 +100,7 @@ def _copy(source: Source, theirs: Data, there: Path, own: dict[str, Data], here:
 
 
 def merged(below: Source, above: Source) -> Source:
-    """A scene or type with another one laid over it: mappings key by key, lists and values replace."""
+    """Return a scene or type with another one merged over it: mappings key by key, lists and values are replaced."""
     keys, values = dict(below.keys), dict(below.values)
     found = Source(
         above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files
@@ -130,14 +133,14 @@ def _take(merged: Source, upper: Source, path: Path) -> None:
 
 
 def forget(source: Source, path: Path, value: Data) -> None:
-    """Drop the marks of a value and of all in it."""
+    """Drop the marks of a value and of all values in it."""
     for found in _paths(value, path):
         source.keys.pop(found, None)
         source.values.pop(found, None)
 
 
 def _paths(value: Data, path: Path) -> Iterator[Path]:
-    """Paths of a value and of all values in it."""
+    """Yield the paths of a value and of all values in it."""
     yield path
     below = value if isinstance(value, dict) else dict(enumerate(value)) if isinstance(value, list) else {}
     for key, each in below.items():

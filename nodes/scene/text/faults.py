@@ -1,7 +1,7 @@
-"""Every error of a scene, written so that an editor can jump to it: `file:line:col: error: path: sentence`.
+"""Errors of a scene, in a format that editors can jump to: `file:line:col: error: path: sentence`.
 
-Below each stands the source line with a caret and, where a name is close to a known one, a did-you-
-mean.  All errors of a scene are reported at once, in the order of the text.
+Below each is the source line with a caret and, if a name is close to a known one, a did-you-mean. All errors of a scene
+are reported at once, in the order of the text.
 """
 
 from __future__ import annotations

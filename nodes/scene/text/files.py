@@ -1,6 +1,6 @@
-"""Where the text of a scene comes from, its file or a bundled one, and how its files are read.
+"""Files of a scene: its own or a bundled one, and safe reading of files.
 
-They are regular files of bounded size; those that a scene names stand in its own folder.
+Only regular files of bounded size are read; files that a scene refers to must be in its own folder.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _named = count()
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:
-    """Read a file; raises OSError, with a sentence as `strerror`, if it is no regular file or too large."""
+    """Read a file; raises OSError, with a sentence as `strerror`, if it is not a regular file or too large."""
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(0, "it is a pipe or a device, no file")
@@ -30,7 +30,7 @@ def content(path: Path, most: int = LARGEST) -> bytes:
 
 
 def within(root: Path, path: Path) -> Path:
-    """Resolve a path; raises ValueError if it is outside the folder `root` or cannot be printed."""
+    """Return a resolved path; raises ValueError if it is outside the folder `root` or cannot be printed."""
     next(_named)
     try:
         found = path.resolve()
@@ -42,12 +42,12 @@ def within(root: Path, path: Path) -> Path:
 
 
 def files_read() -> str:
-    """Changes whenever a scene has read another file."""
+    """Return a text that changes whenever a scene reads another file."""
     return repr(_named)
 
 
 def scene_file(scene: str) -> Path:
-    """The file at a path, or that of a bundled scene; raises SceneError where a name is neither."""
+    """Return the file at a path, or that of a bundled scene; raises SceneError if there is neither."""
     path = Path(scene)
     known = bundled()
     if path.is_file() or scene not in known:

@@ -1,13 +1,13 @@
 """Machine types as data: a file of bodies, joints, drives and hooks over parameters that a scene may override.
 
-    gather(source)     reads the type files of the scene's own folder into its data, below `types`
-    expand(source)     replaces each crane of a scene by what its type makes of the parameters, below `machines`, and
+    gather(source)     reads type files in the scene's own folder into its data, under `types`
+    expand(source)     expands each crane of a scene by its type and parameters, under `machines`, and
                        gives each frame on a hook its parts
     library(), frames()  the type files that come with heavylift, by name
 
-A value that begins with `=` is arithmetic over parameters (`expressions`); it becomes a quantity with its unit of SI.
-Names of parts get the name of the crane in front: `boom` of `west` is `west.boom`.  Marks stay where they were, so that
-a fault names the line of the type file, or that of the scene where a parameter is overridden.
+A value that begins with `=` is arithmetic over parameters (`expressions`); it becomes a quantity in SI units. Names of
+parts get the name of the crane as prefix: `boom` of `west` is `west.boom`. Marks are kept, so that a fault names the
+line of the type file, or that of the scene if a parameter is overridden.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ VERSION = 1
 
 
 def library() -> dict[str, FilePath]:
-    """Bundled machine types by name."""
+    """Return the bundled machine types by name."""
     return {path.stem: path for path in sorted(types_folder().glob("*.yaml"))}
 
 
 def frames() -> dict[str, FilePath]:
-    """The type files of frames, likewise."""
+    """Return the bundled frame types by name."""
     return {path.stem: path for path in sorted(frames_folder().glob("*.yaml"))}
 
 
 @lru_cache(maxsize=64)
 def machine_type(name: str, frame: bool = False) -> MachineType:
-    """A bundled type of a crane or frame; raises SceneError for an unknown one."""
+    """Return a bundled type of a crane or frame; raises SceneError for an unknown one."""
     known = frames() if frame else library()
     if name not in known:
         raise SceneError(f"there is no machine type '{name}': {closest(name, known)}")
@@ -52,7 +52,7 @@ def machine_type(name: str, frame: bool = False) -> MachineType:
 
 
 def extending(kind: MachineType) -> MachineType:
-    """A type laid over that of the library which it extends, if it does."""
+    """Return a type merged over the bundled type that it extends, if it extends one."""
     old = old_type(kind.source.data)
     base = kind.data.get("extends")
     if not isinstance(base, str):
@@ -65,7 +65,7 @@ def extending(kind: MachineType) -> MachineType:
 
 
 def gather(source: Source) -> None:
-    """Read type files that a scene names by path, with their marks."""
+    """Read the type files to which a scene refers by path, with their marks."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
     named = {str(entry.get("type")): at for at, entry in reversed([*_cranes(source), *_frames(source)])}
@@ -90,10 +90,8 @@ def gather(source: Source) -> None:
 
 
 def expand(source: Source) -> bool:
-    """Replace each crane by the parts of its type; faults are added to those of the source.
-
-    Returns whether the data can be read further: all arithmetic has a result.
-    """
+    """Replace each crane by the parts of its type; faults are added to those of the source. Returns whether the data
+    can be read further: whether all expressions have a result."""
     computed = True
     own = source.data.pop("types", {})
     inline = own if isinstance(own, dict) else {}
@@ -130,7 +128,7 @@ def expand(source: Source) -> bool:
 
 
 def _inline(source: Source, name: str, data: Data) -> MachineType:
-    """A type defined in the scene itself."""
+    """Return a type defined in the scene itself."""
     at: Path = ("types", name)
     keys, values = (
         {path[2:]: mark for path, mark in some.items() if path[:2] == at} for some in (source.keys, source.values)

@@ -3,8 +3,8 @@
     block: {shape: hull.stl, mass: 320 t, ...}      or {shape: {file: hull.stl, unit: mm, density: 400 kg/m3}, ...}
 
 The integrals over the polyhedron are exact, as sums over the tetrahedra below its triangles (Mirtich, Journal of
-Graphics Tools 1 (1996) 31-50).  What the block says itself of its centre of mass and moments wins.  Its origin is the
-middle of the box around the shape; it is drawn, and its clearance is checked, as slices that hold all of it.
+Graphics Tools 1 (1996) 31-50). A centre of mass and moments given with the block take precedence. The block's origin is
+the centre of the shape's bounding box; for drawings and clearances the shape is represented by slices that contain it.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def _lengths(values: Sequence[float]) -> list[Data]:
 
 
 def _check_size(file: str, size: Sequence[float], given: Data) -> None:
-    """Refuse a shape in another unit, which differs by a factor of a thousand."""
+    """Raise SceneError for a shape whose size does not fit that of the block, such as one in another unit."""
     if isinstance(given, list):
         wanted = [LENGTH.read(x) for x in given]
         if any(abs(a - b) > SAME * b for a, b in zip(size, wanted, strict=True)):
@@ -113,7 +113,7 @@ def _check_size(file: str, size: Sequence[float], given: Data) -> None:
 
 
 def _read(source: Source, file: str) -> list[Triangle]:
-    """Read the triangles of a file, outward, z up; raises SceneError unless they form a closed surface."""
+    """Return the triangles of a file, outward, z up; raises SceneError unless they form a closed surface."""
     kind = file.rpartition(".")[2].lower()
     if kind not in ("stl", *YUP):
         raise SceneError(f"'{file}' is no .stl, .glb or .gltf file")
@@ -144,7 +144,7 @@ def _read(source: Source, file: str) -> list[Triangle]:
 
 
 def _why(kind: str, data: bytes) -> str:
-    """Why a file has no readable triangles, and the remedy."""
+    """Return why a file has no readable triangles, and the remedy."""
     if not data:
         return "it is empty; write it anew from the program that it was drawn in"
     if kind in YUP and any(word in data for word in COMPRESSED):
@@ -157,7 +157,7 @@ def _why(kind: str, data: bytes) -> str:
 
 
 def _up(p: Vector, kind: str) -> Vector:
-    """A place with z upwards."""
+    """Return a position with z upwards."""
     x, y, z = p
     return (x, -z, y) if kind in YUP else (x, y, z)
 
@@ -176,7 +176,7 @@ def _bounds(triangles: Sequence[Sequence[Vector]]) -> tuple[list[float], list[fl
 
 
 def solid(triangles: Sequence[Triangle]) -> MeshProperties:
-    """Mass properties of the inside of a closed surface, of density 1."""
+    """Return the mass properties of the inside of a closed surface, of density 1."""
     signed = [(_determinant(a, b, c), a, b, c) for a, b, c in triangles]
     volume = fsum(d for d, *_ in signed) / 6.0
     sums = [[p[i] + q[i] + r[i] for i in range(3)] for _, p, q, r in signed]
@@ -200,7 +200,7 @@ def _determinant(a: Vector, b: Vector, c: Vector) -> float:
 
 
 def slices(triangles: Sequence[Triangle], n: int) -> Iterator[tuple[list[float], list[float]]]:
-    """Boxes, centre and edges [m], that enclose a surface: n slices along its longest edge, which comes first."""
+    """Yield boxes, centre and edges [m], that enclose a surface: n slices along its longest edge."""
     low, high = _bounds(triangles)
     along = max(range(3), key=lambda i: high[i] - low[i])
     step = (high[along] - low[along]) / n
@@ -217,7 +217,7 @@ def slices(triangles: Sequence[Triangle], n: int) -> Iterator[tuple[list[float],
 
 
 def _cut(triangle: Triangle, axis: int, low: float, high: float) -> Iterator[Vector]:
-    """Corners of a triangle between two planes, and its intersections with them."""
+    """Yield the corners of a triangle between two planes, and its intersections with them."""
     for a, b in zip(triangle, (*triangle[1:], triangle[0]), strict=True):
         if low <= a[axis] <= high:
             yield a

@@ -1,8 +1,8 @@
-"""Settings of the command line, laid over the data of a scene.
+"""Settings of the command line, applied to the data of a scene.
 
-A path is written as errors print it: `cranes.west.at`, `actions[2].all hooks`, or of a part that a type makes
-`machines.jib.hooks.jib.main.speed`.  Beside that `block.com.x` is the first number of a place, `stage up/all hooks` a
-key of the action of that name, and a word of an order, as in `stage up/all hooks/by`, the quantity behind it.
+A path is written as in error messages: `cranes.west.at`, `actions[2].all hooks`, or, for a part made by a type,
+`machines.jib.hooks.jib.main.speed`. In addition, `block.com.x` is the first coordinate of a place, `stage up/all hooks`
+a key of the action with that stage, and `stage up/all hooks/by` the quantity behind the word `by` of an order.
 """
 
 from __future__ import annotations
@@ -23,10 +23,8 @@ PART = re.compile(r"[^./\[\]]+")
 
 
 def override(source: Source, setting: str, default: Callable[[Source, Path], list[Data] | None]) -> None:
-    """Apply one `dotted.path=text` to the scene; its marks point into the setting.
-
-    `default`: the list at a path that the scene does not write.
-    """
+    """Apply one setting `dotted.path=text` to the scene; its marks point into the setting. `default`: returns the list
+    at a path that the scene does not set."""
     dotted, equals, text = setting.partition("=")
     file = "--set"
     path = path_in(source, dotted)
@@ -87,7 +85,7 @@ def override(source: Source, setting: str, default: Callable[[Source, Path], lis
 
 
 def path_in(source: Source, text: str) -> Path:
-    """The path that a user has written, in the data of a scene."""
+    """Return the path in the data of a scene that a user has written."""
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]
@@ -102,14 +100,14 @@ def path_in(source: Source, text: str) -> Path:
 
 
 def made(source: Source) -> Source:
-    """A copy of the data of a scene with expanded machines."""
+    """Return a copy of a scene's data with expanded machines."""
     copy = deepcopy(source)
     expand(copy)
     return copy
 
 
 def parts(text: str) -> list[str]:
-    """The keys and numbers of a path that a user has written."""
+    """Return the keys and numbers of a path that a user has written."""
     return [word.strip() for word in PART.findall(text)]
 
 
@@ -121,7 +119,7 @@ def next_key(words: list[str], known: Container[object]) -> str:
 
 
 def _stages(source: Source) -> list[str]:
-    """The stage of each action, "" of one without."""
+    """Return the stage of each action, "" for one without."""
     actions = source.data.get("actions")
     return [
         str(action.get("stage", "")) if isinstance(action, dict) else ""
@@ -130,6 +128,6 @@ def _stages(source: Source) -> list[str]:
 
 
 def _said(phrase: str, word: str, text: str) -> str:
-    """The phrase with another quantity after a word; "" if there is none."""
+    """Return the phrase with another quantity after a word; "" if the word is not in it."""
     found, count = re.subn(rf"(\b{re.escape(word)}\s+){NUMBER}\s*[^\s\d]*", lambda m: m[1] + text, phrase, count=1)
     return found if count else ""

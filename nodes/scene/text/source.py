@@ -1,10 +1,9 @@
 """The text of a scene with the place of every key and every value.
 
-YAML 1.2 through ruamel's composer: the nodes are walked once into plain data, and each path of that data
-gets the mark (file, line, column) of its key and of its value, so that any later error can point at what
-the user wrote. `extends: other.yaml` merges mappings key by key (lists and values replace); marks keep
-their own file. `<<: *name` lays the mapping that an anchor names below another. A mapping has no order: `ordered` puts
-its keys into that of their names.
+YAML 1.2 by ruamel's composer: the nodes are converted once into plain data, and each path of that data gets the mark
+(file, line, column) of its key and of its value, so that any later error can point at the text that the user wrote.
+`extends: other.yaml` merges mappings key by key (lists and values are replaced); marks keep their own file. `<<: *name`
+merges the mapping of an anchor below another mapping. The order of keys has no meaning: `ordered` sorts them by name.
 """
 
 from __future__ import annotations
@@ -74,23 +73,23 @@ class Source:
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
     ) -> None:
-        """Add a fault at a place in its file."""
+        """Add a fault at a path."""
         self.faults.append(Fault(path, text, hint, on_key, column, mark))
 
     def at(self, path: Path) -> Data:
-        """Raw value at a path, or None."""
+        """Return the raw value at a path, or None."""
         found: Data = self.data
         for part in path:
             found = child(found, part)
         return found
 
     def written(self, path: Path) -> Path:
-        """Where the scene writes what stands at a path: as a parameter of a type, or there."""
+        """Return the path at which the scene writes a value: that of a parameter of a type, or the path itself."""
         tops = (n for n in range(len(path), 0, -1) if path[:n] in self.given) if self.given else ()
         return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
-        """Mark of a path, or of its nearest written parent."""
+        """Return the mark of a path, or of its nearest written parent."""
         path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)
@@ -100,11 +99,12 @@ class Source:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def layer(self, mark: Mark) -> int:
-        """Index of the file of a mark, lowest first, settings last: higher layers win."""
+        """Return the index of the file of a mark, lowest first, settings last: higher layers take precedence."""
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """`file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside of files."""
+        """Return `file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside of
+        files."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -113,17 +113,17 @@ class Source:
         return text
 
     def path_of(self, where: str) -> Path:
-        """The path of a `where` text."""
+        """Return the path of a `where` text."""
         return self.places.get(where, ())
 
 
 class _Composer(Composer):
-    """Refuses nodes that are nested too deeply, and too many nodes."""
+    """Composer that refuses nodes nested too deeply, and too many nodes."""
 
     depth = count = 0
 
     def compose_node(self, parent: object, index: object) -> object:
-        """A node of the text."""
+        """Return the next node of the text."""
         self.count += 1
         if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
             deep = f"nested deeper than {DEEPEST} levels"
@@ -136,11 +136,11 @@ class _Composer(Composer):
 
 
 class _TooLong(Exception):
-    """More values than a scene may have, for example through nested aliases."""
+    """Raised for more values than a scene may have, for example through nested aliases."""
 
 
 def read(text: str, name: str, root: FilePath | None = None) -> Source:
-    """Parse one YAML text to data and marks; errors become faults. `root`: the scene's folder."""
+    """Parse a YAML text to data and marks; errors become faults. `root`: the scene's folder."""
     found = _composed(text, name)
     data = _copied(found.data)
     assert isinstance(data, dict)
@@ -148,7 +148,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
 
 
 def _copied(data: Data) -> Data:
-    """Copies of mappings and lists."""
+    """Return copies of mappings and lists."""
     if isinstance(data, dict):
         return {key: _copied(value) for key, value in data.items()}
     return [_copied(value) for value in data] if isinstance(data, list) else data
@@ -204,7 +204,9 @@ def _composed(text: str, name: str) -> Source:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Keys and values of a mapping, followed by those merged by `<<: *name` or `<<: [*one, *other]`."""
+        """Return keys and values of a mapping, followed by those merged by `<<: *name` or `<<: [*one,
+        *other]`.
+        """
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]
@@ -245,7 +247,7 @@ def _composed(text: str, name: str) -> Source:
 
 
 def _line(node: ScalarNode) -> str:
-    """The text of a node as one printable line."""
+    """Return the text of a node as one printable line."""
     text = str(node.value)
     if node.style in ("|", ">"):
         text = " ".join(text.splitlines())
@@ -277,14 +279,14 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
 
 
 def ordered(data: Data) -> Data:
-    """The data with sorted keys, so that the order in the text has no effect."""
+    """Return the data with sorted keys, so that the order in the text has no effect."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
     return [ordered(each) for each in data] if isinstance(data, list) else data
 
 
 def shown(path: Path) -> str:
-    """A path as users read it: cranes.west.at, actions[3].all hooks."""
+    """Return a path as users read it: cranes.west.at, actions[3].all hooks."""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
@@ -292,7 +294,7 @@ def shown(path: Path) -> str:
 
 
 def child(at: Data, part: str | int) -> Data:
-    """The value at a key or index; None if there is none."""
+    """Return the value at a key or index; None if there is none."""
     if isinstance(at, dict):
         return at.get(str(part))
     return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None

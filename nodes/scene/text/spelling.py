@@ -1,6 +1,5 @@
-"""Numbers, units, ranges and uncertainties as text: the tokens that values, phrases, arithmetic and options share; and
-what is meant by a comma, a colon, a dash, a unit that is written out.
-"""
+"""Numbers, units, ranges and uncertainties as text: the tokens common to values, phrases, arithmetic and options; and
+hints for decimal commas, clock times, dashes and spelled-out units."""
 
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ SPELLED = {  # units as they are spoken
 
 
 class Range(NamedTuple):
-    """`300 t..900 t by 50 t`: each number with its unit as text; no step: ""."""
+    """A range, `300 t..900 t by 50 t`: each number with its unit as text; without step: ""."""
 
     low: str
     unit_low: str
@@ -39,31 +38,32 @@ class Range(NamedTuple):
 
 
 def number_and_unit(text: str) -> tuple[str, str]:
-    """Number and unit of a quantity as text; two empty ones if it is none."""
+    """Return number and unit of a quantity as text; two empty texts if it is not a quantity."""
     found = _QUANTITY.fullmatch(text)
     return (found[1], tidy(found[2])) if found else ("", "")
 
 
 def unit_in(text: str, units: Collection[str]) -> str:
-    """The unit in which a quantity is written, if it is one of some; else the first of them."""
+    """Return the unit in which a quantity is written, if it is one of `units`; else the first of them."""
     unit = number_and_unit(text)[1]
     return unit if unit in units else next(iter(units))
 
 
 def range_of(text: str) -> Range | None:
-    """The parts of a range; None for any other text."""
+    """Return the parts of a range; None for any other text."""
     found = _RANGE.fullmatch(text)
     return Range(*(part or "" for part in found.groups())) if found else None
 
 
 def spread_of(text: str) -> tuple[str, str, str] | None:
-    """Value or name, "+-" or "sd", and half-width of `480 t +- 3 %`; None for any other text."""
+    """Return value or name, "+-" or "sd", and half-width of `480 t +- 3 %`; None for any other text."""
     found = _SPREAD.fullmatch(text)
     return (found[1], "sd" if found[2].startswith("s") else "+-", found[3].strip()) if found else None
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
-    """What to write in place of a number with a comma or a dash, or of a time of the clock; "" elsewhere."""
+    """Return a hint what to write instead of a number with a comma or a dash, or of a clock time; "" for other
+    texts."""
     if DASHES.search(text):
         return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
     if found := COMMA.fullmatch(text):
@@ -85,7 +85,7 @@ def punctuation(text: str, units: Collection[str]) -> str:
 
 
 def spelled(unit: str, units: Collection[str]) -> str:
-    """The known unit that is spelled out or differs in case; "" if there is none."""
+    """Return the known unit that is spelled out or differs in case; "" if there is none."""
     words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
     short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
     same = [known for known in units if known and known.lower() == short.lower()]
@@ -93,7 +93,7 @@ def spelled(unit: str, units: Collection[str]) -> str:
 
 
 def tidy(unit: str) -> str:
-    """A unit in the spelling of the tables: no superscripts, dots or double blanks."""
+    """Return a unit in the spelling of the tables: no superscripts, dots or double blanks."""
     for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
         unit = unit.replace(old, new)
     return " ".join(unit.split())

@@ -1,4 +1,5 @@
-"""Tables in the folder of a scene, CSV or XLSX: heads with units, cells with their marks, and what is taken of them."""
+"""Tables in the folder of a scene, CSV or XLSX: heads with units, cells with their marks, and insertion of their
+values."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ class TableCell:
 
     @classmethod
     def of(cls, text: str, mark: Mark) -> TableCell:
-        """A printable cell of a file."""
+        """Return a cell of a file with printable text."""
         return cls(printable(text.strip(), keep=SPACES), mark)
 
 
@@ -51,7 +52,7 @@ Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mar
 
 
 def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    """Insert table values at a path, below values that take precedence; `named`: place of the reference to the
+    """Insert table values at a path; values of higher layers take precedence; `named`: mark of the reference to the
     table."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
@@ -62,18 +63,18 @@ def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: 
 
 
 def with_unit(text: str, unit: str) -> str:
-    """`480 +- 3 %` under `[t]` is `480 t +- 3 %`."""
+    """Return a cell with the unit of its column: `480 +- 3 %` under `[t]` is `480 t +- 3 %`."""
     found = CELL.fullmatch(text)
     return f"{found[1]} {unit} {found[2].strip()}".strip() if found and unit else text
 
 
 def row_names(root: FilePath, file: str) -> list[str]:
-    """Row names of a table in order, each once; raises SceneError if it cannot be read."""
+    """Return the row names of a table in order, each once; raises SceneError if it cannot be read."""
     return list(dict.fromkeys(row[0].text for row in table(root, file)[1]))
 
 
 def table(root: FilePath, file: str) -> tuple[list[TableColumn], list[list[TableCell]]]:
-    """Head and rows of a table in the scene's folder."""
+    """Return head and rows of a table in the scene's folder."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
         raise SceneError(f"'{file}' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")
@@ -134,7 +135,7 @@ def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
 
 
 def _workbook(data: bytes, file: str) -> Iterator[list[TableCell]]:
-    """The first sheet."""
+    """Yield the rows of the first sheet of a workbook."""
     try:
         from openpyxl import load_workbook
     except ImportError:

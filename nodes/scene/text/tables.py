@@ -1,20 +1,21 @@
-"""Tables beside a scene: a block's row, its lugs, its modes; and how a vessel answers waves.
+"""Tables beside a scene: a block's row, its lugs, its modes; and a vessel's responses to waves.
 
     block: {from: blocks.csv#B17, lugs from: lugs.csv#B17, at: [40 m, 70 m, 4 m]}
     vessels: {barge: {responses from: barge.csv#loaded, ...}}
 
-and so each of `blocks`.
+Likewise for each of `blocks`.
 
-The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, if it is no axis.
-The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17` the
-first one the lug.  `modes from` alike names a table of block, mode, place (lug or support), its displacement x, y, z
-and in some row of each mode the frequency, mass and damping.  What the same file writes wins over the row, and so do
-files and settings laid over it; the row wins over what that file extends.  An empty cell is an error, unless what wins
-over the row gives the key; lugs and modes of a table stand in place of all those of what its file extends.
+The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, unless it is an
+axis. The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17`
+the first one the lug. `modes from` likewise refers to a table of block, mode, place (lug or support), its displacement
+x, y, z and in one row of each mode the frequency, mass and damping. Keys in the same file take precedence over the row,
+and so do files and settings merged over it; the row takes precedence over the file that this one extends. An empty cell
+is an error, unless a key of higher precedence replaces it; lugs and modes of a table replace all those of the extended
+file.
 
-Of responses, as of `loads from` below `floating`, a column `surge [m/m]` has one `surge phase [deg]` beside it;
-`period` and `heading` say which wave a row is for, by its direction against the bow.  Between rows real and imaginary
-parts are interpolated in a straight line; beyond them nothing is known.
+For responses, and for `loads from` under `floating`, each column such as `surge [m/m]` has a column `surge phase
+[deg]`; `period` and `heading` (relative to the bow) give the wave of a row. Between rows real and imaginary parts are
+interpolated linearly; waves outside the rows are an error.
 """
 
 from __future__ import annotations
@@ -40,10 +41,8 @@ SAME = 1e-9  # [s, rad] between waves that are the same
 
 
 def tabled(source: Source) -> None:
-    """Replace references to tables in blocks and vessels by their values.
-
-    Raises SceneError with all faults of the scene so far where a table or row cannot be had.
-    """
+    """Replace references to tables in blocks and vessels by their values. Raises SceneError with all faults of the
+    scene so far if a table or row cannot be read."""
     several = source.data.get("blocks")
     for base in ((BLOCK,), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
         _tabled(source, base)
@@ -85,10 +84,10 @@ def _tabled(source: Source, base: Path) -> None:
 
 
 def charted(source: Source) -> None:
-    """Put the charts that hooks name, `charts from: rt59.csv`, in their place.
+    """Replace the charts to which hooks refer, `charts from: rt59.csv`, by the tables.
 
-    The head has `radius [m]`, perhaps `counterweight [t]` and `outriggers [m]`, and a column of capacities for each
-    length of boom, `boom 24 m [t]`; a radius at which nothing may hang has an empty cell.
+    The head has `radius [m]`, optionally `counterweight [t]` and `outriggers [m]`, and a column of capacities for each
+    length of boom, `boom 24 m [t]`; the cell of a radius without capacity is empty.
     """
     several = [(of, name) for of in ("types", "machines") for name in _names(source.data.get(of))]
     for base in (("mechanism", "hooks"), *((*path, "hooks") for path in several)):
@@ -112,7 +111,7 @@ def _names(data: Data) -> list[str]:
 
 
 def _charts(head: list[TableColumn], rows: list[list[TableCell]], file: str) -> tuple[list[Data], dict[Path, Mark]]:
-    """A chart for each boom, counterweight and base, with the marks of its cells."""
+    """Return a chart for each boom, counterweight and base, with the marks of its cells."""
     places = {column.key: i for i, column in enumerate(head) if column.unit}
     booms = [i for i, column in enumerate(head) if column.key.startswith("boom ")]
     others = [c for c in head if c.unit and not c.key.startswith("boom ") and c.key not in (RADIUS, *SET_UP)]
@@ -138,12 +137,12 @@ def _charts(head: list[TableColumn], rows: list[list[TableCell]], file: str) -> 
 
 
 def _wins(source: Source, path: Path, named: Mark) -> bool:
-    """Whether a written value takes precedence over a table."""
+    """Return whether a written value takes precedence over a table."""
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
 def _block(source: Source, base: Path, head: list[TableColumn], row: list[TableCell], named: Mark) -> Found:
-    """The keys of a row."""
+    """Return the keys of a row."""
     found: Found = {}
     for column, cell in zip(head[1:], row[1:], strict=False):
         path = (*base, column.key)
@@ -175,7 +174,7 @@ def _block(source: Source, base: Path, head: list[TableColumn], row: list[TableC
 def _lugs(
     source: Source, base: Path, head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str
 ) -> Found:
-    """The lugs of a block by name."""
+    """Return the lugs of a block by name."""
     if others := [c.key for c in head if c.unit and (c.axis or c.key) not in AXES]:
         raise SceneError(f"{file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
     chosen, places = _chosen(head, rows, block, file, " [m]")
@@ -193,7 +192,7 @@ def _lugs(
 def _modes(
     source: Source, base: Path, head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str
 ) -> Found:
-    """Modes of a block by name, with a row for each displaced place."""
+    """Return the modes of a block by name, with a row for each displaced place."""
     chosen, places = _chosen(head, rows, block, file, "")
     first = 1 if block else 0
     numbers = [i for i, column in enumerate(head) if i > first + 1 and i not in places.values() and column.unit]
@@ -220,7 +219,7 @@ def _modes(
 def _chosen(
     head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str, unit: str
 ) -> tuple[list[list[TableCell]], dict[str, int]]:
-    """The rows of a block, and which columns are x, y and z."""
+    """Return the rows of a block, and the columns of x, y and z."""
     chosen = _named(rows, block, file) if block or not rows else rows
     places = {column.axis or column.key: i for i, column in enumerate(head)}
     if lacking := [x for x in AXES if x not in places]:
@@ -247,7 +246,7 @@ Answer = tuple[dict[str, float], list[float], list[TableCell]]  # of a row: its 
 
 
 def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> None:
-    """Responses of a vessel to the scene's wave from its table."""
+    """Insert the responses of a vessel to the scene's wave from its table."""
     word = f"{key} from"
     named, mark = given.pop(word), source.mark((*base, word))
     into = given.setdefault(key, {})
@@ -295,7 +294,7 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
 
 
 def _met(source: Source, vessel: Path) -> dict[str, float]:
-    """Wave as encountered by a vessel: period [s], heading against the bow [rad]; empty in still water."""
+    """Return the wave as encountered by a vessel: period [s], heading against the bow [rad]; empty in still water."""
     waves, own = source.data.get("waves"), source.at(vessel)
     if not isinstance(waves, dict) or not isinstance(own, dict):
         return {}
@@ -306,7 +305,7 @@ def _met(source: Source, vessel: Path) -> dict[str, float]:
 def _between(
     rows: list[Answer], axes: list[str], met: dict[str, float], file: str
 ) -> tuple[list[float], list[TableCell]]:
-    """Interpolated responses, and the cells of a neighbouring row."""
+    """Return the interpolated responses, and the cells of a neighbouring row."""
     if not axes:
         if len(rows) > 1:
             raise SceneError(f"{file} has several rows of one wave, such as line {rows[1][2][0].mark.line}")

@@ -1,4 +1,5 @@
-"""One crane or frame made of the parts of its type: parameters put in, arithmetic done, names with its own in front."""
+"""Expansion of a crane or frame to the parts of its type: parameters inserted, expressions evaluated, names
+prefixed."""
 
 from __future__ import annotations
 
@@ -28,22 +29,22 @@ class MachineType:
 
     @property
     def data(self) -> Mapping[str, Data]:
-        """All data."""
+        """All data of the type."""
         return self.source.data
 
     @property
     def parameters(self) -> Mapping[str, Data]:
-        """Parameters that a scene may override, with defaults."""
+        """The parameters that a scene may override, with defaults."""
         found = self.data.get("parameters")
         return found if isinstance(found, dict) else {}
 
     def about(self, key: str) -> str:
-        """Its `about`, `capacity` or `source`."""
+        """Return the text `about`, `capacity` or `source` of the type."""
         return " ".join(str(self.data.get(key, "")).split())
 
 
 class Expansion:
-    """Expansion of a crane or frame `at` a place of the scene by its type."""
+    """Expansion of the crane or frame `at` a path of the scene by its type."""
 
     def __init__(self, source: Source, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind
@@ -56,7 +57,7 @@ class Expansion:
         self.computed = True
 
     def run(self, entry: dict[str, Data]) -> None:
-        """The machine, below `machines` of the scene's data; the entry keeps its parameters."""
+        """Insert the machine under `machines` of the scene's data; the entry keeps its parameters."""
         known = self.kind.parameters
         for key in (key for key in self.given if key not in known):
             message = f"the type {self.kind.name} has no parameter '{key}'"
@@ -87,7 +88,7 @@ class Expansion:
         entry["parts"] = self._sections()
 
     def _parameters(self, entry: dict[str, Data]) -> None:
-        """All in one place of the entry, whether written there or not."""
+        """Collect all parameters in one place of the entry, given ones and defaults."""
         known = self.kind.parameters
         for key in [key for key in entry if key.replace("_", " ") in known]:
             del entry[key]
@@ -95,7 +96,7 @@ class Expansion:
         self._local()
 
     def _local(self) -> None:
-        """Parameters that are given and fit; names of bodies and joints."""
+        """Keep the given parameters that fit; resolve the names of bodies and joints."""
         known = self.kind.parameters
         for key, value in self.given.items():
             if key in known and not self._fits(key, value):
@@ -106,7 +107,7 @@ class Expansion:
         self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
 
     def _laid(self, made: Data, given: Data, path: Path) -> Data:
-        """The scene's changes of a crane's parts merged over the type's."""
+        """Return the type's parts with the scene's changes merged over them."""
         if not isinstance(made, dict) or not isinstance(given, dict):
             return given
         for key, value in given.items():
@@ -118,13 +119,13 @@ class Expansion:
         return made
 
     def _sections(self) -> dict[str, Data]:
-        """All sections of the type except its description; its interlocks join those of the scene."""
+        """Return all sections of the type except its description; its interlocks are added to those of the scene."""
         made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
         self._interlocks()
         return made
 
     def _interlocks(self) -> None:
-        """Interlocks of the type, added to the scene's."""
+        """Add the interlocks of the type to those of the scene."""
         own, base = self.kind.data.get("interlocks"), self.base
         given = self.source.data.setdefault("interlocks", {}) if own else None
         if not isinstance(own, dict) or not isinstance(given, dict):
@@ -141,7 +142,8 @@ class Expansion:
         return list(found) if isinstance(found, dict) else []
 
     def _made(self, data: Data, path: Path, to: Path) -> Data:
-        """Data of the type at `path`, for the place `to` of the machine."""
+        """Return the part of the type at `path`, with prefixed names and evaluated expressions, for the place `to` of
+        the machine."""
         self._mark(path, to)
         if isinstance(data, dict):
             prefix = self.prefix if len(path) == 1 and path[0] in NAMED else ""
@@ -157,7 +159,7 @@ class Expansion:
         return data
 
     def _resolved(self, key: str, value: Data) -> Data:
-        """A reference to a part of the machine, by its full name."""
+        """Return a reference to a part of the machine as its full name."""
         local = self.bodies if key in BODIES else self.joints if key in JOINTS else ()
         if isinstance(value, list) and local:
             return [self._resolved(key, each) for each in value]
@@ -197,14 +199,14 @@ class Expansion:
         return self.given.get(word, self.kind.parameters[word])
 
     def _fits(self, key: str, given: Data) -> bool:
-        """Whether a value can stand for a parameter's own; what is computed there tells nothing of it, and what no
-        arithmetic uses may be whatever the keys read that it is put into."""
+        """Return whether a value can replace a parameter's default. If a type computes with the parameter, the value
+        must be of the same kind; otherwise it may be anything that the keys accept in its place."""
         default = self.kind.parameters[key]
         whole = value_of(given) is None and not any(key in text for text in self.arithmetic)
         return value_of(default) is None or _alike(given, default) or whole
 
     def _mark(self, path: Path, to: Path) -> None:
-        """Where the text at `path` stands in the type."""
+        """Copy the mark at `path` of the type to the place `to` of the machine."""
         here, theirs = (*self.base, *to), self.kind.source
         if path in theirs.keys:
             self.source.keys[here] = theirs.keys[path]
@@ -213,7 +215,7 @@ class Expansion:
 
 
 def _alike(given: Data, default: Data) -> bool:
-    """Whether a value has the kind of another one for arithmetic."""
+    """Return whether a value has the same kind as another one, for arithmetic."""
     if isinstance(given, list) and isinstance(default, list):
         return len(given) == len(default) and all(map(_alike, given, default))
     one, two = value_of(given), value_of(default)

@@ -1,10 +1,10 @@
-"""Numbers with their uncertainty, as scenes, maps of logs and options write them.
+"""Numbers with their uncertainty, as written in scenes, maps of logs and options.
 
     480 t +- 3 %, 480 t +- 10 t     half-width at a level of 95 %, that is two standard uncertainties; also +/- and ±
     480 t sd 5 t, 480 t sd 1 %      standard uncertainty; also sigma
-    460..500 t                      anything between two ends is as likely; the middle is the value
+    460..500 t                      uniform between two ends; the nominal value is the middle
 
-Behind a value in %, a half-width in % is in its unit: `97 % +- 1 %` is 96 to 98 %; elsewhere it is a part of the value.
+For a value in %, a half-width in % is absolute: `97 % +- 1 %` is 96 to 98 %; for other values it is relative.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ Kind: TypeAlias = Literal["normal", "uniform"]
 
 @dataclass(frozen=True)
 class Stated:
-    """A stated number: nominal value, and its spread `how` (`+-`, `sd` or `..`) and `half`, as text."""
+    """A number with uncertainty: nominal value, kind of spread `how` (`+-`, `sd` or `..`) and half-width `half`, as
+    text."""
 
     value: str
     how: str
@@ -37,14 +38,13 @@ class Stated:
 
     @property
     def kind(self) -> Kind:
-        """Its distribution: normal, or uniform between two ends."""
+        """The distribution: normal, or uniform between two ends."""
         return "uniform" if self.how == ".." else "normal"
 
 
 def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
-    """Stated uncertainties of a scene by path; data keep nominal values, errors become faults.
-
-    `is_text`: whether what stands at a path is for people, whatever it looks like."""
+    """Return the stated uncertainties of a scene by path; its data keep nominal values, errors become faults.
+    `is_text`: whether the value at a path is free text, in which no uncertainty is sought."""
     found: dict[Path, Stated] = {}
 
     def nominal(data: Data, path: Path) -> Data:
@@ -67,7 +67,7 @@ def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Sta
 
 
 def standard(stated: Stated, quantity: Quantity) -> float:
-    """Standard uncertainty in SI units; raises ValueError if it is impossible for the quantity."""
+    """Return the standard uncertainty in SI units; raises ValueError if it is impossible for the quantity."""
     dimension, value = quantity.dimension, quantity.read(stated.value)
     if dimension in _SETTINGS:
         raise ValueError(f"{dimension.article} is a setting of the run, no input: write it without uncertainty")
@@ -93,10 +93,8 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
-    """Half-width such as `3 %` or `10 t`, as a fraction of the value and in SI units, one of them 0; raises ValueError
-    if it is none.
-
-    `relative`: whether % is a part of the value."""
+    """Return a half-width such as `3 %` or `10 t` as a fraction of the value and in SI units, one of which is 0. Raises
+    ValueError for an invalid text. `relative`: whether % is a part of the value."""
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:
@@ -110,7 +108,7 @@ def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relati
 
 
 def _stated(text: str) -> Stated | None:
-    """The parts of a number with uncertainty; None for other texts."""
+    """Return the parts of a number with uncertainty; None for other texts."""
     if len(text) > _LONGEST:
         return None
     if (form := spread_of(text)) and (number := number_and_unit(form[0])[0]) and math.isfinite(float(number)):
@@ -127,7 +125,7 @@ def _stated(text: str) -> Stated | None:
 
 
 def _plain(dimension: Dimension, unit: str) -> Dimension:
-    """The dimension of a unit, for a combined dimension."""
+    """Return the dimension of a unit, for a combined dimension."""
     while isinstance(dimension, Either):
         dimension = dimension.sliding if unit in dimension.sliding.units else dimension.turning
     return dimension

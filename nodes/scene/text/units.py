@@ -1,8 +1,9 @@
 """Quantities with units, `900 t`, `3 m/min`, `0.15 deg/s`, and the pydantic types that read them into SI.
 
-A number without a unit is refused where a unit is needed (0 needs none), and a unit of another kind is named as what
-it is.  `Dimension.read` raises ValueError with one sentence, in scene values and in action phrases alike.  Factors are
-exact and a quantity is rounded once, so that `300 t` and `300000 kg`, `0.3 m/min` and `5 mm/s` are equal numbers.
+A number without a unit is refused where a unit is needed (0 needs none), and the message for a unit of another
+dimension names that dimension. `Dimension.read` raises ValueError with one sentence, in scene values and in action
+phrases alike. Factors are exact and a quantity is rounded once, so that `300 t` and `300000 kg`, `0.3 m/min` and `5
+mm/s` are equal numbers.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 
 
 def offered(units: Iterable[str]) -> list[str]:
-    """Units offered in messages."""
+    """Return the units offered in messages."""
     return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
 
 
@@ -63,7 +64,7 @@ class Dimension:
         self.units.update(CUSTOMARY.get(self.name, {}))
 
     def read(self, value: object) -> float:
-        """Read '900 t', or a number that needs no unit, in SI units."""
+        """Return '900 t', or a number that needs no unit, in SI units."""
         number = self.number(value)
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is no finite number")
@@ -73,7 +74,7 @@ class Dimension:
         return number
 
     def number(self, value: object) -> float:
-        """As `read`, but possibly infinite or nan."""
+        """Return a value as `read` does, but possibly infinite or nan."""
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
@@ -101,7 +102,7 @@ class Dimension:
         return _product(written, self.units[unit])
 
     def show(self, si: float) -> str:
-        """A value in the dimension's first unit, as text."""
+        """Return a value in the dimension's first unit, as text."""
         unit, factor = next(iter(self.units.items()))
         return f"{si / float(factor):.10g} {unit}".strip()
 
@@ -112,7 +113,7 @@ class Dimension:
 
     @property
     def article(self) -> str:
-        """The name with its article, for sentences."""
+        """The name with its article, for messages."""
         return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
 
     def _example(self, number: float, text: str = "") -> str:
@@ -126,13 +127,13 @@ class Dimension:
 
 @dataclass(frozen=True, eq=False)
 class Limited(Dimension):
-    """A quantity with a range, written as users write it."""
+    """A quantity with a range, whose ends are written as in scenes."""
 
     lowest: str
     highest: str
 
     def read(self, value: object) -> float:
-        """Read a value in SI units within the range."""
+        """Return a value in SI units, after a check that it is within the range."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
             message = f"{value:.12g}" if isinstance(value, float) else value
@@ -141,7 +142,7 @@ class Limited(Dimension):
 
 
 def _product(text: str, factor: Fraction) -> float:
-    """The float nearest to a decimal number times a factor, nonzero for nonzero numbers; infinite or nan where the
+    """Return the float nearest to a decimal number times a factor, nonzero for nonzero numbers; infinite or nan if the
     number is."""
     number = float(text)
     if number == 0.0 and any(digit in text.lower().partition("e")[0] for digit in "123456789"):
@@ -205,19 +206,19 @@ class Either(Dimension):
 
 
 def either(first: Dimension, second: Dimension) -> Either:
-    """The dimension of both."""
+    """Return the dimension of both."""
     return Either(f"{first.name} or {second.name}", {**first.units, **second.units}, first, second)
 
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Pydantic reader for a dimension; `least`: positive, or zero or more."""
+    """Reader of quantities of a dimension for pydantic; `least`: positive, or zero or more."""
 
     dimension: Dimension
     least: Literal["", "zero", "positive"] = ""
 
     def read(self, value: object) -> float:
-        """The value in SI units."""
+        """Return the value in SI units."""
         number = self.dimension.read(value)
         if self.least and (number < 0 or (number == 0 and self.least == "positive")):
             needed = "greater than zero" if self.least == "positive" else "zero or more"

@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not YAML, in the words of the person who wrote it, and where that begins."""
+"""Explanation of errors in a text that is not YAML, in the user's terms, with the place where they begin."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STRAY = re.compile(r"found '([\]}])'")
 
 
 def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]:
-    """A sentence and its place in these lines."""
+    """Return a sentence about an error and its place in these lines."""
     context, problem = error.context or "", " ".join(str(error.problem or error.context).split())
     mark = error.problem_mark or error.context_mark
     here = (min(mark.line, len(lines) - 1), mark.column) if mark else (0, 0)
@@ -56,7 +56,7 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
 
 
 def _value(lines: Sequence[str], at: Place) -> tuple[str, Place]:
-    """A misplaced colon: a second one, or an error of the line above."""
+    """Explain a misplaced colon: a second one in a line, or an error of the line above."""
     line, column = at
     if re.search(r":\s", lines[line][:column]):
         return "a second ':' in one line: put the inner key on a line of its own, or quotes around the text", at

@@ -1,7 +1,7 @@
-"""What surrounds the lifts of a scene.
+"""The environment of the lifts of a scene.
 
-vessels     what floats in waves, and carries cranes and blocks
-obstacles   floor and boxes that blocks meet
-footings    what machines stand on, and their limits
-touching    what the scene means to touch
+vessels     vessels in waves, which carry cranes and blocks
+obstacles   floor and boxes that blocks can touch
+footings    bases of machines, and their limits
+touching    intended contacts
 """

@@ -1,4 +1,4 @@
-"""What machines stand on and how they are set up, as parts of the plan; what the ground may bear; their wind."""
+"""Bases and set-up of machines as parts of the plan; limits of ground loads and wind."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNKNOWN = "give 'stands' to its type: tracks, outriggers or wheels"
 def footing_of(
     source: Source, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
 ) -> Footing | None:
-    """The footing of a machine with this prefix of bodies; None if it has none."""
+    """Return the base of a machine whose bodies have this prefix; None if it has none."""
     if given is None:
         return None
     body = f"{prefix}{given.on}"
@@ -42,7 +42,7 @@ def footing_of(
 
 
 def set_up(builder: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
-    """The machines on the mats of the scene, with their configuration."""
+    """Return the machines with the mats of the scene and their configuration."""
     names = [machine.name for machine in machines if machine.hooks]
     for name in (name for name in builder.scene.ground.mats if name not in names):
         builder.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)
@@ -65,7 +65,7 @@ def _set_up(builder: SceneBuilder, machine: Mechanism) -> Mechanism:
 
 
 def _configuration(machine: Mechanism, given: Parts[Any] | None) -> dict[str, str]:
-    """Configuration of a machine: type, boom, counterweight and base of charts, falls, mats."""
+    """Return the configuration of a machine: type, boom, counterweight and base of charts, falls, mats."""
     found = {key: str(value) for key, value in given.configuration.items()} if given else {}
     hooks: dict[str, HookKeys] = given.hooks if given else {}
     for name, hook in hooks.items():
@@ -83,7 +83,7 @@ def _configuration(machine: Mechanism, given: Parts[Any] | None) -> dict[str, st
 
 
 def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[RatedLimit]:
-    """Limits of the load of each track, outrigger or wheel, and of the distance to tipping."""
+    """Yield the limits of the load of each track, outrigger or wheel, and of the distance to tipping."""
     name, footing, given = machine.name, machine.footing, _given(builder, machine)
     if footing is None:
         note = UNKNOWN if given is None else "it stands on a foundation"
@@ -116,7 +116,7 @@ def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[Rated
 
 
 def wind_limits(builder: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[RatedLimit]:
-    """Wind limits of machines with hooks and of the scene."""
+    """Yield the wind limits of machines with hooks and of the scene."""
     most, where = builder.scene.limits.wind, builder.source.where(("limits",))
     if not winds:
         by = "the scene" if most is not None else ""
@@ -143,6 +143,6 @@ def _given(builder: SceneBuilder, machine: Mechanism) -> Stands | None:
 
 
 def _parts(builder: SceneBuilder, machine: Mechanism) -> Parts[Any] | None:
-    """The keys of a machine."""
+    """Return the keys of a machine."""
     scene = builder.scene
     return scene.machines.get(machine.name) or scene.mechanism

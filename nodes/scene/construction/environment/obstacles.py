@@ -1,6 +1,6 @@
 """Floor and obstacles of a scene as a machine made of parts: fixed boxes, and contacts of blocks with them.
 
-Of several blocks each meets every other one, too, where there is a floor or an obstacle.
+If there is a floor or an obstacle, blocks have contacts with each other, too.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ TOUCH = 1e-9  # [m]
 
 
 def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
-    """All obstacles as a machine; faults are added to those of the scene."""
+    """Return all obstacles as a machine; faults are added to those of the scene."""
     scene, source = builder.scene, builder.source
     blocks = scene.all_blocks
     sizes = {name: block.size for name, block in blocks.items()}
@@ -73,14 +73,14 @@ def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
 
 
 def _overlaps(builder: SceneBuilder, block: str, other: str, depth: float) -> None:
-    """Check that blocks do not overlap anything at the start."""
+    """Add the fault of a block that begins inside another thing."""
     path: tuple[str, ...] = (OBSTACLES if other in builder.scene.obstacles else "blocks", other)
     path, of = (("floor",), "the floor") if other == WORLD else (path, f"'{other}'")
     builder.source.fault(path, f"'{block}' begins {depth:.3g} m inside of {of}: move them apart", on_key=True)
 
 
 def _contacts(builder: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Contact]:
-    """Contacts of each block with obstacles, the floor, and later blocks."""
+    """Yield the contacts of each block with obstacles, the floor, and later blocks."""
     floor = builder.scene.floor
     for block, size in sizes.items():
         for name, given in builder.scene.obstacles.items():
@@ -93,7 +93,7 @@ def _contacts(builder: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Conta
 
 
 def _with_obstacle(block: str, size: Vector, name: str, x: Obstacle) -> Iterator[Contact]:
-    """Contact of a block's box, or of its corners."""
+    """Yield the contact of a block's box, or of its corners, with an obstacle."""
     other = Box(name, x.box)
     if x.meets == "boxes":
         yield Contact(f"{block}-{name}", Box(block, size), other, x.friction, x.restitution)

@@ -1,7 +1,7 @@
-"""What a scene means to touch: pairs of `may touch`, of all or of one stage, and what it orders to land on something.
+"""Intended contacts of a scene: pairs of `may touch`, of all stages or one, and ordered landings.
 
-A name is that of a body, a machine with all of its parts, a rope or sling, or of the rigging that it is of;
-`ground`, or `floor`, is what is below all of them.
+A name is that of a body, a machine with all of its parts, a rope or sling, or of its rigging; `ground`, or `floor`, is
+the ground below everything.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 
 def touches(source: Source, path: Path, pairs: Sequence[tuple[str, str]]) -> Iterator[Touch]:
-    """The pairs of a scene or an action at a path."""
+    """Yield the pairs of a scene or of an action at a path."""
     for i, (a, b) in enumerate(pairs):
         yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, "may touch", i)))
 
 
 def landings(builder: SceneBuilder, path: Path, action: ActionLine) -> Iterator[Touch]:
-    """Contacts that an action orders by landing on something other than supports."""
+    """Yield the contacts that an action orders by landing on something other than supports."""
     blocks, waits = [*builder.scene.all_blocks], [action.when, *(phrase.until for phrase in action.orders.values())]
     for test in (test for wait in waits for test in wait or ()):
         if isinstance(test, GroundTest) and test.on and (block := test.of or "".join(blocks[:1])):

@@ -1,7 +1,7 @@
-"""Vessels as machines made of parts: carried by six prescribed joints that follow the wave, or a free body in water.
+"""Vessels as machines made of parts: on six prescribed joints that follow the wave, or as a free body in water.
 
-The water bears what stands on a free one at the start, at its common centre of mass, so that it floats on an even keel
-and hydrostatic stiffness is that of GM; what is lifted from it or hung on it makes it rise, sink and heel.
+Buoyancy of a free vessel balances the weight on it at the start, at the common centre of mass, so that it floats on an
+even keel and its hydrostatic stiffness is that of GM; loads lifted from it or hung on it make it rise, sink and heel.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
 def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
-    """A vessel with its motion as a machine; faults are added to those of the scene."""
+    """Return a vessel with its motion as a machine; faults are added to those of the scene."""
     given, source = builder.scene.vessels[name], builder.source
     (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
     body = Body(name, given.mass, given.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
@@ -47,7 +47,7 @@ def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
 
 
 def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> System:
-    """Six prescribed joints in series: surge, sway, heave, yaw, pitch, roll."""
+    """Return a vessel on six prescribed joints in series: surge, sway, heave, yaw, pitch, roll."""
     names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
     bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]
     joints = [
@@ -67,7 +67,7 @@ def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> Sys
 
 
 def _free(given: Vessel, floating: Floating, body: Body) -> System:
-    """A body on a free joint; its forces are added by `afloat`."""
+    """Return a vessel on a free joint; `afloat` adds its forces."""
     half = 0.5 * given.heading
     q0 = (*given.at, 0.0, 0.0, float(sin(half)), float(cos(half)))
     free = Joint(f"{body.name}.free", "free", WORLD, body.name, q0=q0, v0=(0.0,) * 6)
@@ -75,12 +75,13 @@ def _free(given: Vessel, floating: Floating, body: Body) -> System:
 
 
 def _wave(waves: Waves, response: float, phase: float) -> Wave:
-    """A response to the wave."""
+    """Return the motion or load of a response to the wave."""
     return Wave(0.5 * waves.height * response, 2.0 * pi / waves.period, waves.ramp, phase)
 
 
 def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
-    """Phase lag of the wave at a place relative to the world's origin [rad]; deep-water wave number w^2 / g."""
+    """Return the phase lag of the wave at a place relative to the world's origin [rad]; deep-water wave number w^2 /
+    g."""
     w = 2.0 * pi / waves.period
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
     distance = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
@@ -98,7 +99,8 @@ def check_decks(builder: SceneBuilder) -> None:
 
 
 def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
-    """The machines with buoyancy and water forces of vessels; a load that would change a given motion is a fault."""
+    """Return the machines with buoyancy and water forces of vessels; a load that would change a given motion is a
+    fault."""
     out = []
     for machine in built:
         given = builder.scene.vessels.get(machine.name)
@@ -117,7 +119,7 @@ Masses = list[tuple[float, Vector]]  # each with its place in the world
 
 
 def _standing(builder: SceneBuilder, name: str, around: System) -> tuple[Masses, Masses]:
-    """Masses and centres of a vessel with all bodies on it, and of the blocks on its deck."""
+    """Return masses and centres of a vessel with all bodies on it, and of the blocks on its deck."""
     on, at = _bodies(name, around), kinematics.poses(around)
     masses = [(b.mass, kinematics.place(Point(b.name, b.com), at)) for b in around.bodies if b.name in on]
     blocks = [b for b in builder.scene.all_blocks.values() if b.on == name]
@@ -127,7 +129,7 @@ def _standing(builder: SceneBuilder, name: str, around: System) -> tuple[Masses,
 
 
 def _bodies(name: str, around: System) -> set[str]:
-    """A vessel and the bodies that joints carry on it."""
+    """Return a vessel and the bodies that joints carry on it."""
     on, more = {name}, True
     while more:
         found = {j.child for j in around.joints if j.parent in on}
@@ -160,7 +162,7 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
 def _water(
     builder: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
 ) -> tuple[Bushing | Load, ...]:
-    """Buoyancy, hydrostatics with mooring and damping, and the loads of the wave."""
+    """Return buoyancy, hydrostatics with mooring and damping, and the loads of the wave."""
     scene, waves = builder.scene, builder.scene.waves
     weight = scene.gravity * sum(mass for mass, _ in standing)
     middle = [sum(mass * p[i] for mass, p in standing) * scene.gravity / weight - given.at[i] for i in range(3)]
@@ -180,7 +182,7 @@ def _water(
 
 
 def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
-    """All six wave loads as two loads in phase with cosine and sine of the wave."""
+    """Return the six wave loads as two loads: their parts in phase with the cosine and with the sine of the wave."""
     found, delay, R = [], _delay(builder, waves, given.at), given.attitude
     for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
         x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]

@@ -1,6 +1,5 @@
-"""Edges of a scene as a rope of it meets them; ropes of the rigging that run over something, and how high what holds
-them hangs above what they hold.
-"""
+"""Edges of a scene as its ropes meet them; rigging ropes over edges or sheaves, and the height of their suspension
+above the load."""
 
 from __future__ import annotations
 
@@ -34,11 +33,10 @@ def along_edges(
     coms: Mapping[str, Vector],
     at: Callable[[], Poses],
 ) -> tuple[Sheave, ...]:
-    """Edges that a rope between two ends may touch, sorted by name; `at`: positions of bodies at the start, for edges
-    on other bodies.
+    """Return the edges that a rope between two ends may touch, sorted by name.
 
-    The rope passes an edge on the side that looks away from what is inside; what is wrong is added to the faults of the
-    source.
+    `at`: positions of bodies at the start, for edges on other bodies. The rope passes an edge on the side away from the
+    point `inside`; faults are added to those of the source.
     """
     found = []
     for i, name in enumerate(names):
@@ -67,7 +65,8 @@ def along_edges(
 
 
 def _held(ends: tuple[k.Point, k.Point], body: str, at: Callable[[], Poses]) -> tuple[Vector | None, int]:
-    """An end of a rope in the frame of a body, and which: the one on it, else the last known."""
+    """Return an end of a rope in the frame of a body, and its number: the end on the body, else the last with known
+    position."""
     for i in (1, 0):
         if ends[i].body == body:
             return ends[i].p, i
@@ -81,7 +80,7 @@ def _held(ends: tuple[k.Point, k.Point], body: str, at: Callable[[], Poses]) -> 
 
 
 def _why(name: str, edge: Edge, apart: bool, open_: bool) -> str:
-    """Why a rope cannot bend over an edge."""
+    """Return why a rope cannot bend over an edge."""
     if apart:
         return f"the edge '{name}' is on '{edge.on}', which is not there yet: name edges of what the rope holds"
     if open_:
@@ -96,7 +95,7 @@ def _less(p: Vector, q: Vector) -> Vector:
 def equalising(
     name: str, given: Equaliser, sheave: k.Point, R: np.ndarray, ends: tuple[k.Point, k.Point], at: kinematics.Poses
 ) -> Reeving:
-    """The rope of an equaliser over its sheave on a body of attitude R."""
+    """Return the rope of an equaliser over its sheave on a body of attitude R."""
     p, q = (kinematics.place(end, at).tolist() for end in ends)
     d = norm([q[0] - p[0], q[1] - p[1]])
     axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
@@ -108,8 +107,8 @@ def equalising(
 def height_of(
     make: Callable[[float], Reeving], low: float, length: float, slack: float, at: kinematics.Poses, what: str
 ) -> float:
-    """Height z above `low` of a suspended sheave or edge at which the rope has some slack [m]; raises ValueError if it
-    cannot run or reach `what`."""
+    """Return the height z above `low` of a suspended sheave or edge at which the rope has some slack [m]. Raises
+    ValueError if the rope cannot run over it, or cannot reach `what`."""
 
     def long(z: float) -> float:
         try:

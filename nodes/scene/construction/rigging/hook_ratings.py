@@ -1,6 +1,6 @@
-"""Limits of machines with hooks: what each hook, a part or all may carry, ropes, how they lead, travel.
+"""Limits of machines with hooks: loads of each hook, of a part and of all, ropes, off-lead, travel.
 
-What a parameter of the scene gives is the scene's; the rest is the type's.
+The source of a number is the scene if one of its parameters gives it, else the machine type.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
 
 
 def hook_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
-    """All of them of a machine."""
+    """Yield all limits of a machine with hooks."""
     rows = _Rows(builder, machine)
     hooks = [_Hook(rows, hook) for hook in sorted(machine.hooks, key=lambda hook: hook.rope)]
     for hook in hooks:
@@ -44,7 +44,7 @@ def hook_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[Rate
 
 
 class _Rows:
-    """The keys of a machine, and rows of what they state."""
+    """The keys of a machine, and limits made from them."""
 
     def __init__(self, builder: SceneBuilder, machine: plan.Mechanism) -> None:
         self.yard, self.machine = builder, machine
@@ -52,7 +52,8 @@ class _Rows:
         self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
-        """A row of what a key states by a parameter of the scene, or a type, whose part stands at a place."""
+        """Return the limit given by a key. Source and line are the scene's if a parameter of the scene sets the key,
+        else the type and the line `place` of its part."""
         at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
         source = f"type {crane.type}" if crane else "its type"
         if self.yard.source.written(at) != at:
@@ -60,30 +61,30 @@ class _Rows:
         return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
     def missing(self, path: Path, message: str) -> dict[str, str]:
-        """What to give for a row without a value: the parameter that is put there, else `message`."""
+        """Return the note of a limit without a value: which parameter of the type to give, else `message`."""
         offered = self.yard.source.offered.get((*self.base, *path))
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
-        """What carries hooks, for planners: the machine, or a part of it."""
+        """Return the name, for planners, of the thing that carries hooks: the machine, or a part of it."""
         name = self.machine.name
         return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
 
 class _Hook:
-    """A hook with its keys."""
+    """A hook with its keys, and its limits."""
 
     def __init__(self, rows: _Rows, hook: plan.Hoist) -> None:
         self.rows, self.yard, self.hook, self.name = rows, rows.yard, hook, hook.rope
         self.given: HookKeys = rows.keys.hooks[hook.rope]
 
     def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
-        """A row of it, as the type or the scene states a key."""
+        """Return a limit of the hook, as the type or the scene gives it by a key."""
         of = {"subject": self.name, "quantity": quantity, "unit": unit, "elements": (self.name,), **more}
         return self.rows.row(("hooks", self.name, written(key)), self.hook.where, **of)
 
     def load(self) -> RatedLimit:
-        """What hangs on it."""
+        """Return the limit of the load on the hook."""
         given, hook = self.given, self.hook
         if hook.chart:
             note = "with hook block and rigging; the next longer radius counts"
@@ -95,7 +96,7 @@ class _Hook:
         return self.row("hook load", "kg", "capacity", value=given.capacity, note=note)
 
     def roped(self) -> Iterator[RatedLimit]:
-        """Its rope and drum."""
+        """Yield the limits of its rope and drum."""
         given, (ends, efficiency, message) = self.given, reeving(self.given)
         factor, source = rope_factor(given)
         if given.fall_breaking:
@@ -116,7 +117,7 @@ class _Hook:
         yield self.row("drum pull", "N", "drum_pull", **pull)
 
     def leads(self) -> Iterator[RatedLimit]:
-        """How far its rope may lead off the vertical, in its ways or in any."""
+        """Yield the limits of the off-lead of its rope, along and across or in any direction."""
         limits = self.yard.scene.limits
         for key in [key for key in WAYS if getattr(self.given, key) is not None] or ["off_lead"]:
             own, scene, found = getattr(self.given, key, IN_LIMITS), getattr(limits, key), dict[str, object]()
@@ -129,7 +130,7 @@ class _Hook:
             yield self.row(WAYS.get(key, "off-lead"), "rad", key, value=value, note=note, **found)
 
     def ends(self) -> Iterator[RatedLimit]:
-        """How high it may be, and between which ends its winch moves."""
+        """Yield the limits of the hook's height and of the rope length on its winch."""
         if self.given.highest is not None:  # else its shortest rope is the upper end
             yield self.row("hook height", "m", "highest", value=self.given.highest)
         winch = next((a for a in self.rows.machine.actuators if a.name == self.name), None)
@@ -138,7 +139,7 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Drum ends and sheave efficiency of a hoist, and their description with what is assumed."""
+    """Return drum ends and sheave efficiency of a hoist, and a description that names assumptions."""
     ends = drum_ends(given.falls, given.drum_ends)
     efficiency = given.sheave_efficiency or ROLLING
     lead = lead_factor(given.falls, ends, efficiency)
@@ -148,7 +149,7 @@ def reeving(given: HookKeys) -> tuple[int, float, str]:
 
 
 def rope_factor(given: HookKeys) -> tuple[float, str]:
-    """Design factor of a hoist rope, and its source."""
+    """Return the design factor of a hoist rope, and its source."""
     if given.rope_factor is not None:
         return given.rope_factor, "the scene"
     own = "mechanism_group" in given.model_fields_set
@@ -156,7 +157,8 @@ def rope_factor(given: HookKeys) -> tuple[float, str]:
 
 
 def _together(rows: _Rows) -> Iterator[RatedLimit]:
-    """What hooks may carry together: those of a part, and all, of several machines less."""
+    """Yield the limits of the total load of several hooks: of a part and of the machine, reduced if several machines
+    lift together."""
     machine, cells = rows.machine, rows.keys.load_cells if rows.keys else {}
     for body, x in sorted(cells.items(), key=lambda item: is_root(machine, item[0])):
         ropes = tuple(hook.rope for hook in carried_hooks(machine, body))
@@ -178,7 +180,7 @@ def _together(rows: _Rows) -> Iterator[RatedLimit]:
 
 
 def _travels(rows: _Rows) -> Iterator[RatedLimit]:
-    """Travel limits of hooks along the world's x or y, and limits of horizontal rope forces."""
+    """Yield the travel limits of hooks along the world's x or y, and the limits of horizontal rope forces."""
     machine, driven = rows.machine, {drive.joint: drive.name for drive in rows.machine.system.drives}
     actuators = {actuator.name: actuator for actuator in machine.actuators}
     turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
@@ -202,7 +204,7 @@ def _travels(rows: _Rows) -> Iterator[RatedLimit]:
 
 
 def _straight(machine: plan.Mechanism, body: str) -> bool:
-    """Whether only joints that slide or hold carry a body on the world."""
+    """Return whether only sliding or fixed joints carry a body on the world."""
     below = [*beneath(machine, body)]
     stands = below[-1].parent == WORLD if below else body == WORLD
     return stands and all(joint.kind in ("prismatic", "fixed") for joint in below)

@@ -29,7 +29,7 @@ WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as portals have it:
 
 @dataclass
 class Hung:
-    """Parts added to a machine by its hooks."""
+    """The parts that hooks add to a machine."""
 
     bodies: list[k.Body] = field(default_factory=list)
     joints: list[k.Joint] = field(default_factory=list)
@@ -43,7 +43,7 @@ class Hung:
 
 
 def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: float) -> Hung:
-    """Hook blocks, ropes and slings of a machine; `whole`: its other parts and surroundings."""
+    """Return the hook blocks, ropes and slings of a machine; `whole`: its other parts and surroundings."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
         path: Path = (*checks.base, "hooks", name)
@@ -73,7 +73,7 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
 
 
 def check_drums(source: Source, path: Path, hook: HookKeys) -> None:
-    """The falls of a hook are shared by the ends of its rope on drums."""
+    """Check that the falls of a hook can be shared by the ends of its rope on drums."""
     if hook.drum_ends and hook.falls % hook.drum_ends:
         message = f"{hook.falls} falls cannot be shared by {hook.drum_ends} drum ends: give an even number of falls"
         source.fault((*path, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
@@ -138,7 +138,7 @@ def _hang_one(
 
 
 def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, where: str) -> plan.Actuator:
-    """The winch of a hook whose rope begins with a length, `away` of it on its way to the drum [m]."""
+    """Return the winch of a hook whose rope begins with length L0, of which `away` leads to the drum [m]."""
     return plan.Actuator(
         name=name, start=L0, accel=ramp_of(hook.ramp)[0], lower=lower, upper=hook.longest + away, verb="hoist",
         speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency, where=where,
@@ -159,12 +159,12 @@ def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float,
 
 
 def mass_of(hook: HookKeys) -> float:
-    """Of all falls, where a level models it [kg/m]."""
+    """Return the mass of all falls, if a model level includes it [kg/m]."""
     return hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
 
 
 def _lines(name: str, hook: HookKeys) -> list[k.Line]:
-    """The falls as one line, or as two separate ones."""
+    """Return the falls as one line, or as two separate ones."""
     sides = (-hook.apart / 2, hook.apart / 2) if hook.apart else (0.0,)
     x, y, z = hook.at
     return [
@@ -182,7 +182,7 @@ def _plumb(name: str, hook: HookKeys, tip: tuple[float, ...], tree: RiggingTree 
 
 
 def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: HookKeys, tree: RiggingTree | None) -> None:
-    """The slings of a rigging, from the hook to lugs of blocks."""
+    """Add the slings of a rigging entry, from the hook to lugs of blocks."""
     assert tree is not None
     found.ties += tree.ties(key)
     for sling, (i, lug, hooked) in tree.ropes(key).items():

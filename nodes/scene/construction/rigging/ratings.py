@@ -1,4 +1,4 @@
-"""Limits of what hooks hold: several machines together, slings, shackles, frames, lugs."""
+"""Limits of loads on hooks: several machines together, slings, shackles, frames, lugs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .slings import lugs_of, slings_of, terms
 
 
 def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Reduced capacities of hooks of several machines that carry one load at the start."""
+    """Yield the reduced capacities of hooks of several machines that carry one load at the start."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
     lugs, keys = lug_places(builder.machines), builder.scene.machines
     rated = {name for name, x in keys.items() if any(cell.tandem < 1.0 for cell in x.load_cells.values())}
@@ -45,7 +45,7 @@ def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
 
 
 def rigging_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
-    """Limits of slings, shackles and frames of a rigging entry."""
+    """Yield the limits of slings, shackles and frames of a rigging entry."""
     entries = {name: x for name, x in builder.scene.rigging.items() if name in machine.rigged or name == machine.name}
     for name, given in entries.items():
         at = {"unit": "kg", "source": "the scene", "where": builder.source.where(("rigging", name))}
@@ -65,7 +65,7 @@ def rigging_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[R
 
 
 def shackle_limit(builder: SceneBuilder, WLL: float | None, sling: str, at: Path) -> RatedLimit:
-    """Limit of each shackle of a sling, for gear by its standard."""
+    """Return the limit of each shackle of a sling, for gear by its standard."""
     item = _item(builder, at)
     note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
     return RatedLimit(
@@ -75,13 +75,13 @@ def shackle_limit(builder: SceneBuilder, WLL: float | None, sling: str, at: Path
 
 
 def _item(builder: SceneBuilder, at: Path) -> str:
-    """The gear item at a path and its standard; "" if there is none."""
+    """Return the gear item at a path and its standard; "" if there is none."""
     found = ((name, x.standard) for name, x in builder.scene.gear.items() if shown(at) in x.at)
     return ", ".join(filter(None, next(found, ())))
 
 
 def _on(builder: SceneBuilder) -> dict[str, list[str]]:
-    """Slings on each hook and frame point, those over a sheave twice."""
+    """Return the slings on each hook and frame point; those over a sheave count twice."""
     found: dict[str, list[str]] = {}
     for name, given in builder.scene.rigging.items():
         for rope, sling in slings_of(builder.scene, name).items():
@@ -93,7 +93,7 @@ def _on(builder: SceneBuilder) -> dict[str, list[str]]:
 
 
 def lug_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Lugs of blocks, and points of frames."""
+    """Yield the limits of lugs of blocks, and of points of frames."""
     scene, lugs, held = builder.scene, lugs_of(builder.scene), dict[object, list[str]]()
     for name, given in scene.rigging.items():
         for rope, sling in slings_of(scene, name).items():
@@ -124,7 +124,7 @@ def _lug(builder: SceneBuilder, lug: str, most: float | None, slings: list[str],
 
 
 def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
-    """Limit of the angle between a sling and the vertical."""
+    """Return the limit of the angle between a sling and the vertical."""
     limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"
@@ -135,7 +135,7 @@ def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -
 
 
 def sling_limits(builder: SceneBuilder, given: SlingType, name: str, where: str, base: Path) -> Iterator[RatedLimit]:
-    """Limits of a sling at rest and at its peak."""
+    """Yield the limits of a sling, for its static and its peak load."""
     known = terms(given, _item(builder, base))
     own = {"factor": tuple(at_rest(known, builder.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
     own |= {x: (getattr(given, x), "the scene", "") for x in own if x in given.model_fields_set and getattr(given, x)}
@@ -147,7 +147,7 @@ def sling_limits(builder: SceneBuilder, given: SlingType, name: str, where: str,
 def _assembly(
     builder: SceneBuilder, name: str, given: SlingKeys, slings: tuple[str, ...], where: str
 ) -> Iterator[RatedLimit]:
-    """Limits of a certified sling assembly; otherwise the sharing of more than three legs."""
+    """Yield the limits of a certified sling assembly, or the note on load sharing of more than three legs."""
     scene, sling = builder.scene, given.sling
     if given.over_edges or len({*given.holders}) > 1:
         return
@@ -168,7 +168,7 @@ def _assembly(
 
 
 def gear_of(builder: SceneBuilder) -> Iterator[plan.Gear]:
-    """The items of rigging that the scene uses."""
+    """Yield the items of rigging that the scene uses."""
     scene = builder.scene
     for name, x in scene.gear.items():
         number = 0

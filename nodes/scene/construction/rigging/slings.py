@@ -1,4 +1,4 @@
-"""What the entries of a rigging are called: their ropes, and the lugs of blocks that they hold."""
+"""Names of rigging entries: their ropes, and the lugs of blocks to which they are hooked."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from heavylift.nodes.scene.keys.schema import Scene
 
 
 class Sling(NamedTuple):
-    """A rope of a rigging entry: number of its sling, attachment, whether hooked at the start.
-
-    A sling that is hooked elsewhere later is another rope, `legs.sling-1.B-N1`, which hangs there only then.
-    """
+    """A rope of a rigging entry: number of its sling, lower attachment, whether hooked at the start. A sling that is
+    hooked elsewhere later becomes another rope, such as `legs.sling-1.B-N1`."""
 
     number: int
     holds: str
@@ -22,7 +20,7 @@ class Sling(NamedTuple):
 
 
 def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
-    """The ropes of a rigging entry, by name; none for a frame."""
+    """Return the ropes of a rigging entry, by name; none for a frame."""
     given = scene.rigging[name]
     if isinstance(given, Frame):
         return {}
@@ -38,12 +36,12 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
 
 
 def key_of(lug: str, at: k.Point) -> str:
-    """Key of a lug in the plan: `N1` with one block, `B.N1` with several."""
+    """Return the key of a lug in the plan: `N1` with one block, `B.N1` with several."""
     return lug if at.body == "block" or "." in lug else f"{at.body}.{lug}"
 
 
 def lugs_of(scene: Scene) -> dict[str, k.Point]:
-    """Lugs of all blocks by name: `N1` if unique, and `B.N1`."""
+    """Return the lugs of all blocks by name: `N1` if unique, and `B.N1`."""
     blocks = scene.all_blocks
     named = [lug for block in blocks.values() for lug in block.lugs]
     found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
@@ -51,7 +49,7 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
 
 
 def terms(given: SlingType, item: str = "") -> Terms:
-    """Known properties of a sling, with or without gear."""
+    """Return the known properties of a sling, with or without a gear item."""
     chosen, single = "breaking" in given.model_fields_set, given.legs == "single"
     return Terms(
         given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, chosen, single
@@ -59,6 +57,6 @@ def terms(given: SlingType, item: str = "") -> Terms:
 
 
 def rated(given: SlingType, gravity: float) -> float:
-    """Rated load of a sling, 100 % utilisation [N]."""
+    """Return the rated load of a sling, at 100 % utilisation [N]."""
     own = "factor" in given.model_fields_set
     return given.breaking / (given.factor if own else at_rest(terms(given), gravity).factor)

@@ -1,8 +1,9 @@
-"""The rigging of a scene as a tree: where its frames are at the start, and what each of its entries adds to the scene.
+"""The rigging of a scene as a tree: positions of its frames at the start, and the parts that each entry adds to the
+scene.
 
-Frames hang level above what they hold: below their tightest sling there is the slack that it asks for, and their own
-hangers are stretched by their weight.  From there the scene is brought to rest (see `building`).  Slings from one hook
-to lugs belong to the machine of the hook; every other entry is a machine of its own.
+Frames are placed level above their load: their tightest sling has the slack that it specifies, and their own hangers
+are stretched by their weight. From there the scene is brought to rest (see `building`). Slings from one hook to lugs
+belong to the machine of the hook; every other entry is a machine of its own.
 """
 
 from __future__ import annotations
@@ -30,10 +31,7 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """All rigging of a scene; what is wrong with it is added to the faults of its source.
-
-    `taken`: hooks on which frames hang by `rig`.
-    """
+    """All rigging of a scene; faults are added to those of its source. `taken`: hooks that carry frames by `rig`."""
 
     def __init__(self, source: Source, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
@@ -60,17 +58,17 @@ class RiggingTree:
     # ---- names --------------------------------------------------------------------------------------------
 
     def upper(self, word: str) -> k.Point | None:
-        """The point of a sling's upper attachment, by name."""
+        """Return the point of a sling's upper attachment, by name."""
         words = " ".join(word.split())
         hook = words.replace(".", " ", 1) if words in self.hooks else words
         return self.ends.get(hook) or self.points.get(words)
 
     def lower(self, word: str) -> k.Point | None:
-        """What a sling can hold, by a word."""
+        """Return the point of a sling's lower attachment, by name."""
         return self.lugs.get(word) or self.points.get(word)
 
     def missing(self, word: str) -> tuple[str, str]:
-        """The fault of a name that matches nothing, and the nearest known one."""
+        """Return the fault of a name that matches nothing, and the nearest known name."""
         several = [lug for lug in self.lugs if lug.endswith(f".{word}")]
         if len(several) > 1:
             return f"several blocks have a lug '{word}'", f"write {' or '.join(several[:2])}"
@@ -78,30 +76,30 @@ class RiggingTree:
         return message, closest(word, [*self.lugs, *self.points])
 
     def of_hook(self, hook: str) -> dict[str, SlingKeys]:
-        """Slings from one hook to lugs, which belong to the hook's machine."""
+        """Return the slings from one hook to lugs, which belong to the hook's machine."""
         slings = {name: given for name, given in self.rigging.items() if isinstance(given, SlingKeys)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
 
     def of_any(self, hook: str) -> bool:
-        """Whether rigging hangs on a hook."""
+        """Return whether rigging hangs on a hook."""
         holders = (word for given in self.rigging.values() for word in getattr(given, "holders", ()))
         return any((point := self.upper(word)) is not None and point.body == hook for word in holders)
 
     def own(self) -> Iterator[tuple[Path, str]]:
-        """Rigging entries that are machines of their own, frames first."""
+        """Yield the rigging entries that are machines of their own, frames first."""
         for name, given in sorted(self.rigging.items(), key=lambda x: not isinstance(x[1], Frame)):
             if not self._plain(given):
                 yield ("rigging", name), name
 
     def _plain(self, given: Rigging) -> str:
-        """The single hook of slings to lugs."""
+        """Return the hook of slings that lead from one hook to lugs; "" for other entries."""
         if not isinstance(given, SlingKeys) or isinstance(given.on, list) or any(x not in self.lugs for x in given.to):
             return ""
         point = self.upper(given.on)
         return point.body if point and point.body in self.hooks else ""
 
     def _check(self) -> None:
-        """Check that all ends exist, and every lug and lower point is held once."""
+        """Check that all ends exist, and that every lug and lower point has one sling only."""
         beams = self.scene.rig.beams if self.scene.rig else {}
         used = {lug: beam for beam, given in beams.items() for lug in given.lugs or ()}
         for name, given in self.rigging.items():
@@ -174,7 +172,7 @@ class RiggingTree:
             self.at[name] = np.array([x, y, z]), R
 
     def _below(self, body: str) -> Iterator[tuple[str, int, k.Point, str]]:
-        """Slings and equalisers on a hook or frame: entry, number, point, attachment."""
+        """Yield the slings and equalisers on a hook or frame: entry, number, upper point, lower attachment."""
         for name, given in self.rigging.items():
             if isinstance(given, Frame):
                 continue
@@ -184,13 +182,13 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Number, attachment and start state of each sling rope; none for unknown lugs, which the action list
-        reports."""
+        """Return number, lower attachment and start state of each sling rope; none for unknown lugs, which the action
+        list reports."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
 
     def ties(self, name: str) -> list[Tie]:
-        """The slings of an entry with upper ends and lugs."""
+        """Return the slings of an entry with upper ends and lugs."""
         given, found = self.rigging[name], list[Tie]()
         words = {point: word for word, point in self.lugs.items()}  # the longer ones, where a lug has two
         for rope, sling in slings_of(self.scene, name).items():
@@ -205,7 +203,7 @@ class RiggingTree:
         return found
 
     def carried(self, body: str) -> float:
-        """Mass of the blocks suspended from a hook or frame at the start [kg]."""
+        """Return the mass of the blocks suspended from a hook or frame at the start [kg]."""
         found, waiting = dict[str, float](), [body]
         while waiting:
             for _, _, _, word in self._below(waiting.pop()):
@@ -217,15 +215,15 @@ class RiggingTree:
         return sum(found.values())
 
     def _where(self, word: str) -> list[float]:
-        """World position of a sling's attachment [m]."""
+        """Return the world position of a sling's lower attachment [m]."""
         point = self.lower(word)
         assert point is not None
         x, y, z = kinematics.place(point, self.at).tolist()
         return [x, y, z]
 
     def height(self, body: str, at: Callable[[k.Point], list[float]]) -> float | None:
-        """Height z of a hook or frame for the required slack of its slings; None without slings. `at`: its points in
-        the world for z = 0 [m]."""
+        """Return the height z of a hook or frame for the required slack of its slings; None without slings. `at`:
+        returns the position of its points in the world for z = 0 [m]."""
         found: list[float] = []
         for name, i, point, word in self._below(body):
             given, here = self.rigging[name], ("rigging", name, "to", i)
@@ -251,7 +249,7 @@ class RiggingTree:
         return min(found) if found else None
 
     def _reeved(self, name: str, given: SlingKeys | Equaliser, i: int, p: list[float]) -> float:
-        """The same for a rope over a sheave or edges at p for z = 0 [m]."""
+        """Return the height z for the required slack of a rope over a sheave or edges at p for z = 0 [m]."""
         words = given.to if isinstance(given, Equaliser) else [given.to[i]]
         length = given.length if isinstance(given, Equaliser) else given.lengths[i]
         ends = [end for word in words if (end := self.lower(word)) is not None]
@@ -272,7 +270,7 @@ class RiggingTree:
         return low
 
     def edges(self, name: str, i: int) -> tuple[Sheave, ...]:
-        """Edges that a sling may touch."""
+        """Return the edges that a sling may touch."""
         given = self.rigging[name]
         assert isinstance(given, SlingKeys)
         ends = self.upper(given.holders[i]) or NOWHERE, self.lower(given.to[i]) or NOWHERE
@@ -281,7 +279,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """A rigging entry as machine keys, together with its surroundings."""
+        """Return a rigging entry as machine keys; `around`: its surroundings."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

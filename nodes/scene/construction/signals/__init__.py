@@ -1,10 +1,10 @@
-"""What is measured in a scene, by words: in conditions, by interlocks, by models of a user's own.
+"""Measured signals of a scene, named in words: in conditions, interlocks and user models.
 
-subjects        hooks, ropes, boxes and winds by their names, and signals over them
+subjects        hooks, ropes, boxes and winds by their names, and signals of them
 conditions      conditions of the action list
-interlocks      what stops a machine
-limits          the table of limits, with signals that the scene limits itself
-own_models      what models of a user's own hear and lead
+interlocks      interlocks, which stop a machine by themselves
+limits          the table of limits, including signals that the scene itself limits
+own_models      signals and set-points of user models
 """
 
 from .conditions import Conditions, wrong_units

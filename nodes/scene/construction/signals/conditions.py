@@ -1,6 +1,6 @@
-"""Conditions of an action list with their names resolved to slings, ropes, joints and the models that watch.
+"""Conditions of an action list, with names resolved to slings, ropes, joints and the models that watch them.
 
-A condition over an empty set is refused.
+A condition on an empty set is a fault.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Conditions:
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
-        """A condition with resolved names."""
+        """Return a condition with resolved names."""
         if phrase is None:
             return None
         parts = tuple(self._term(path, test) for test in phrase)
@@ -46,7 +46,7 @@ class Conditions:
     def crossing(
         self, path: Path, signal: ScalarSignal, model: str, value: float, rising: bool, text: str
     ) -> actions.CrossingCondition:
-        """A crossing of a signal with a unique threshold."""
+        """Return a crossing of a signal, with a threshold of its own."""
         self.thresholds += 1
         guard = guard_of(f"{signal.quantity.replace(' ', '-')}-{self.thresholds}", signal)
         where = self.source.where(path)
@@ -78,7 +78,7 @@ class Conditions:
         return msgspec.structs.replace(test, where=named["where"])
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
-        """The names of a set of slings or ropes; empty sets are faults."""
+        """Return the names of a set of slings or ropes; an empty set is a fault."""
         slings = [tie.rope for tie in self.yard.slings()]
         ropes = [r.name for m in self.yard.machines for r in m.system.all_ropes if r.name not in slings]
         rigged = [sling for names in self.rigged.values() for sling in names]
@@ -125,7 +125,8 @@ class Conditions:
         return ""
 
     def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, ScalarSignal]:
-        """Gap between a block and the thing it lands on, which requires a contact."""
+        """Return the gap between a block and the thing on which it lands, with the model that watches it; a contact is
+        required."""
         blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
         pairs = [(c.a.body, c.b.body) for m in self.yard.machines for c in m.system.contacts]
@@ -138,7 +139,7 @@ class Conditions:
         return "", ScalarSignal("height")
 
     def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
-        """The model that watches a quantity, and its signal; a fault if there is none."""
+        """Return the model that watches a quantity, and its signal; a fault if there is none."""
         if test.share:
             return self._share(path, test)
         of, quantity = test.of, test.quantity
@@ -181,7 +182,7 @@ class Conditions:
         return None
 
     def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
-        """A load or tension relative to its rated value; for a set the largest."""
+        """Return the model and signal of a load or tension relative to its rated value; for a set the largest."""
         rows, word = self.subjects.ratings[test.quantity], ".".join(test.of.split())
         *front, noun = test.of.split() or [""]
         if test.quantity == "tension" and noun in ("slings", "ropes"):
@@ -214,18 +215,18 @@ class Conditions:
         return (self._watching(ropes), ScalarSignal(kind, ropes=ropes)) if ropes else None
 
     def _watching(self, ropes: Sequence[str]) -> str:
-        """The model that watches over ropes: theirs, or the block's of several."""
+        """Return the model that watches ropes: theirs, or that of the block if they have several."""
         models = sorted({self.subjects.ropes[rope] for rope in ropes})
         return "block" if len(models) > 1 and self.yard.scene.block else models[0]
 
 
 def wrong_units(*, turns: bool) -> str:
-    """Sentence about a quantity with units of the other kind (length, angle)."""
+    """Return the error message for a unit of the wrong kind (length or angle)."""
     return "turns: write degrees or radians, not metres" if turns else "slides: write metres, not degrees or radians"
 
 
 def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
-    """Joint, coordinate and whether it is an angle, by name: the joint, or joint.coordinate."""
+    """Return joint, coordinate and whether it is an angle, by name: the joint, or joint.coordinate."""
     found = {}
     for joint in system.joints:
         kind = JOINTS[joint.kind]
@@ -236,7 +237,7 @@ def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
 
 
 def unit_of(test: phrases.Test) -> str | None:
-    """SI unit of a compared quantity; None if unknown."""
+    """Return the SI unit of a compared quantity; None if unknown."""
     if not isinstance(test, phrases.CrossTest) or test.quantity in UNJUDGED:
         return None
     return "" if test.share else UNITS.get(QUANTITIES[test.quantity].dimension.name)

@@ -1,4 +1,4 @@
-"""Interlocks of the plan, from those of machine types and of the scene: what they watch, what they stop, which way."""
+"""Interlocks of the plan, from machine types and the scene: watched quantity, stopped actuators, blocked directions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
-    """Interlocks of the scene and its types, one in every machine that it stops."""
+    """Return the interlocks of the scene and its types, one in every machine that they stop."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard)
@@ -42,7 +42,7 @@ class _Builder:
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
 
     def built(self, name: str, given: Keys) -> list[Interlock]:
-        """An interlock in each of its machines."""
+        """Return an interlock for each of its machines."""
         path: Path = ("interlocks", name)
         tests = [test for test in given.when if isinstance(test, CrossTest)]
         if len(given.when) != 1 or not tests:
@@ -91,7 +91,7 @@ class _Builder:
         return found
 
     def _each(self, machine: str, test: CrossTest) -> list[CrossTest]:
-        """The test for each hook or sling (for `any`); with the machine's prefix for its parts."""
+        """Return the test for each hook or sling (for `any`), with the machine's prefix for its parts."""
         subjects = self.conditions.subjects
         if test.of == "any hook":
             ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if subjects.ropes[hook.rope] == machine)
@@ -106,7 +106,7 @@ class _Builder:
         return [msgspec.structs.replace(test, of=" ".join(words))]
 
     def _resets(self, path: Path, given: Keys, test: CrossTest) -> float:
-        """Reset value: as written, or slightly behind the trip value."""
+        """Return the reset value: as written, or slightly behind the trip value."""
         away = -1.0 if test.rising else 1.0
         if given.until is None:
             by = CLEARS if test.quantity in LENGTHS else RESETS * abs(test.value)
@@ -135,7 +135,7 @@ class _Builder:
         return found
 
     def _way(self, path: Path, words: str) -> tuple[Verb | None, int]:
-        """Verb and direction of a phrase such as `hoist` or `luff out`."""
+        """Return verb and direction of a phrase such as `hoist` or `luff out`."""
         name, _, distance = " ".join(words.split()).partition(" ")
         verb = VERBS.get(name)
         known = [x.name for x in VERBS.values() if x.becomes == "move"]
@@ -146,7 +146,7 @@ class _Builder:
         return verb, verb.sign if not distance else 1 if distance == verb.ways[0] else -1
 
     def _towards(self, path: Path, actor: OrderTarget, test: CrossTest) -> int:
-        """Direction of a straight drive that closes a gap, at the start positions."""
+        """Return the direction of a straight drive that closes a gap, at the start positions."""
         boxes, sides = self.conditions.subjects.boxes, dict[bool, Array]()
         axis, poses = self._axis(actor)
         for model, point, _ in (boxes[name] for name in test.of.split() if test.quantity == "gap" and name in boxes):
@@ -159,7 +159,7 @@ class _Builder:
         return 1 if distance > 0.0 else -1
 
     def _axis(self, actor: OrderTarget) -> tuple[list[float], Poses]:
-        """World direction of a straight drive at the start, and positions of all machines."""
+        """Return the world direction of a straight drive at the start, and the positions of all machines."""
         whole = merge([m.system for m in self.yard.machines], self.yard.scene.gravity)
         moved = System(whole.bodies, whole.joints)
         at = poses(moved) if not any(moved.outside) else {}

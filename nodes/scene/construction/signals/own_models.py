@@ -1,4 +1,4 @@
-"""The models of a scene's key `models`: what they hear and lead, resolved by the words of conditions and orders."""
+"""The user models of a scene's key `models`: signals and set-points, named as in conditions and orders."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ LED_BY = {"drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
 def build_models(builder: SceneBuilder) -> tuple[UserModel, ...]:
-    """User models of the plan; faults are added to those of the scene."""
+    """Return the user models of the plan; faults are added to those of the scene."""
     return _Models(builder).all()
 
 
 def check_models(source: Source, built: plan.Plan) -> None:
-    """Build each user model once: its code is trusted and has the bound ports."""
+    """Build each user model once, to check that its code is trusted and has the named ports."""
     if source.faults:
         return
     for own in built.models:
@@ -77,7 +77,7 @@ class _Models:
         )
 
     def code(self, path: Path, model: str) -> str:
-        """The reference, with an absolute path for a file in the scene's folder."""
+        """Return the reference, with an absolute path for a file in the scene's folder."""
         file, colon, name = model.partition(":")
         if not file.endswith((".py", ".fmu")):
             return model
@@ -88,7 +88,7 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> ScalarSignal | None:
-        """The signal of a port: a quantity as in conditions."""
+        """Return the signal of a port: a quantity as in conditions."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
         if match is None:
@@ -110,12 +110,12 @@ class _Models:
         return found[1] if found else None
 
     def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
-        """Joint and coordinate that a drive moves."""
+        """Return joint and coordinate that a drive moves; None if it moves none."""
         drives = (drive for m in self.builder.machines for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
-        """The actuator that a port leads."""
+        """Return the actuator that a port leads."""
         words = " ".join(target.split())
         found = self.targets.get(words, ())
         found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine

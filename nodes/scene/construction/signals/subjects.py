@@ -1,4 +1,4 @@
-"""What signals are of, by the words for it: hooks, ropes, points, boxes and winds; and the signals over them."""
+"""Subjects of signals by name: hooks, ropes, points, boxes and winds; and the signals of them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Subjects:
         self.winds = [(m.name, f) for m in machines for f in m.system.forces if isinstance(f, Wind)]
 
     def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
-        """The model and signal of a quantity of hooks, ropes, points, boxes or wind; None if there is none."""
+        """Return model and signal of a quantity of hooks, ropes, points, boxes or wind; None if there is none."""
         kind, word = cast(Quantity, quantity), ".".join(of.split())
         hook, names = self.hooks.get(word), of.split()
         model = self.ropes[hook.rope] if hook else ""
@@ -79,14 +79,15 @@ class Subjects:
 
     @cached_property
     def ratings(self) -> dict[str, dict[str, RatedLimit]]:
-        """The rows that shares of a quantity are of, by the words for their subjects."""
+        """The limits to which shares in per cent refer, by quantity and subject."""
         rows = self.yard.limits or rated_limits(self.yard)
         found = {q: {x.subject.replace(" ", "."): x for x in rows if x.quantity in of} for q, of in RATINGS.items()}
         found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}
         return found
 
     def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
-        """The load or tension of a limit relative to it, as in `check`; None without a numeric limit."""
+        """Return model and signal of the load or tension relative to a limit, as in `check`; None without a numeric
+        limit."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":
@@ -105,7 +106,7 @@ class Subjects:
         return sum(self.hooks[rope].block_mass for rope in row.elements if rope in self.hooks)
 
     def known(self, quantity: str) -> list[str]:
-        """What has this quantity, by name."""
+        """Return the names of the subjects that have this quantity."""
         hooks = self.hooks
         of: Mapping[str, Sequence[str]] = {
             "height": [*self.points],
@@ -120,7 +121,7 @@ class Subjects:
 
 
 def _boxes(builder: SceneBuilder) -> dict[str, tuple[str, Point, Vector]]:
-    """Boxes of loads, of portals, of the floor and of bodies of machines: model, middle, half edges."""
+    """Return the boxes of loads, portals, the floor and machine bodies: model, centre, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     for cargo in builder.cargo:
         found[cargo.body] = cargo.body, Point(cargo.body), _half(cargo.size)

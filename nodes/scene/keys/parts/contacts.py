@@ -1,7 +1,7 @@
-"""The keys of `mechanism: contacts:` in a scene file, and what they become in the kernel.
+"""The keys of `mechanism: contacts:` in a scene file, and the kernel's contacts made from them.
 
-A contact is that of a body with another one or, if none is named, with the ground: a `box` or a ball of some `radius`
-(none: a point) against the plane, box or ball given by `against`.
+A contact is between a body and another one or, if none is named, the ground: a `box`, or a ball of some `radius` (none:
+a point), against the plane, box or ball given by `against`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class ContactKeys(_Side):
 
 
 def built(name: str, x: ContactKeys) -> Contact:
-    """The kernel's description."""
+    """Return the kernel's contact."""
     b: Shape = Plane(x.against.body, x.against.at, x.against.normal)
     if x.against.box or x.against.radius:
         b = _solid(x.against.body, x.against)
@@ -56,5 +56,5 @@ def _solid(body: str, x: _Side) -> Ball | Box:
 
 
 def touches(contact: Contact, at: Poses, width: float) -> bool:
-    """Whether the shapes of a contact are closer than `width` [m]."""
+    """Return whether the shapes of a contact are closer than `width` [m]."""
     return gap(contact, at[contact.a.body], at[contact.b.body]) < width

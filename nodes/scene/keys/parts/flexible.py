@@ -1,7 +1,7 @@
-"""What makes a body of a mechanism flexible: the keys `beam` and `matrices`, and their kernel description.
+"""Flexible bodies of a mechanism: the keys `beam` and `matrices`, and the kernel's description made from them.
 
-A beam lies along x of its body's frame; joints, ropes and forces on it stand at `at: 30 m`.  Matrices come from files
-beside the scene: .csv, or the array of the key's name in an .npz.
+A beam lies along x of its body's frame; joints, ropes and forces on it are placed by `at: 30 m`. Matrices come from
+files beside the scene: .csv, or the array of the key's name in an .npz.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Stiffness(keys_of(k.Beam, "length", "mass_per_length", "polar", "start")):
 
     @property
     def stiffness(self) -> tuple[float, float, float, float]:
-        """EI about y and z, EA, GJ."""
+        """EI about y and z, EA and GJ."""
         s, E, G = self.section, self.E, self.G
         return self.EI_y or E * s.Iy, self.EI_z or E * s.Iz, self.EA or E * s.area, self.GJ or G * s.J
 
@@ -69,14 +69,14 @@ class BeamKeys(Stiffness):
         return self
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """The kernel's description."""
+        """Return the kernel's description."""
         per_length = self.mass_per_length or (self.mass or 0.0) / self.length
         beam = k.Beam(self.length, per_length, *self.stiffness, self.rotary_inertia, self.elements)
         return k.Flexible(self.modes, beam, frame=self.frame, damping=self.damping, loads=tuple(self.loads))
 
 
 class GirderKeys(Base):
-    """What of a body bends as a beam along its y where a level models it, between legs at y = 0 and `span`."""
+    """The part of a body that bends as a beam along its y at some model levels, between legs at y = 0 and `span`."""
 
     slides: list[str] = Field(default_factory=list)  # joints of what slides on it
     mass: u.Mass
@@ -87,8 +87,8 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends with `girder: elastic`: a uniform beam along x from its frame, equal about y and z; default
-    `length` of its box and `mass` of the body."""
+    """A body that bends with `girder: elastic`: a uniform beam along x from its frame, equal about y and z. Defaults:
+    the `length` of its box and the `mass` of the body."""
 
     EI: u.Rigidity
     length: u.Extent | None = None
@@ -115,9 +115,7 @@ class ModeKeys(Base):
 
 class Matrices(Base):
     """Mass and stiffness of a finite-element model with 3 or 6 degrees of freedom at each node (rows of `nodes`, in m).
-
-    `held`: degrees of freedom, from 0, that the body's frame holds; `shapes` (columns) stand for eigenmodes.
-    """
+    `held`: degrees of freedom, from 0, fixed to the body's frame; `shapes` (columns) replace the eigenmodes."""
 
     nodes: str
     mass: str
@@ -135,7 +133,8 @@ class Matrices(Base):
         return file
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """The kernel's description; raises ValueError naming a file that cannot be read or is outside of `root`."""
+        """Return the kernel's description; raises ValueError naming a file that cannot be read or is outside of
+        `root`."""
         nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
         nodal = k.Nodal(
             nodes=nodes,
@@ -175,7 +174,8 @@ class Matrices(Base):
 
 
 def _member(data: bytes, key: str) -> NDArray[np.float64]:
-    """An array of an .npz; raises KeyError, ValueError or one of BROKEN for missing, non-numeric or too large ones."""
+    """Return an array of an .npz file; raises KeyError, ValueError or one of BROKEN for missing, non-numeric or too
+    large ones."""
     with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
         if archive.getinfo(f"{key}.npy").file_size > LARGEST:
             raise ValueError

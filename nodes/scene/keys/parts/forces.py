@@ -1,7 +1,7 @@
-"""The keys of `mechanism: forces:` in a scene file: those of the kernel's force elements.
+"""The keys of `mechanism: forces:` in a scene file, generated from the kernel's force elements.
 
-A history is a list of [time, value], linear between; the value is a factor of what the force does, or the wind's speed.
-The laws themselves and their conventions: `heavylift.kernel.description.forces`.
+A history is a list of [time, value], linear between; the value is a factor of the force, or the wind speed. The laws
+themselves and their conventions: `heavylift.kernel.description.forces`.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ OVER = one("over", Literal["position", "speed"])
 
 
 def _column(i: int) -> Spelling:
-    """Places or efforts of a curve."""
+    """Return the spelling of the places (i = 0) or efforts (1) of a curve."""
     curve = Annotated[list[tuple[u.Reach, u.Thrust]], Field(min_length=1)]
     return one("curve", curve, lambda pairs: tuple(pair[i] for pair in pairs))
 
 
 def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
-    """A matrix, given completely or by its diagonal."""
+    """Return the spelling of a matrix, given completely or by its diagonal."""
     zero = (0.0, 0.0, 0.0)
     keys = {word: (tuple[slide, slide, slide], zero), f"turning_{word}": (tuple[turn, turn, turn], zero)}
     return Spelling(
@@ -67,7 +67,7 @@ class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
     modes: int = Field(default=0, ge=0)
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """The law with its functions; files are found from the scene's folder."""
+        """Return the law with its functions; files are found from the scene's folder."""
         assert folder is not None
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
         named(x for x in (function, guards) if x)
@@ -89,6 +89,6 @@ def _diagonal(values: tuple[float, ...]) -> Matrix6:
 
 
 def _beside(function: str, folder: Path) -> str:
-    """A function of a file, the file found from the scene's folder."""
+    """Return a function reference with its file found from the scene's folder."""
     module, colon, name = function.rpartition(":")
     return f"{(folder / module).resolve()}{colon}{name}" if module.endswith(".py") else function

@@ -1,8 +1,8 @@
 """The joints of `mechanism:` in a scene file: one model per type, with its own units, and the kernel's joint from it.
 
-`at` and `rotation` place the joint's frame on its parent; axes are written in that frame.  `start` and `speed` follow
-the order of the coordinates in the kernel's joint table.  `limits` and `friction` of a coordinate are the stops and the
-brake that never lets go, written where the joint is.
+`at` and `rotation` place the joint's frame on its parent; axes are written in that frame. `start` and `speed` follow
+the order of the coordinates in the kernel's joint table. `limits` and `friction` of a coordinate are end stops and a
+permanently engaged brake, written with the joint.
 """
 
 from __future__ import annotations
@@ -41,9 +41,8 @@ class Friction(Base):
 
 
 class AnyJoint(Base):
-    """What all joints have; `at child` is the joint's place on the child.
-
-    `rotation` turns the frame about the parent's x, then its y, then its z."""
+    """Keys common to all joints; `at child` is the joint's place on the child. `rotation` turns the frame about the
+    parent's x, then its y, then its z."""
 
     type: k.JointKind
     parent: str = "world"
@@ -58,15 +57,15 @@ class AnyJoint(Base):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Coordinates that laws can act along."""
+        """The coordinates along which laws can act."""
         return JOINTS[self.type].actable
 
     def turns(self, coordinate: str) -> bool:
-        """Whether it is an angle."""
+        """Return whether a coordinate is an angle."""
         return JOINTS[self.type].turns(self.coordinates.index(coordinate))
 
     def values(self, keys: Iterable[str]) -> tuple[float, ...]:
-        """Values of its keys that exist for its type; quaternions are normalised."""
+        """Return the values of those keys that exist for its type; quaternions are normalised."""
         found: list[float] = []
         for key in keys:
             value = getattr(self, key, ())
@@ -75,7 +74,7 @@ class AnyJoint(Base):
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """The kernel's joint; unset coordinates and speeds of a loop joint are computed."""
+        """Return the kernel's joint; unset coordinates and speeds of a loop joint are computed."""
         written = self.model_fields_set
         q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
         axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
@@ -86,7 +85,7 @@ class AnyJoint(Base):
         return k.Joint(name, self.type, *place, unit(axis), unit(second), pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
-        """The kernel's laws for its `limits` and `friction`."""
+        """Yield the kernel's laws for its `limits` and `friction`."""
         for c, x in self.limits.items():
             yield x.built(f"{name}.{c}.limits", name, coordinate=c)
         for c, f in self.friction.items():
@@ -141,7 +140,7 @@ ABOVE: Literal["above its lugs"] = "above its lugs"
 
 
 def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
-    """The keys of a joint type: axes and start values."""
+    """Return the model of a joint type, with its axes and start values."""
     turns = [JOINTS[kind].turns(i) for i in range(JOINTS[kind].n_q)]
     fields: dict[str, Any] = {"type": (Literal[kind], ...)}
     fields |= {key: (each, None if NoneType in get_args(each) else ...) for key, each in own.items()}

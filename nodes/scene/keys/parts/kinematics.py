@@ -1,6 +1,6 @@
-"""Where the bodies of a mechanism are at the start, to see which of its ropes and supports carry then.
+"""Positions of the bodies of a mechanism at the start, which determine the ropes and supports that carry then.
 
-Walks the joints from the world outwards, by the kernel's own joint table.
+The joints are followed from the world outwards, by the kernel's joint table.
 """
 
 from __future__ import annotations
@@ -18,10 +18,8 @@ Poses = dict[str, tuple[Array, Array]]  # body -> position [m], rotation matrix
 
 
 def poses(system: System) -> Poses:
-    """Position and rotation of every body connected with the world, along the spanning tree.
-
-    Raises KernelError for joints of which no tree can be made.
-    """
+    """Return position and rotation of every body connected with the world, along the spanning tree. Raises KernelError
+    for joints that form no tree."""
     found: dict[str, tuple[Array, Array]] = {WORLD: (exact(np.zeros(3)), exact(np.eye(3)))}
     waiting = list(spanning_tree(system, {joint.name: joint for joint in system.joints})[0].values())
     while ready := [joint for joint in waiting if joint.parent in found]:
@@ -40,11 +38,11 @@ def poses(system: System) -> Poses:
 
 
 def length(rope: Rope | RigidRope, at: Poses) -> float:
-    """Geometric length of a rope: weighted sum over its lines [m]."""
+    """Return the geometric length of a rope: weighted sum over its lines [m]."""
     return sum(line.share * norm((place(line.a, at) - place(line.b, at)).tolist()) for line in rope.lines)
 
 
 def place(point: Point, at: Poses) -> Array:
-    """World position of a point [m]."""
+    """Return the world position of a point [m]."""
     p, R = at[point.body]
     return np.asarray(exact(p) + exact(R) @ exact(point.p), dtype=float)

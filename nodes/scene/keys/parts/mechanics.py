@@ -1,7 +1,7 @@
-"""The keys of `mechanism:` in a scene file: a researcher's own bodies, joints and laws.
+"""The keys of `mechanism:` in a scene file: user-defined bodies, joints and laws.
 
-Body frames sit in their joint.  Laws name the joint they act on and, where it has several, the coordinate; it decides
-whether their units are those of a sliding or a turning one.
+A body's frame is that of its joint. Laws name the joint on which they act and, if it has several, the coordinate, which
+determines whether their units are those of sliding or turning.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from .standing import Stands
 
 
 def _shape(given: object) -> str:
-    """Whether a list of moments has products of inertia; raises ValueError for another length."""
+    """Return the kind of a list of moments, with or without products of inertia; raises ValueError for another
+    length."""
     if isinstance(given, list | tuple) and len(given) not in (3, 6):
         raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
     return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
@@ -38,7 +39,7 @@ class RampQuantity(u.Quantity):
     """A positive acceleration, or a ramp without swing, as in orders."""
 
     def ramp(self, value: object) -> float | SwingRamp:
-        """An acceleration in SI units, or a ramp without swing."""
+        """Return an acceleration in SI units, or a ramp without swing."""
         found = read_ramp(value, self.dimension)
         return found if isinstance(found, SwingRamp) else self.read(value)
 
@@ -71,11 +72,11 @@ Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValid
 
 
 class BodyKeys(Base):
-    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz, optionally Ixy, Ixz, Iyz; without mass if it carries
-    bodies that have some.
+    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz, optionally Ixy, Ixz, Iyz. It may have no mass if it
+    carries bodies with mass.
 
-    `box`: it has the moments of a uniform box of these edges, and is drawn as one.  `beam` or `matrices` make it
-    flexible; mass, com and inertia are then what sits rigidly in its frame.
+    `box`: it has the moments of a uniform box of these edges, and is drawn as one. `beam` or `matrices` make it
+    flexible; mass, com and inertia are then those of the parts fixed rigidly to its frame.
     """
 
     mass: u.AnyMass | None = None
@@ -101,8 +102,8 @@ class Winch(Base):
 class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
     """A point or sheave under a rope; the sheave turns positively about its axis.
 
-    Sliding, the tension grows against the motion by exp(friction * wrap) / efficiency.  The rope leaves a sheave with a
-    radius where its wrap falls to zero, and finds it again.
+    Where the rope slips, the tension ratio is exp(friction * wrap) / efficiency. The rope leaves a sheave with a radius
+    when its wrap falls to zero, and can return to it.
     """
 
     @property
@@ -114,8 +115,8 @@ class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
 class RopeKeys(Base):
     """A tension-only elastic rope; `length` is unstretched. `rigid`: inextensible, without EA and damping.
 
-    From `start` to `end`, on its way perhaps `over` points and sheaves or `over edges`, or over separate `lines` of one
-    tension.
+    It runs from `start` to `end`, optionally `over` points and sheaves or `over edges`, or along separate `lines` with
+    one tension.
     """
 
     start: BodyPoint | None = None
@@ -138,7 +139,7 @@ class RopeKeys(Base):
 
 
 class SupportKeys(keys_of(k.Support, "on")):  # type: ignore[misc]
-    """A point that a horizontal pad can push up and rub, never pull."""
+    """A point that a horizontal pad can push up and hold by friction, but never pull."""
 
 
 class SpringKeys(keys_of(k.JointSpring)):  # type: ignore[misc]
@@ -158,7 +159,7 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
 
 
 class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
-    """A drive of a joint controlled by the action list; with a `verb` its machine accepts the orders."""
+    """A drive of a joint, controlled by the action list; with a `verb`, its machine accepts the orders for it."""
 
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement; prescribed: where a level models elastic parts
     damping: u.AnyDamping = 0.0  # servo and speed: per velocity; prescribed: likewise
@@ -181,11 +182,8 @@ class BoomChart(Base):
 
 
 class HookKeys(Base):
-    """A hook on the falls of a winch; its elastic rope from the body `on` represents all falls.
-
-    With a `drum` the rope goes on from `at` to it, as one fall: what moves `at` against the drum, as luffing does,
-    moves the hook.
-    """
+    """A hook on the falls of a winch; its elastic rope from the body `on` represents all falls. With a `drum` the rope
+    leads on from `at` to it, as one fall: motion of `at` relative to the drum, as in luffing, moves the hook."""
 
     on: str
     at: Place
@@ -230,7 +228,7 @@ class HookKeys(Base):
     @property
     def chart(self) -> list[tuple[float, float]] | None:
         """The applicable chart: same boom or next longer, same counterweight or next lighter, same base or next
-        narrower; raises ValueError if there is none."""
+        narrower. Raises ValueError if there is none."""
         if not self.capacity_charts:
             return self.capacity_chart
         boom, more = (self.boom or inf) * (1.0 - ROUNDING), 1.0 + ROUNDING
@@ -252,7 +250,7 @@ class Drawn(Base):
 
 
 class LoadCellKeys(Base):
-    """A load cell of all hooks that a body carries: what may hang below their blocks together."""
+    """A load cell of all hooks that a body carries; `capacity`: allowed total load below their blocks."""
 
     capacity: u.Mass
     tandem: u.Ratio = 1.0  # of it, where machines lift together
@@ -289,7 +287,5 @@ class Parts(Base, Generic[PartKey]):
 
 
 class MechanismKeys(Parts[Name]):
-    """A system of bodies, joints and laws; becomes one coupled model.
-
-    Beside a lift it may name the lift's bodies and joints, and need have none of its own.
-    """
+    """A system of bodies, joints and laws; becomes one coupled model. In a scene with a lift it may refer to the lift's
+    bodies and joints, and need have none of its own."""

@@ -1,4 +1,4 @@
-"""What hangs on the hooks of machines made of parts: a tree of slings, equalisers and frames, down to lugs of a block.
+"""Rigging on the hooks of machines made of parts: a tree of slings, equalisers and frames, down to lugs of a block.
 
 Ends are named by words: `jib main` is a hook, `F1` a lug of the block, `beam.west` a point of the frame `beam`, and
 `beam` alone its origin.
@@ -16,8 +16,8 @@ from pydantic import Discriminator, Field, Tag
 class Edge(Base):
     """A rounded edge of a body over which ropes may bend, given by its axis from end to end.
 
-    A rope slides along it freely; over it the tension grows against the sliding by exp(friction * wrap).  Edges of one
-    rope are parallel, and stay so: of one body, or of several that slide along one another or turn about the edges.
+    A rope slides along it freely; over it the tension ratio is exp(friction * wrap). The edges of one rope are parallel
+    and stay so: on one body, or on several that slide along one another or turn about the edges.
     """
 
     on: str
@@ -34,7 +34,7 @@ Termination = Literal[
 
 
 class SlingType(Base):
-    """Sling wire, by default of 96 mm."""
+    """A sling wire, by default of 96 mm."""
 
     EA: u.Force = u.FORCE.read("445 MN")
     breaking: u.Force = u.FORCE.read("6.43 MN")
@@ -63,12 +63,12 @@ class SlingKeys(Base):
 
     @property
     def holders(self) -> list[str]:
-        """Upper attachment of each sling."""
+        """The upper attachment of each sling."""
         return self.on if isinstance(self.on, list) else [self.on] * len(self.to)
 
     @property
     def lengths(self) -> list[float]:
-        """Length of each sling [m]."""
+        """The length of each sling [m]."""
         return self.length if isinstance(self.length, list) else [self.length] * len(self.to)
 
 
@@ -88,7 +88,7 @@ class Equaliser(Base):
 
     @property
     def holders(self) -> list[str]:
-        """Its upper attachment."""
+        """The upper attachment."""
         return [self.on]
 
 
@@ -122,7 +122,7 @@ class GearKeys(Base):
 
 
 def _type(given: object) -> str:
-    """The model that reads an entry."""
+    """Return the name of the model that reads an entry."""
     word = given.get("type", "slings") if isinstance(given, dict) else getattr(given, "type", "slings")
     return "frame" if word in ("spreader", "lifting beam", "link") else str(word)
 

@@ -1,4 +1,4 @@
-"""The keys of what a machine stands on, and of the ground below."""
+"""The keys of a machine's base, and of the ground below."""
 
 from __future__ import annotations
 
