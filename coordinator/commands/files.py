@@ -139,7 +139,9 @@ def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
     """Split arguments into recordings to compare with (at most one) and names of signals."""
     others = [Path(x) for x in given if x.endswith(".mcap")]
     if len(others) > 1:
-        raise RecordingError(f"{file}: beside one other recording, not {len(others)}; compare them in pairs")
+        raise RecordingError(
+            f"{file}: can be compared with one other recording only, not with {len(others)}; compare them in pairs"
+        )
     return others, [x for x in given if not x.endswith(".mcap")]
 
 

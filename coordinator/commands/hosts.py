@@ -24,7 +24,7 @@ def open_listener(
 
     names = ", ".join(sorted(remote))
     if in_process and (programs := ", ".join(sorted(external))):
-        raise SceneError(f"--in-process: process {programs} is a program of its own, leave out one of the two")
+        raise SceneError(f"--in-process: process {programs} is an external program; leave out one of the two")
     if in_process and remote:
         raise SceneError(f"--in-process: process {names} is placed on another host, leave out one of the two")
     if remote and not listen:

@@ -128,7 +128,7 @@ def trust(
         else:
             typer.echo(f"trusted: {kept.trust(folder)}; `heavylift trust --withdraw` takes it back", err=True)
     elif withdraw:
-        raise typer.BadParameter("say which folder to trust no longer")
+        raise typer.BadParameter("name the folder that is no longer to be trusted")
     if listed or folder is None:
         for each in kept.trusted():
             typer.echo(each)

@@ -57,7 +57,7 @@ def replay(
     if given and (verify or live):
         alone = "--verify" if verify else "--live"
         raise RecordingError(
-            f"{file}: {alone} runs models as fast as they can and plays nothing; leave {', '.join(given)} out"
+            f"{file}: {alone} runs models as fast as possible, without a replay; leave {', '.join(given)} out"
         )
     if verify:
         _report(run, prove(run), "the run", as_json)

@@ -44,7 +44,7 @@ def play(name: str, listener: RemoteListener, run: str, scene: str, say: Callabl
         link.close()
         if failed:
             raise ProtocolError(
-                f"the coordinator at {listener.endpoint} heard that this process cannot go on: {failed}"
+                f"this process has failed, as reported to the coordinator at {listener.endpoint}: {failed}"
             )
         say(f"run {ticket.run} is over")
     finally:

@@ -134,11 +134,13 @@ class Certifying:
         """Wait for all additional runs and write the certificate into the recording."""
         try:
             if Recording(path).events(OPERATOR):
-                raise RecordingError("an operator gave orders, which the runs beside it have not had; run without them")
+                raise RecordingError(
+                    "an operator gave orders, which the additional runs do not repeat; run without orders"
+                )
             found = self.certificate()
             amended(path, {"certified": found.data()})
         except HeavyliftError as error:
-            raise type(error)(f"{path}: is whole, but has no certificate: {error}") from None
+            raise type(error)(f"{path}: is complete, but has no certificate: {error}") from None
         return found
 
     def certificate(self) -> Certificate:

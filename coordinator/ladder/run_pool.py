@@ -60,7 +60,9 @@ def result(future: Future[Ran]) -> Ran:
     try:
         return future.result()
     except BrokenProcessPool:
-        raise ProtocolError("a process that ran a variant was ended by somebody else, or had no memory") from None
+        raise ProtocolError(
+            "a process that ran a variant was killed or ran out of memory; use fewer processes"
+        ) from None
 
 
 def _here(plan: Plan, measured: bool = False) -> Future[Ran]:

@@ -127,16 +127,18 @@ def measure(
     except HeavyliftError as error:
         if CUT not in str(error):
             raise
-        message = f"--budget {budget:.3g} s: too small, the finest model level does not come to its end"
+        message = f"--budget {budget:.3g} s: too little, a run of the finest model level takes longer"
         raise SceneError(
             f"{message}; give it {ceil(4.0 * budget):g} s or more, or a scene that ends earlier (--set end=...)"
         ) from None
     quantity = {f.name: f.quantity for f in measuring.figures(true).values()}
     if missing := [q for q in wanted if q not in quantity.values() and ask]:
         able = [q for q in dict.fromkeys(quantity.values())]
-        raise SceneError(f"--ask '{missing[0]}': the run shows none; ask {', '.join(able) or 'something else'}")
+        raise SceneError(
+            f"--ask '{missing[0]}': the run has no such quantity; ask {', '.join(able) or 'something else'}"
+        )
     if not quantity:
-        raise SceneError(f"{scene.path.name}: nothing in it moves by which a level could be checked")
+        raise SceneError(f"{scene.path.name}: a run has none of the quantities by which model levels are compared")
     rows, out = list[Row](), 0
     for candidate in (
         r for level in ladder.full for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
@@ -157,7 +159,7 @@ def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
     wanted = [word.strip() for word in words.strip("[] ").split(",") if word.strip()]
     for word in wanted:
         if word not in ASKABLE:
-            raise SceneError(f"--ask '{word}': a scene cannot be asked this; ask {', '.join(ASKABLE)}")
+            raise SceneError(f"--ask '{word}': is not a known quantity; ask {', '.join(ASKABLE)}")
     return tuple(q for q in ASKABLE if q in (wanted or own or MEANT))
 
 

@@ -60,7 +60,7 @@ def within(
     if not scene.facts.ask:
         scene = load(name, [*settings, f"ask=[{', '.join(ask)}]"])
     if scene.plan.models:
-        raise SceneError(f"{option}: nothing is measured of a scene with models of its own; leave it out")
+        raise SceneError(f"{option}: errors of a scene with models of its own cannot be measured; leave the option out")
     if factor is not None:
         allowed = lasts(scene) / factor
         option = f"{option}, that is {allowed:.3g} s"

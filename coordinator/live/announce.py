@@ -89,7 +89,9 @@ def find(which: str = "") -> AnnouncedRun:
     if not which:
         if len(runs) == 1:
             return runs[0]
-        message = "several runs go on, name one of them by its recording or run id" if runs else "no run goes on"
+        message = (
+            "several runs are in progress; name one by its recording or run id" if runs else "no run is in progress"
+        )
         raise ProtocolError(f"{message}{_list(runs) if runs else '; start one with `heavylift run`'}")
     file = Path(which).absolute()
     by_file = [found for found in runs if _same(found.notice.recording, file)]
@@ -98,10 +100,12 @@ def find(which: str = "") -> AnnouncedRun:
     if len(named) == 1:
         return named[0]
     if named:
-        raise ProtocolError(f"{which}: several runs go by this name, name one by its recording or run id{_list(named)}")
+        raise ProtocolError(f"{which}: several runs have this name; name one by its recording or run id{_list(named)}")
     if file.is_file():
         raise ProtocolError(f"{which}: no run is writing it any more; `heavylift info {which}` lists its contents")
-    raise ProtocolError(f"{which}: no run goes by this name; {'these go on' if runs else 'none goes on'}{_list(runs)}")
+    raise ProtocolError(
+        f"{which}: no run has this name; {'in progress' if runs else 'none is in progress'}{_list(runs)}"
+    )
 
 
 def _same(recording: str, file: Path) -> bool:

@@ -68,7 +68,7 @@ def operator_commands(recording: str | Path) -> list[TimedCommand]:
         try:
             text = msgspec.convert(event.value, OperatorCommand)
         except UNREADABLE as error:
-            raise RecordingError(f"{path}: what was ordered at {event.t_ns} ns is no command ({error})") from None
+            raise RecordingError(f"{path}: the order at {event.t_ns} ns is not a valid command ({error})") from None
         found.add(TimedCommand(Tag(event.t_ns, event.microstep), encode(text)))
     return sorted(found)
 
@@ -125,7 +125,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             except HeavyliftError as error:
                 asked.reply(Reply(False, str(error)))
             except UNREADABLE as error:
-                asked.reply(Reply(False, f"this is no order that a run takes: {printable(str(error), SHOWN)}"))
+                asked.reply(Reply(False, f"this is not a valid order: {printable(str(error), SHOWN)}"))
             else:
                 if text is not None:
                     asked.reply(text)
@@ -196,7 +196,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             case "command":
                 t = self._give(order.text, core)
                 if self._paused(t) and not order.wait:
-                    return Reply(True, f"{order.text}: at {_seconds(Tag(t))}, when the run goes on", t)
+                    return Reply(True, f"{order.text}: at {_seconds(Tag(t))}, when the run continues", t)
                 self._unanswered[t] = asked  # first: Ctrl-C may come at once
                 self._hold(t, asked)
                 return None
@@ -212,7 +212,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         continues."""
         if self._paused(t):
             at = _seconds(Tag(t))
-            text = f"the run is paused at {at}; the command takes effect there when it goes on"
+            text = f"the run is paused at {at}; the command takes effect there when the run continues"
             asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:

@@ -106,7 +106,8 @@ def estimate(
             lost = _not_identifiable(found.jac, noisy[free], names)
             if found.status == 0:
                 lost = dict.fromkeys(
-                    range(len(names)), f"the fit has not settled after {EVALUATIONS} steps; begin nearer"
+                    range(len(names)),
+                    f"the fit has not settled after {EVALUATIONS} steps; start from values nearer to the solution",
                 )
         if not lost:
             sigma = np.sqrt(np.diag(_covariance(found.jac, found.fun, message)))
@@ -130,9 +131,11 @@ def _not_identifiable(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str])
     lost, m = dict[int, str](), len(names)
     for k in range(m):
         if (norm := float(np.linalg.norm(J[:, k]))) < 2.0:
-            lost[k] = f"the log hardly depends on it (all of its scale moves residuals by {norm:.2g} of their scatter)"
+            lost[k] = (
+                f"the log hardly depends on it (a change by its scale moves residuals by {norm:.2g} of their scatter)"
+            )
         elif noisy[k]:
-            lost[k] = "what it changes is lost in how the run itself jitters"
+            lost[k] = "its effect is smaller than the numerical noise of the run"
     if lost:
         return lost
     unit = J / np.linalg.norm(J, axis=0)

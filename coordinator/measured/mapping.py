@@ -92,7 +92,7 @@ def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: flo
                 if line is None:
                     raise ValueError(f"write the channel that '{column}' is, such as {EXAMPLE}")
                 if column in lines:
-                    raise ValueError(f"column '{column}' is mapped twice; say once what it is")
+                    raise ValueError(f"column '{column}' is mapped twice; map it once")
                 if line["channel"] == "time":
                     t = log.seconds(column, line["unit"] or "")
                 else:
@@ -136,7 +136,7 @@ def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gr
         found = chosen(rec, name)
         if len(found) != 1 or name.startswith(ERROR):
             near = [f"{s}/{c}" for s in rec.signals() for c in rec.columns(s)]
-            message = f"{len(found)} channels are meant" if found else "the run has no such channel"
+            message = f"this matches {len(found)} channels" if found else "the run has no such channel"
             raise ValueError(f"{name}: {message}; {closest(name, near)}")
         signal, part = found[0]
         si = titles(rec.signal(signal))[rec.columns(signal).index(part)].rpartition("[")[2][:-1]

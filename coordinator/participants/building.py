@@ -39,7 +39,7 @@ def built(reference: str, by: str = "") -> Coupled:
     function, own, file = getattr(found, name, None), Path(f"{where}.py"), getattr(found, "__file__", None) or where
     if not callable(function):
         if own.exists() and own.resolve() != Path(file).resolve():
-            raise ModelError(f"{reference}: {where} is {file}, which has no {name}; give {own} another name")
+            raise ModelError(f"{reference}: {where} is {file}, which has no {name}; rename {own}")
         raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
     if by and (why := foreign(function, reference)):
         raise ModelError(f"{by}: {name} of '{where}' must not be called: {why}")

@@ -46,7 +46,9 @@ class External:
             for result in message.results:
                 who = printable(result.path, SHOWN)
                 if not any(f"{result.path}.".startswith(f"{path}.") for path in self._paths):
-                    raise ProtocolError(f"node {self.node} tells a result of {who}: it tells those of its own models")
+                    raise ProtocolError(
+                        f"node {self.node} sent a result of {who}: a node sends results of its own models only"
+                    )
                 self._value(result.type, result.payload, f"node {self.node}, its result of {who}")
         if isinstance(message, m.Fail):
             return msgspec.structs.replace(
@@ -57,15 +59,15 @@ class External:
     def _check_hello(self, hello: m.Hello) -> None:
         if hello.version != SPEAKS:
             raise ProtocolError(
-                f"node {self.node} speaks '{printable(hello.version, SHOWN)}', and this heavylift '{SPEAKS}'; use a "
+                f"node {self.node} uses protocol '{printable(hello.version, SHOWN)}', this heavylift '{SPEAKS}'; use a "
                 "program that was written for it (WIRE.md)"
             )
         ports = {f"{model}.{port}" for model, types in self._types.items() for port in types}
         if wrong := sorted(ports ^ hello.lookahead.keys()):
-            what = "does not tell" if wrong[0] in ports else "tells"
+            what = "does not declare" if wrong[0] in ports else "declares"
             raise ProtocolError(
                 f"node {self.node} {what} a lookahead of {printable(wrong[0], SHOWN)}; its out ports are "
-                f"{', '.join(sorted(ports)) or 'none'}, and HELLO tells that of each"
+                f"{', '.join(sorted(ports)) or 'none'}, and HELLO must declare the lookahead of each"
             )
 
     def _check_event(self, event: Event) -> None:
@@ -73,7 +75,9 @@ class External:
         who = f"{event.source} at {event.tag}"
         if event.port not in types:
             named = ", ".join(sorted(types)) or "none"
-            raise ProtocolError(f"{who} spoke on port {printable(event.port, SHOWN)}: its out ports are {named}")
+            raise ProtocolError(
+                f"{who} sent an event on port {printable(event.port, SHOWN)}: its out ports are {named}"
+            )
         value = self._value(event.type, event.payload, f"{who}, port {event.port}")
         if not isinstance(value, types[event.port]):
             raise ProtocolError(f"{who}: port {event.port} carries {types[event.port].__name__}, not {event.type}")

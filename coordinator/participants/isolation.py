@@ -190,14 +190,14 @@ class Commons:
                 if _holds_model(around.get(name)):
                     raise ModelError(
                         f"{self._by(full)} may use {full}, which holds a model of this process, though the others run "
-                        "elsewhere; send them messages"
+                        "elsewhere; send messages to them instead"
                     )
         for full, (around, name) in self._places.items():
             message = image(around.get(name))
             if self._known.setdefault(full, message) != message:
                 raise ModelError(
                     f"{self._by(full)} use {full}, which has changed, though each process has a copy of its own; keep "
-                    "it in attributes and tell others by messages"
+                    "it in attributes and send it to others by messages"
                 )
 
     def _by(self, full: str) -> str:

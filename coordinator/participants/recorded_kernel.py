@@ -62,7 +62,7 @@ class Recalled:
         sent = noted = 0
         self._most = np.zeros(0)
         if past.state and config.lifts:
-            past.why = "rows of one lift among several are simulated again"
+            past.why = "a scene with several lifts cannot continue from a checkpoint"
         elif past.state:
             try:
                 self._kernel.start()
@@ -73,7 +73,7 @@ class Recalled:
             except (KernelError, *BROKEN) as error:
                 foreign = isinstance(error, KernelError)
                 past.why = (
-                    "the mechanics of the new scene are others" if foreign else "its checkpoint is damaged, or too old"
+                    "the mechanics of the new scene differ" if foreign else "its checkpoint is damaged, or too old"
                 )
                 self._kernel = KernelNode(config, self._sampled, foretells=True)
         self.lookahead = self._kernel.lookahead
@@ -156,7 +156,7 @@ class Recalled:
         """Return a snapshot of the kernel; raises KernelError in the recalled part, whose checkpoints are in the
         recording."""
         if self._past.used and self._known.number < self._sent:
-            raise KernelError("this part of the run is recalled")
+            raise KernelError("there is no checkpoint while the run repeats its recorded part")
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
@@ -180,7 +180,7 @@ class Recalled:
             self._recall(found.times[0] + 1)
             if parted := self._known.compare(found.times, found.rows):
                 self._past.parted = parted
-                raise ModelError(f"{parted[1]} is not what was recorded")
+                raise ModelError(f"{parted[1]} differs from the recording")
         self._publish(batch)
 
 

@@ -90,7 +90,7 @@ class Coordinator:
         """(1) Register a started node; the last one opens the run."""
         node = self._node(name)
         if node.greeted:
-            raise ProtocolError(f"{node.who} said HELLO twice: two nodes of one name, or an old one came back")
+            raise ProtocolError(f"{node.who} sent HELLO twice: two nodes have this name, or an old process came back")
         node.greeted, node.lookahead = True, hello.lookahead
         check_hello(node, hello)
         self._take(node, hello)
@@ -172,7 +172,7 @@ class Coordinator:
                 grants.append((node.name, self._grant(node, window)))
         if not grants and not self.running and self.first < self._limit:
             next_ = ", ".join(f"{node.who} {node.first}" for node in self._by_rank)
-            raise ProtocolError(f"no node can move before the end, {self.end}, though they wait for {next_}")
+            raise ProtocolError(f"no node can advance to the end, {self.end}, although tags are pending: {next_}")
         return grants
 
     @property

@@ -158,7 +158,9 @@ def checked(couplings: Iterable[Coupling], known: Collection[str]) -> Iterable[C
             unknown = target if source in known else source
             raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {unknown}")
         if source == target:
-            raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: couple it inside the node")
+            raise ProtocolError(
+                f"coupling {source}.{port} -> {target}.{into}: both ports are of one node; couple them inside it"
+            )
         yield coupling
 
 

@@ -53,7 +53,7 @@ def _check(before: Before, text: Hello | Done) -> None:
 def _own(before: Before, events: Sequence[Event]) -> str:
     for event in events:
         if event.source not in before.node.models:
-            return f"spoke for {event.source}: a node says only its own events"
+            return f"sent an event of {event.source}: a node sends events of its own models only"
     return ""
 
 
@@ -63,7 +63,7 @@ def _port(before: Before, events: Sequence[Event]) -> str:
         if f"{event.source}.{event.port}" not in ports and event.source in before.node.models:
             known = (port.partition(".") for port in sorted(ports))
             named = ", ".join(name for model, _, name in known if model == event.source)
-            return f"spoke on port {event.port} at {event.tag}: its out ports are {named}"
+            return f"sent an event on port {event.port} at {event.tag}: its out ports are {named}"
     return ""
 
 
@@ -73,7 +73,7 @@ def _order(before: Before, events: Sequence[Event]) -> str:
         alone = last is None or event.order[:4] != last.order[:4]
         index = 0 if alone or last is None else last.index + 1
         if event.index != index or (last is not None and not last < event):
-            return f"spoke out of order: {event.port} at {event.tag}, number {event.index}"
+            return f"sent events out of order: {event.port} at {event.tag}, number {event.index}"
         last = event
     return ""
 
@@ -88,7 +88,7 @@ def _promise(before: Before, events: Sequence[Event]) -> str:
         soonest = min(says, after(node.hears, node.lookahead.get(port, node.least)))
         if at < (node.first if port in node.inner else soonest):
             return (
-                f"spoke on port {event.port} at {event.tag}, earlier than the {soonest} that it had declared: the "
+                f"sent an event on port {event.port} at {event.tag}, before {soonest} as declared: the "
                 "lookahead of that port is too long"
             )
     return ""
@@ -97,7 +97,7 @@ def _promise(before: Before, events: Sequence[Event]) -> str:
 def _ahead(before: Before, text: Hello | Done) -> str:
     ports = text.lookahead.items() if isinstance(text, Hello) else ()
     wrong = [f"{ahead} ns for port {port}" for port, ahead in ports if not 0 <= ahead <= NEVER]
-    return f"declares a lookahead of {wrong[0]}, which is no time from 0 to 2**63 ns" if wrong else ""
+    return f"declares a lookahead of {wrong[0]}, which is not between 0 and 2**63 ns" if wrong else ""
 
 
 def _reaches(before: Before, text: Hello | Done) -> str:
@@ -113,7 +113,7 @@ def _reaches(before: Before, text: Hello | Done) -> str:
 def _progress(before: Before, text: Hello | Done) -> str:
     if isinstance(text, Hello) or text.reached > before.node.first:
         return ""
-    return f"has done all before {text.reached}: a DONE does the first tag of its GRANT at least, {before.node.first}"
+    return f"has done all before {text.reached}: a DONE must include the first tag of its GRANT, {before.node.first}"
 
 
 def _within(before: Before, text: Hello | Done) -> str:
@@ -121,7 +121,7 @@ def _within(before: Before, text: Hello | Done) -> str:
     if isinstance(text, Hello) or not spoken or spoken[-1].tag < text.reached:
         return ""
     last = spoken[-1]
-    return f"spoke on port {last.port} at {last.tag}, but has done all before {text.reached} only"
+    return f"sent an event on port {last.port} at {last.tag}, but has only done all before {text.reached}"
 
 
 def _last(before: Before, text: Hello | Done) -> str:
@@ -132,7 +132,7 @@ def _last(before: Before, text: Hello | Done) -> str:
 
 def _tags(before: Before, text: Hello | Done) -> str:
     wrong = [tag for tag in (text.next, text.quiet) if not (0 <= tag.t <= NEVER and tag.k >= 0)]
-    return f"goes on at {tuple(wrong[0])}, which is no tag" if wrong else ""
+    return f"goes on at {tuple(wrong[0])}, which is not a valid tag" if wrong else ""
 
 
 def _offer(before: Before, text: Hello | Done) -> str:
@@ -147,7 +147,7 @@ def _quiet(before: Before, text: Hello | Done) -> str:
     if text.quiet == text.next if text.offer else text.quiet >= text.next:
         return ""
     what = "offers something" if text.offer else "goes on"
-    return f"{what} at {text.next} and says that it is quiet until {text.quiet}: that is when it can speak first"
+    return f"{what} at {text.next} and is quiet until {text.quiet}: quiet must be the tag of its first possible event"
 
 
 EVENTS: dict[str, Callable[[Before, Sequence[Event]], str]] = {

@@ -93,7 +93,7 @@ class Node:
             case Welcome():
                 self.epoch = message.epoch
                 return None
-        raise ProtocolError(f"{self.name} cannot be sent {type(message).__name__.upper()}")
+        raise ProtocolError(f"{self.name} does not accept {type(message).__name__.upper()}")
 
     @property
     def first(self) -> Tag:
@@ -145,7 +145,7 @@ class Node:
     def _checkpoint(self) -> Checkpoint:
         """Return the state that determines the next answer; it includes the last DONE, by which it can be verified."""
         if not isinstance(self.model, Keepable) or self._done is None:
-            return Checkpoint(self._gseq, why=f"{self.name} has no state that could be kept")
+            return Checkpoint(self._gseq, why=f"{self.name} has a model whose state cannot be saved")
         try:
             model = self.model.snapshot()
         except HeavyliftError as error:

@@ -123,7 +123,9 @@ def _microsteps(rec: Recording) -> int:
     """Return the allowed number of microsteps from a recording; raises RecordingError if it is invalid."""
     found = rec.fact("microsteps", LIMIT)
     if type(found) is not int or found < 1:
-        raise RecordingError(f"{rec.path}: it allows {found!r} microsteps, which is no number of them; run it again")
+        raise RecordingError(
+            f"{rec.path}: its number of microsteps, {found!r}, is not a positive integer; run it again"
+        )
     return found
 
 

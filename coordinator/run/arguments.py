@@ -52,7 +52,7 @@ def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Ord
             raise ModelError(f"orders: {order!r} is no pair (seconds, {what})")
         t = _number("orders", order[0])
         if not (isfinite(t) and t >= 0.0):
-            raise ModelError(f"orders: {t:g} s is no time of a run")
+            raise ModelError(f"orders: {t:g} s is outside the possible times of a run")
         found.append((t, order[1]))
     return sorted(found, key=lambda order: order[0])
 
@@ -76,7 +76,7 @@ def texts(text: object) -> tuple[str, ...] | None:
 def whole(name: str, value: object) -> int:
     """Check a non-negative integer; raises ModelError."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
-        raise ModelError(f"{name}: {value!r} is no whole number from 0 on")
+        raise ModelError(f"{name}: {value!r} is not an integer of 0 or more")
     return int(value)
 
 

@@ -77,10 +77,10 @@ class Branch:
         edited file in place of the recorded scene. Raises RecordingError or SceneError."""
         path = file_path(path)
         if not settings and scene is None:
-            raise SceneError("nothing is to be different after the branch; give --set or an edited --scene")
+            raise SceneError("the branch changes nothing; give --set or an edited --scene")
         run = RecordedRun(path)
         if (made := run.recording.version) != __version__:
-            message = f"was made by heavylift {made}, this is {__version__}, which may compute otherwise"
+            message = f"was made by heavylift {made}, this is {__version__}, which may give other results"
             raise RecordingError(f"{path}: {message}; {again(made)}")
         begun = Beginning.left(path, run, "run the scene again")
         point = _point(run, at)
@@ -148,16 +148,16 @@ class _Watch(Checked):
         if not self._message:
             self._message = True
             why = past.why or "the recording has no checkpoint before the branch"
-            at = f"goes on from the checkpoint at {past.at.t * 1e-9:.3f} s"
+            at = f"continues from the checkpoint at {past.at.t * 1e-9:.3f} s"
             self.say(at if past.used else f"simulates from the start: {why}")
         past.over = past.over or tag >= self._at.tag
 
 
 def _refused(what: Branch, found: Deviation) -> RecordingError:
     changed = different(what.begun.scene.plan, what.scene.plan)
-    message = f"; in the scene that is {', '.join(changed)}" if changed else ""
+    message = f"; changed in the scene: {', '.join(changed)}" if changed else ""
     return RecordingError(
-        f"{what.path}: the past before {what.at} would have been another, {found}{message}; change only what acts "
+        f"{what.path}: the changes affect the run before {what.at}, {found}{message}; change only what acts "
         "later, or run the scene from the start"
     )
 

@@ -121,7 +121,7 @@ class Conversation:
     def written_to(self, wanted: str | Path | None, given: Path | None) -> None:
         """Report that the recording was given another file name than `wanted`, because that file exists."""
         if given is not None and given != Path(wanted or ""):
-            self._watch.say(f"{wanted} is there already and stays; this run writes {given}")
+            self._watch.say(f"{wanted} exists; writing {given}")
 
     def welcome(self, node: str, config: bytes, fingerprint: str) -> None:
         """Send the WELCOME of a node with its config, whose fingerprint is given; an external node gets its own

@@ -259,5 +259,5 @@ def referred(build: str | Callable[..., Coupled]) -> str:
         return f"{build.__module__}:{name}"
     file = inspect.getsourcefile(build)
     if file is None or not Path(file).exists():
-        raise ModelError(f"{name}: other processes cannot import what was typed in; put the function into a file")
+        raise ModelError(f"{name}: other processes cannot import a function typed in interactively; put it into a file")
     return f"{Path(file).resolve()}:{name}"

@@ -149,6 +149,6 @@ def resume(
 
 def _parted(part: Path, made: str, found: Deviation) -> RecordingError:
     return RecordingError(
-        f"{part}: the run parts from what was recorded, {found}; {again(made)}, or "
+        f"{part}: the repeated run differs from the recording, {found}; {again(made)}, or "
         f"`heavylift recover {part}` to keep what there is"
     )

@@ -257,7 +257,7 @@ def _of_system(
     step: float | None = None,
 ) -> Result:
     if until is None:
-        raise KernelError("a system has no end of its own; say `until` which time [s] it is to move")
+        raise KernelError("a system has no end of its own; give the end time `until` [s]")
     end, period = seconds(until), seconds(every or max(until / SAMPLES, DENSEST))
 
     def run(instants: Sequence[int] = ()) -> tuple[Simulation | Islands, DenseRows]:

@@ -109,7 +109,7 @@ class SteppableRun:
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
-            raise ModelError(f"the unit stands at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
+            raise ModelError(f"the unit is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         try:
             over = self._session.advance(Tag(to_ns))

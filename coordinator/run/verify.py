@@ -132,13 +132,17 @@ class _Again:
         try:
             scene, message = rebuilt(self._old, plan, text, merged, name)
         except HeavyliftError as error:
-            raise RecordingError(f"{self._old.path}: the attached text of its scene is no scene ({error})") from None
+            raise RecordingError(
+                f"{self._old.path}: the attached text of its scene cannot be read as one ({error})"
+            ) from None
         if isinstance(message, HeavyliftError):
             self._unreported = f"text of the scene ({message})"
             if not any(x in str(message) for x in GONE):
-                self._others.append(f"the attached scene is none that can be run: {message}")
+                self._others.append(f"the attached scene cannot be run: {message}")
             return scene
-        self._others += [f"the attached scene is not what was simulated: {x}" for x in self._different(message, plan)]
+        self._others += [
+            f"the attached scene differs from the simulated plan: {x}" for x in self._different(message, plan)
+        ]
         return scene
 
     def _different(self, message: Plan, plan: Plan) -> list[str]:
@@ -169,7 +173,9 @@ class _Again:
         self._others += [x for x in facts(old, new, LATER) if x.startswith("run.")] + [*attachments(old, new)]
         self._others += [x for x in channels(old, new) if not x.startswith("topics")]
         if new.result["status"] == "finished" and old.result.get("digest") == new.result["digest"]:
-            self._others.append(f"simulated again, the run finishes, the result says '{old.result.get('status')}'")
+            self._others.append(
+                f"simulated again, the run finishes, but its recorded status is '{old.result.get('status')}'"
+            )
         return ""
 
 

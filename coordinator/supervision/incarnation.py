@@ -126,7 +126,7 @@ def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) 
     answers; `last`: the last tag."""
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
-        what = f"it failed where it had gone on before ({new.sentence})"
+        what = f"it failed where the lost process had continued ({new.sentence})"
     elif type(old) is not type(new):
         what = f"it said {type(new).__name__.upper()} where it had said {type(old).__name__.upper()} before"
     else:
@@ -135,7 +135,7 @@ def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) 
     where = f"after {last}" if isinstance(old, m.Done) else "at its start"
     suspects = models if len(models) == 1 else _suspects(models, old, new)
     who = f"model {suspects[0]}" if len(suspects) == 1 else f"one of the models {together(suspects)}"
-    return ModelError(f"{who} is not deterministic {where}: its successor was told the same, and {what}; {_CURE}")
+    return ModelError(f"{who} is not deterministic {where}: a replacement got the same messages, but {what}; {_CURE}")
 
 
 def _suspects(models: Sequence[str], old: m.AnyMessage, new: m.AnyMessage) -> Sequence[str]:

@@ -156,9 +156,7 @@ class TicketFile:
                 os.link(fresh, self.path)
             self._ours = True
         except FileExistsError:
-            message = (
-                "stands there already, and is no ticket of a run that has ended; move it, or run in another folder"
-            )
+            message = "exists and is not the ticket of an ended run; move it, or run in another folder"
             raise OutputError(f"{self.path} {message}") from None
         except OSError as error:
             raise OutputError(f"{self.path}: a ticket cannot be written there ({error.strerror})") from None

@@ -142,7 +142,7 @@ class Processes(AbstractContextManager["Processes"]):
     def give_up(self, how: str) -> None:
         """Note that the process manager and all its processes are lost."""
         with self._change:
-            self._lost = self._lost or f"its process is gone, and the one that keeps all is lost: {how}"
+            self._lost = self._lost or f"its process is gone, since the process manager was lost: {how}"
             self._change.notify_all()
 
     def _loss(self) -> str:
@@ -221,7 +221,7 @@ class Processes(AbstractContextManager["Processes"]):
             self._next_check = now + REPORT_s
             self._unreported = {n: self._unreported.get(n, now) for n in alive if self.state(n) == "Z"}
         silent = [name for name in alive if now - self._unreported.get(name, now) > REPORT_s]
-        return found | dict.fromkeys(silent, "its process has ended, and the one that keeps all does not say how")
+        return found | dict.fromkeys(silent, "its process has ended, and the process manager does not report how")
 
     def output(self, node: str) -> str:
         """Return all standard output and error of a node."""

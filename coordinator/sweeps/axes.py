@@ -167,9 +167,9 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
         low, high = Decimal(found.low), Decimal(found.high)
         step = Decimal(found.step) if found.step else None
     except InvalidOperation:
-        raise SceneError(f"--vary '{text}': these are no numbers") from None
+        raise SceneError(f"--vary '{text}': the ends of the range must be numbers") from None
     if low >= high or (step is not None and step <= 0):
-        raise SceneError(f"--vary '{text}': the range is empty; let it lead upwards, in steps above 0")
+        raise SceneError(f"--vary '{text}': the range is empty; give a higher end and a positive step")
     if step is None and not sampling:
         _check(scene, Axis(path, (), float(low), float(high), unit, first=first, motion=motion))
         raise SceneError(f"--vary '{text}': say in which steps, 'by ...', or how many to draw, --sample 1000")

@@ -73,7 +73,7 @@ class FoundLimit:
         if self.red is None:
             return ""
         row = self.runs[self.red]
-        return reason(row) + ("; give it more, --set 'end=...'" if row.get("unfinished") else "")
+        return reason(row) + ("; let the run last longer, --set 'end=...'" if row.get("unfinished") else "")
 
     @property
     def limit(self) -> str:
@@ -188,7 +188,7 @@ def limits_of(
     while high < 1.0 and green(start + high * distance):
         low, high, step = high, min(1.0, high + step), 2.0 * step
     if green(start + high * distance):
-        message = f"nothing turns red up to {found.shown(end)}; give a range that leads on"
+        message = f"no value up to {found.shown(end)} is red; give a larger range"
         return replace(found, green=end, wrong=message)
     near = NEAR * high
     for turn in count():
@@ -241,7 +241,7 @@ def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
         try:
             (axis,) = axes_of(scene, [f"{path}={last}..{first} {unit}" if down else asked], sampling=True)[:1]
         except SceneError as error:
-            message = str(error).replace("; let it lead upwards, in steps above 0", "")  # here it may lead downwards
+            message = str(error).replace("; give a higher end and a positive step", "")  # here it may lead downwards
             raise SceneError(message.replace("--vary '", "--of '")) from None
         return (axis, axis.high, axis.low) if down else (axis, axis.low, axis.high)
     if (motion := motion_of(scene, path)) is not None:
@@ -250,9 +250,7 @@ def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
         one = inputs(scene, [path])[0]
     except SceneError as error:
         moves = f"; of moves: {', '.join(names)}" if (names := motions(scene)) else ""
-        message = (
-            f"{error}; of a word of an order say between which values, 'stage up/all hooks/hoist=1..20 m/min'{moves}"
-        )
+        message = f"{error}; for a number within an order give its range, 'stage up/all hooks/hoist=1..20 m/min'{moves}"
         raise SceneError(f"--of '{asked}': {message}") from None
     start, far = one.value / one.factor, one.scale / one.factor
     end = min(start + FAR * far, one.bounds[1] / one.factor)

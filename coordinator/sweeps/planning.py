@@ -37,11 +37,11 @@ def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.
     try:
         first = search.run(scene, "as it is written")
     except HeavyliftError as error:
-        return FoundTiming(scene, None, wrong=f"the scene as it is written makes no run: {error}")
+        return FoundTiming(scene, None, wrong=f"the scene as it is written cannot be run: {error}")
     if first.verdict.red:
-        return FoundTiming(scene, first, wrong=f"red at the start, {first.verdict.line}: mend that first")
+        return FoundTiming(scene, first, wrong=f"red at the start, {first.verdict.line}: correct that first")
     if why := search.at_rest():
-        return FoundTiming(scene, first, wrong=f"the scene as it is written cannot be followed at rest: {why}")
+        return FoundTiming(scene, first, wrong=f"the scene as it is written has no equilibrium path: {why}")
     if first.verdict.state == "undecided":  # no step can be blamed for that
         search.bad = ("red",)
     found = search.in_runs(first)
@@ -226,9 +226,7 @@ def _own_text(scene: LoadedScene) -> str:
         try:
             text = rewritten(text, name, changes)
         except SceneError:
-            raise SceneError(
-                f"--set '{setting}': stands in no line of {name} of its own; write it there first"
-            ) from None
+            raise SceneError(f"--set '{setting}': {name} has no line of its own for it; write it there first") from None
     return text
 
 

@@ -81,7 +81,7 @@ class Study(AbstractContextManager["Study"]):
             elif self.path.exists() and (
                 not self.path.is_dir() or {x.name for x in self.path.iterdir()} - {hidden.name}
             ):
-                raise OutputError(f"{self.path}: is there already and holds no study; choose another folder with -o")
+                raise OutputError(f"{self.path}: exists and is not a study; choose another folder with -o")
             else:
                 self.path.mkdir(parents=True, exist_ok=True)
                 hidden.write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
@@ -92,7 +92,9 @@ class Study(AbstractContextManager["Study"]):
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
-                raise OutputError(f"{self.path}: another process is at this study; wait for it, or stop it") from None
+                raise OutputError(
+                    f"{self.path}: another process is running this study; wait for it, or stop it"
+                ) from None
         self.rows: dict[int, Row] = {row["number"]: row for row in self._read() if row["status"] != "lost"}
         self._number = len(list((self.path / PARTS).iterdir()))
 
@@ -187,7 +189,7 @@ def _known(file: Path) -> dict[str, Any]:
     try:
         return msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
     except msgspec.MsgspecError:
-        raise OutputError(f"{file}: does not say what study this is; choose another folder with -o") from None
+        raise OutputError(f"{file}: is not the definition of a study; choose another folder with -o") from None
 
 
 def _even(rows: Sequence[Row]) -> list[Row]:

@@ -79,7 +79,7 @@ def sweep(
                 _run(study, executor, workers or (0 if executor else cores()), watch)
         except KeyboardInterrupt:
             done, count = len(study.rows), len(plan.variants)
-            message = f"stopped after {done} of {count} runs, which are kept; the same command goes on"
+            message = f"stopped after {done} of {count} runs, which are kept; the same command continues"
             raise Stopped(f"{study.path}: {message}") from None
         finally:
             study.join()
@@ -106,7 +106,9 @@ def _run(study: Study, executor: Executor | None, workers: int, watch: Watch) ->
             with Pool(min(workers, len(waiting) + len(suspects))) as pool:
                 _with(pool, study, waiting, suspects, most, watch)
         elif broken := _with(executor, study, waiting, suspects, most, watch):
-            raise ProtocolError(f"the executor has lost its workers ({broken}); start it anew, the same study goes on")
+            raise ProtocolError(
+                f"the executor has lost its workers ({broken}); restart it and repeat the command to continue the study"
+            )
 
 
 def _with(

@@ -130,7 +130,7 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
         alone = len({o.actuator for o in moves}) == len(moves) == len(before) + len(here)
         soonest = max(SPARE_s, lasts[i - 1] - lasts[i] + SPARE_s)
         if alone and here and before and not listed[i].when and lasts[i - 1] - soonest > LEAST_s:
-            message = f"'{listed[i - 1].stage or f'action {i}'}' is to begin and to end before it"
+            message = f"'{listed[i - 1].stage or f'action {i}'}' has to begin and to end first"
             yield Step("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=message)
 
 

@@ -102,10 +102,10 @@ def received(answer: object, variant: Variant) -> Row:
     recording = row.pop("recording", b"")
     wrong = [name for name, x in row.items() if name.startswith("input/") or not _fits(name, x)]
     if row.get("number") != variant.number or row.get("status") not in STATUSES or "sentence" not in row:
-        raise ProtocolError("its worker answered with the row of something else")
+        raise ProtocolError("its worker answered with the row of another variant")
     if wrong or len(row) > MOST_COLUMNS or not isinstance(recording, bytes):
         message = f": {printable(wrong[0], 80)}" if wrong else ""
-        raise ProtocolError(f"its worker answered with a row that no run has{message}")
+        raise ProtocolError(f"its worker answered with an invalid row{message}")
     sentence = printable(str(row["sentence"]), keep=f"\n{SPACES}")
     return shown(row) | {"sentence": sentence} | ({"recording": recording} if recording else {})
 

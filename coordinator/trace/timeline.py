@@ -94,10 +94,10 @@ class Timeline:
             messages = sorted(_messages(recording), key=lambda message: message.summary.wall_ns)
         if not any(message.kind == "GRANT" for message in messages):
             raise RecordingError(
-                f"{path}: no GRANT stands in it, so there is nothing to trace; record a run that begins"
+                f"{path}: has no GRANT, so there is nothing to trace; record a run that gets beyond its start"
             )
         if messages[0].summary.wall_ns < 0:
-            raise RecordingError(f"{path}: its protocol messages bear no wall time; record the run again")
+            raise RecordingError(f"{path}: its protocol messages have no wall time; record the run again")
         self._read(messages)
 
     @property

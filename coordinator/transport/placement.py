@@ -129,13 +129,13 @@ def place(
         if process in placement.remote:
             raise SceneError(f"--external '{process}': an external program joins on this host, leave out --remote")
         if KERNEL in placement.processes[process]:
-            raise SceneError(f"--external '{process}': the mechanics are heavylift's own, name another process")
+            raise SceneError(f"--external '{process}': the kernel cannot be an external program; name another process")
     return placement
 
 
 def _place(nodes: Sequence[str], scene: Mapping[str, str], given: Sequence[str], count: int) -> Placement:
     if count and given:
-        raise SceneError("--processes and --place say two things about the same nodes, give one of them")
+        raise SceneError("--processes and --place both assign nodes to processes; give one of them")
     if count < 0:
         raise SceneError(f"--processes {count}: a run needs at least one process")
     if count:

@@ -179,7 +179,7 @@ def remote_session(listener: ListenAddress) -> zenoh.Session:
     config = _config("client", connect=[listener.endpoint])
     config["transport"]["link"] |= {"protocols": ["tls"], "tls": listener.connecting()}
     config["transport"]["auth"] = {"usrpwd": {"user": AFAR, "password": AFAR}}
-    return _open(config, f"nobody lets this process in at {listener.endpoint}")
+    return _open(config, f"this process is not admitted at {listener.endpoint}")
 
 
 def observer_config(directory: Path, run: str) -> dict[str, object]:

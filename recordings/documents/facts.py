@@ -41,6 +41,6 @@ def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(
-                f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` prints its results"
+                f"{rec.path}: a run of a DEVS model has no lift report; `heavylift info` prints its results"
             )
         return Facts(rec, verdict or recorded_verdict(rec), machines.plan_of(rec.attachments))

@@ -62,7 +62,7 @@ def unpacked(chunk: Chunk) -> bytes:
         raise ValueError(f"a chunk of {size} bytes is beyond the limit")
     if chunk.compression == "zstd":
         if zstandard.get_frame_parameters(chunk.data).content_size != size:
-            raise ValueError("a chunk has another size than it says")
+            raise ValueError("a chunk does not have its stated size")
         data = zstandard.decompress(chunk.data, size)
     elif chunk.compression == "":
         data = chunk.data
@@ -80,7 +80,7 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
         if opcode not in INNER or place > len(data):
-            raise ValueError("a chunk is not made of whole records")
+            raise ValueError("a chunk has an incomplete record")
         yield opcode, begin, place
 
 

@@ -88,12 +88,14 @@ class Container:
         if why := refused(error):
             return self.error(f"cannot be read: {why}")
         if library := failing(error):
-            return self.error(f"cannot be used, for the library {library} fails ({message}); another version may not")
+            return self.error(
+                f"cannot be read, as the library {library} fails ({message}); install another version of it"
+            )
         if why := self.damage() if self._opened else message:
             message = message if why == message else f"{message}; {why}"
             return self.error(f"is damaged ({message}); `heavylift recover {self.path}` saves what can be read")
         return self.error(
-            f"holds what no run records ({message}), though no byte is damaged: another program has changed it; "
+            f"has contents that no run writes ({message}), but no damage: another program has changed it; "
             "run the scene again"
         )
 
@@ -144,7 +146,7 @@ class Container:
             raise ValueError("it has no summary")
         lengths = [x.length for x in summary.attachment_indexes] + [x.length for x in summary.metadata_indexes]
         if sum(lengths) + sum(x.chunk_length for x in summary.chunk_indexes) > self.size:
-            raise ValueError("its indexes point to more than there is")
+            raise ValueError("its indexes point beyond its end")
         size = sum(index.uncompressed_size for index in summary.chunk_indexes)
         if size > LIMIT + RATIO * self.size:
             raise ValueError(f"it would unpack to {size} bytes, which no run records")
@@ -174,7 +176,7 @@ class Container:
                     raise ValueError("an index of messages is wrong")
                 found += counts
             if found != Counter({c: n for c, n in self._counts.items() if n}):
-                raise ValueError("its summary counts other messages than there are")
+                raise ValueError("its summary has wrong counts of messages")
             for at in self.summary.metadata_indexes:
                 Metadata.read(ReadDataStream(BytesIO(self._at(at.offset, at.length, Opcode.METADATA))))
             for it in self.summary.attachment_indexes:
@@ -205,7 +207,7 @@ class Container:
         if length != len(message) or message not in (bytes(4), struct.pack("<I", crc)):
             raise ValueError("the checksum of its data is wrong")
         if found != indexed:
-            raise ValueError("its summary does not tell of all records")
+            raise ValueError("its summary does not list all records")
 
     def _at(self, offset: int, length: int, opcode: Opcode) -> bytes:
         """Return the body of the record of this kind at this place."""

@@ -121,7 +121,7 @@ def read_log(path: str | Path) -> LogTable:
     for row, cells in below:
         if len(cells) != len(names):
             raise RecordingError(
-                f"{path}: row {row}: has {len(cells)} cells below a head of {len(names)}; mend the row"
+                f"{path}: row {row}: has {len(cells)} cells below a head of {len(names)}; correct the row"
             )
     head = [(match[1], match[2] or "") for cell in names if (match := HEAD.fullmatch(cell))]
     rows, texts = [row for row, _ in below], [cells for _, cells in below]

@@ -232,12 +232,12 @@ class _Copy:
             lost.clear()
             if self._begun and status == "finished":
                 raise RecordingError(
-                    f"{self._path}: its run came to its end; `heavylift recover {self._path}` makes it whole"
+                    f"{self._path}: its run is complete; `heavylift recover {self._path}` completes the file"
                 )
             self.found.path = sink.finish(stored)
             return self.found
-        why = "some byte outside of the messages is another one than was written"
-        why = f"; the old result is not kept: {why if not self.whole else 'its digest is another one'}"
+        why = "a byte outside of the messages was changed"
+        why = f"; the old result is not kept: {why if not self.whole else 'its digest differs'}"
         facts: dict[str, object] = {
             "status": "damaged" if stored or self._ended else "cut off",
             "reason": f"recovered from {self._path.name}: {self.found}{why if stored and not lost else ''}",

@@ -263,7 +263,7 @@ class RecordedPart:
         return f"<{self.name}: {', '.join(self._words)}>"
 
     def __getstate__(self) -> NoReturn:
-        raise TypeError("a part belongs to its recording; keep its signals instead")
+        raise TypeError("a part of a recording cannot be pickled; pickle its signals")
 
 
 def _in(column: str, names: tuple[str, ...]) -> bool:

@@ -132,7 +132,7 @@ def layout_of(rec: Recording) -> SampleLayout:
     """Return the layout of signals in a row; raises RecordingError if the recording has nothing to show."""
     least = min((rec.topics[topic].messages for topic in ("/samples", "/poses") if topic in rec.topics), default=0)
     if least < 2 or not rec.signals():
-        models = "a DEVS model says messages only: `heavylift plot` draws them"
+        models = "a DEVS model has messages only: `heavylift plot` draws them"
         instead = models if "model" in rec.run else "let the run last longer"
         raise RecordingError(f"{rec.path}: has no samples to show; {instead}")
     channels, start = [], 0

@@ -144,8 +144,8 @@ class PartFile(AbstractContextManager["PartFile"]):
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if path.suffix == PART and left_by_a_run(path):
                     raise OutputError(
-                        f"{path}: a run that was cut off has left it, and it stays; `heavylift resume {path}` ends "
-                        "that run, `heavylift recover` keeps what there is; then delete it, or choose another name "
+                        f"{path}: was left by a run that was cut off and is kept; `heavylift resume {path}` completes "
+                        "that run, `heavylift recover` saves what there is; then delete it, or choose another name "
                         "with -o"
                     )
                 path.unlink()
@@ -156,7 +156,7 @@ class PartFile(AbstractContextManager["PartFile"]):
 
     def _lost(self, how: str) -> RecordingError:
         return RecordingError(
-            f"{self._at or self.path}: was {how} while it was written; leave the file alone until it is whole, and "
+            f"{self._at or self.path}: was {how} while it was written; leave the file alone until it is complete, and "
             "start again"
         )
 

@@ -228,7 +228,7 @@ class RowWriter:
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != viewers.WORLD and body not in self.bodies:
-                    raise RecordingError(f"rope line on {body}: the samples have no pose of it; check the name")
+                    raise RecordingError(f"rope line on {body}: the samples have no pose of this body; check the name")
         return viewers.Ropes(lines, self.bodies)
 
     def hang(self, ropes: viewers.Ropes) -> None:
