@@ -256,7 +256,7 @@ def test_messages_that_were_not_announced_are_refused(begin: Begin, batch: Batch
         "topic /commander/stage: announced twice; name models, ports and samples apart": lambda: rec.add_port(
             "commander", "stage", {"type": "object"}
         ),
-        "rope line on girder: the samples have no pose of it; check the name": lambda: rec.ropes(
+        "rope line on girder: the samples have no pose of this body; check the name": lambda: rec.ropes(
             0, [RopeLine("r", "girder", (0, 0, 0), "hook", (0, 0, 0))]
         ),
         "samples from number 0: 1 rows of 20 values are 160 bytes, but 8 came; the sender's layout differs "

@@ -169,9 +169,7 @@ def test_the_rest_of_a_killed_run_is_kept_even_if_its_name_is_forced(begin: Begi
     assert recorded_at(tmp_path / "run.mcap").name == "run-2.mcap"
     assert (part.read_bytes(), orders.read_bytes()) == (left, b"orders")
     before = all_below(tmp_path)
-    with pytest.raises(
-        OutputError, match=rf"{part}: a run that was cut off has left it, and it stays; .*resume {part}"
-    ):
+    with pytest.raises(OutputError, match=rf"{part}: was left by a run that was cut off and is kept; .*resume {part}"):
         recorded_at(tmp_path / "run.mcap", force=True)
     assert all_below(tmp_path) == before
 
@@ -286,7 +284,7 @@ def test_changes_of_the_file_meanwhile_are_noticed(
     with pytest.raises(RecordingError) as error:
         rec.settle(1) if at == "the next flush" else rec.close()
     assert str(error.value) == (
-        f"{part}: was {NOTICED[harm]} while it was written; leave the file alone until it is whole, and start again"
+        f"{part}: was {NOTICED[harm]} while it was written; leave the file alone until it is complete, and start again"
     )
     assert all_below(tmp_path).keys() == harmed.keys()
 

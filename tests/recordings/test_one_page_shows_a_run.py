@@ -110,7 +110,7 @@ def test_recordings_that_cannot_be_shown_are_reported(tmp_path: Path, begin: Cal
     assert str(error.value) == f"{path}: has no samples to show; let the run last longer"
     with Recorder(tmp_path / "queue.mcap", {"model": "queue:build"}) as rec, pytest.raises(RecordingError) as error:
         view(rec.close(), tmp_path / "run.html")
-    assert str(error.value).endswith("no samples to show; a DEVS model says messages only: `heavylift plot` draws them")
+    assert str(error.value).endswith("no samples to show; a DEVS model has messages only: `heavylift plot` draws them")
     with pytest.raises(RecordingError, match=r"a page is written as \.html; give it this ending$"):
         view(path, tmp_path / "run.pdf")
 

@@ -76,7 +76,7 @@ def test_an_existing_file_in_the_place_of_the_ticket_is_kept(tmp_path: Path, mon
     ("more", "said"),
     {
         "--external s7": "--external 's7': there is no process 's7'; the processes are s0, s1",
-        "--external s1 --in-process": "--in-process: process s1 is a program of its own, leave out one of the two",
+        "--external s1 --in-process": "--in-process: process s1 is an external program; leave out one of the two",
     }.items(),
 )
 def test_models_that_cannot_be_external_are_refused_before_the_run(monkeypatch, capsys, more: str, said: str) -> None:

@@ -39,13 +39,16 @@ REFUSED = {  # what it says, and the sentence
     "an older program": (m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="0.1.0"), "speaks '0.1.0', and this"),
     "no lookahead": (
         m.Hello(FOREVER, [], FOREVER, {}, version="wire 1"),
-        "node s1 does not tell a lookahead of s1.out",
+        "node s1 does not declare a lookahead of s1.out",
     ),
     "a port too many": (
         m.Hello(FOREVER, [], FOREVER, {"s1.out": 0, "s1.in\n": 0}, version="wire 1"),
         r"node s1 tells a lookahead of s1.in\\n; its out ports are s1.out",
     ),
-    "wrong port": (done([event(ms(5), "exit")]), r"s1 at \(0.005 s, 0\) spoke on port exit: its out ports are out"),
+    "wrong port": (
+        done([event(ms(5), "exit")]),
+        r"s1 at \(0.005 s, 0\) sent an event on port exit: its out ports are out",
+    ),
     "wrong type": (done([event(ms(5), type_=Job.__name__)]), "out carries Token, not Job"),
     "unknown type": (done([event(ms(5), type_="Ufo")]), "port out: unknown message type 'Ufo'"),
     "not the message": (done([event(ms(5), payload=b"\x01")]), "port out: message Token cannot be decoded"),
@@ -57,7 +60,10 @@ REFUSED = {  # what it says, and the sentence
         m.Fail(Tag(ms(5)), "s1", "", "", [event(ms(5), type_="Job")]),
         "s1 at .* out carries Token, not Job",
     ),
-    "a result of others": (bye("ring.s10"), "node s1 tells a result of ring.s10: it tells those of its own models"),
+    "a result of others": (
+        bye("ring.s10"),
+        "node s1 sent a result of ring.s10: a node sends results of its own models only",
+    ),
     "a result of no type": (bye("ring.s1", "Ufo"), "node s1, its result of ring.s1: unknown message type 'Ufo'"),
     "an unknown field": (done([event(ms(5), payload=b"\x82\xa6number\x00\xa1x\x00")]), "not the canonical ones"),
 }
@@ -135,7 +141,7 @@ CASES = {
     ),
     "before its lookahead": (
         speak(msgspec.structs.replace(HELLO, lookahead={"s1.out": ms(2)}), done([event(ms(5))])),
-        r"s1 spoke on port out at \(0.005 s, 0\), earlier than the \(0.007 s, 0\) that it had declared",
+        r"s1 sent an event on port out at \(0.005 s, 0\), earlier than the \(0.007 s, 0\) that it had declared",
     ),
 }
 

@@ -71,7 +71,7 @@ def test_check_suggests_to_share_very_many_processes(monkeypatch: pytest.MonkeyP
         (["crane"], 0, "--place 'crane': write nodes and their process, such as --place 'west,east=yard-a'"),
         (["crane,=a"], 0, "--place 'crane,=a': write nodes and their process"),
         (["crane=a", "crane=b"], 0, "--place 'crane=b': node 'crane' is placed twice, name it once"),
-        (["crane=a"], 2, "--processes and --place say two things about the same nodes, give one of them"),
+        (["crane=a"], 2, "--processes and --place both assign nodes to processes; give one of them"),
         ([], -1, "--processes -1: a run needs at least one process"),
     ],
 )

@@ -250,5 +250,5 @@ def test_without_a_coordinator_the_node_ends_with_a_sentence(
 ) -> None:
     monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 300)
     listener = RemoteListener.at(f"tls/127.0.0.1:{free_port()}", Credentials.load(keys, "block"))
-    with pytest.raises(ProtocolError, match="nobody lets this process in at tls/"):
+    with pytest.raises(ProtocolError, match="this process is not admitted at tls/"):
         play("block", listener, "", "", print)

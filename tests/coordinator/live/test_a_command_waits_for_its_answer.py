@@ -25,7 +25,7 @@ def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5"):
         run = found(tmp_path / "sledge.mcap")
         at = order(run, RunOrder("pause")).removeprefix("paused at ")
-        message = f"the run is paused at {at}; the command takes effect there when it goes on\n"
+        message = f"the run is paused at {at}; the command takes effect there when the run continues\n"
 
         code, out, errors = said(tmp_path, "command", "sledge.mcap", WORDS, "--wait", "0.2 s")
         assert (code, out) == (1, "")
@@ -33,7 +33,7 @@ def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
 
         code, out, errors = said(tmp_path, "command", "sledge.mcap", WORDS, "--wait", "0")
         assert (code, errors) == (0, "")
-        assert out.endswith(" s, when the run goes on\n")
+        assert out.endswith(" s, when the run continues\n")
 
         with command(tmp_path, "command", "sledge.mcap", WORDS, "--json") as waiting:
             assert first_line(waiting).startswith("the run is paused at ")

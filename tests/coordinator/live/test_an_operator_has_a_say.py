@@ -49,11 +49,11 @@ def test_a_replay_repeats_the_actions_of_an_operator(tmp_path: Path) -> None:
         with pytest.raises(ProtocolError, match=r"^command: there is no 'puller' to give an order to\n.*\n.*'pusher'"):
             order(run_, RunOrder("command", text="puller: drive 6 m/min by 1 m"))
         words = "pusher: drive 6 m/min by 50 mm"
-        assert order(run_, RunOrder("command", text=words)).endswith(" s, when the run goes on")
+        assert order(run_, RunOrder("command", text=words)).endswith(" s, when the run continues")
         assert len(list(read(journal_of(recorded)))) == 1
         code, out, _ = said(tmp_path, "step", "sledge.mcap", "--by", f"{REST_s - paused:.9f} s")
         assert (code, out) == (0, f"paused at {REST_s:.9f} s\n")
-        assert order(run_, RunOrder("command", text=words)) == f"{words}: at {REST_s:.9f} s, when the run goes on"
+        assert order(run_, RunOrder("command", text=words)) == f"{words}: at {REST_s:.9f} s, when the run continues"
         assert said_s(order(run_, RunOrder("step"))) == pytest.approx(REST_s, abs=1e-8)  # the command is an event
         assert said(tmp_path, "continue", "sledge.mcap")[:2] == (0, "goes on\n")
         _, errors = process.communicate(timeout=PATIENCE_s)

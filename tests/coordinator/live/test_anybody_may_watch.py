@@ -83,7 +83,7 @@ def test_a_run_is_found_by_its_recording_id_or_scene(frozen_run) -> None:  # typ
     assert (notice.scene, notice.pid) == ("lift", process.pid)
     for name in (notice.recording, notice.recording + ".part", notice.run, notice.run[:6]):
         assert find(name) == run
-    with pytest.raises(ProtocolError, match=r"^tower: no run goes by this name; these go on:(\n    \w+  .*)+$"):
+    with pytest.raises(ProtocolError, match=r"^tower: no run has this name; these go on:(\n    \w+  .*)+$"):
         find("tower")
 
 

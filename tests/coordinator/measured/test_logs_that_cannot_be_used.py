@@ -65,7 +65,7 @@ def test_a_fault_in_the_log_is_reported(
         ("cell=rope/tension/west.H1", "row 1, column 'cell': the unit is missing"),
         ("cell=rope/tension/west.H1 [m]", "'m' is no unit of rope/tension/west.H1; use kN, N, MN, t, kg"),
         ("cell=rope/tension/west.H7 [kN]", "the run has no such channel; did you mean 'rope/tension/west.H"),
-        ("cell=rope/tension/* [kN]", "2 channels are meant"),
+        ("cell=rope/tension/* [kN]", "2 channels"),
         ("cell=rope/tension/west.H1 [kN] +- 3", "the unit is missing; use %, kN"),
         ("cell=rope/tension/west.H1 [kN] +- much", "is no uncertainty"),
         ("cell=measured/wind [m/s]", "no column is mapped to a channel of"),

@@ -102,7 +102,7 @@ def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeyp
 def test_a_global_that_holds_a_model_is_named_before_anything_runs() -> None:
     assert run("yard('registered')", in_process=True) == (
         "yard.other, yard.ticker may use beyond.FRIENDS, which holds a model of this process, though the others run "
-        "elsewhere; send them messages"
+        "elsewhere; send messages to them instead"
     )
 
 

@@ -142,9 +142,7 @@ def test_a_file_named_like_another_module_is_reported(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ModelError) as message:
         built("queue:build")
-    assert (
-        str(message.value) == f"queue:build: queue is {queue.__file__}, which has no build; give queue.py another name"
-    )
+    assert str(message.value) == f"queue:build: queue is {queue.__file__}, which has no build; rename queue.py"
 
 
 def test_a_script_that_runs_its_model_at_import_is_reported(tmp_path):

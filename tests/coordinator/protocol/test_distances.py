@@ -83,5 +83,7 @@ def test_delays_add_to_tags() -> None:
 def test_wrong_couplings_are_named() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
         distances(["a"], [link("a", "x")], {})
-    with pytest.raises(ProtocolError, match=r"^coupling a\.o -> a\.i: couple it inside the node$"):
+    with pytest.raises(
+        ProtocolError, match=r"^coupling a\.o -> a\.i: both ports are of one node; couple them inside it$"
+    ):
         distances(["a"], [link("a", "a")], {})

@@ -48,10 +48,13 @@ def offering(done: Done, **fields: Any) -> Done | None:
 
 
 ROWS: dict[str, tuple[str, Spoiled]] = {
-    "is the node's own": ("spoke for zz: a node says only its own events", lambda n, d, s: alone(d, source="zz")),
-    "leaves by a port that HELLO named": ("spoke on port nix at", lambda n, d, s: alone(d, port="nix")),
+    "is the node's own": (
+        "spoke for zz: a node sends events of its own models only",
+        lambda n, d, s: alone(d, source="zz"),
+    ),
+    "leaves by a port that HELLO named": ("sent an event on port nix at", lambda n, d, s: alone(d, port="nix")),
     "comes in total order, numbered from 0 in each bag": (
-        "spoke out of order",
+        "sent events out of order",
         lambda n, d, s: replace(d, spoken=d.spoken[:1] * 2) if len(d.spoken) == 1 else None,
     ),
     "comes no earlier than quiet and lookahead have declared": ("that it had declared", early),
@@ -60,13 +63,13 @@ ROWS: dict[str, tuple[str, Spoiled]] = {
         lambda n, d, s: replace(d, reached=succ(d.next)) if d.next < FOREVER else None,
     ),
     "the first tag is done": (
-        "a DONE does the first tag of its GRANT at least",
+        "a DONE must include the first tag of its GRANT",
         lambda n, d, s: replace(d, reached=n.first, last=Tag(0)) if not d.spoken and n.first > (0, 0) else None,
     ),
-    "what is spoken lies in what is done": ("but has done all before", beyond),
+    "what is spoken lies in what is done": ("but has only done all before", beyond),
     "so does the last transition": ("last transition was at", lambda n, d, s: replace(d, last=d.reached)),
     "next and quiet are tags": (
-        "which is no tag",
+        "which is not a valid tag",
         lambda n, d, s: None if d.offer else replace(d, quiet=Tag(NEVER + 7)),
     ),
     "an offer is for the next tag": (

@@ -137,7 +137,7 @@ def test_a_second_hello_is_refused() -> None:
     core.hello("a", Hello(Tag(5), [], Tag(5, 1)))
     with pytest.raises(ProtocolError) as error:
         core.hello("a", Hello(Tag(5), [], Tag(5, 1)))
-    assert str(error.value) == "a said HELLO twice: two nodes of one name, or an old one came back"
+    assert str(error.value) == "a sent HELLO twice: two nodes have this name, or an old process came back"
 
 
 def test_a_message_in_the_past_is_refused_with_its_port() -> None:
@@ -148,7 +148,7 @@ def test_a_message_in_the_past_is_refused_with_its_port() -> None:
     with pytest.raises(ProtocolError) as error:
         core.done("b", Done(1, Tag(5, 1), [], Tag(14), [event(14, "b")], Tag(14), b""))
     assert str(error.value) == (
-        "b spoke on port out at (0.000000014 s, 0), earlier than the (0.000000015 s, 0) that it had declared: "
+        "b sent an event on port out at (0.000000014 s, 0), earlier than the (0.000000015 s, 0) that it had declared: "
         "the lookahead of that port is too long"
     )
 

@@ -98,7 +98,7 @@ def test_the_exit_code_reports_both_outcomes(
 def test_verification_opens_no_player(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    says = f"heavylift: {lift}: {{}} runs models as fast as they can and plays nothing; leave {{}} out\n"
+    says = f"heavylift: {lift}: {{}} runs models as fast as possible, without a replay; leave {{}} out\n"
     assert command(monkeypatch, "replay", lift, "--verify", "--rate", "3", "--loop") == 1
     assert capsys.readouterr().err == says.format("--verify", "--rate, --loop")
     assert command(monkeypatch, "replay", lift, "--live", "crane", "--from", "0") == 1

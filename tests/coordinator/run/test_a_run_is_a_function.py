@@ -102,7 +102,7 @@ def test_a_system_is_reported_by_functions() -> None:
         (lambda: simulate("lift", orders=[(1.0, 7)]), "orders: (1.0, 7) is no pair"),
         (lambda: simulate("lift", orders=[("a", "stop")]), "orders: 'a' is no number"),
         (lambda: simulate(STICK, 1.0, orders=[(0.5, "stop")]), "is no pair (seconds, a function of the simulation)"),
-        (lambda: simulate(STICK, 1.0, orders=[(-0.5, print)]), "orders: -0.5 s is no time of a run"),
+        (lambda: simulate(STICK, 1.0, orders=[(-0.5, print)]), "orders: -0.5 s is outside the possible times of a run"),
         (lambda: simulate("lift", keep=[3]), "keep=[3]: give names of signals"),
         (lambda: simulate(7), "7 is no scene"),
         (lambda: simulate("lift", orders=[(90.0, "crane H1: hoist 1 m/min by 1 m")]), "the run ends at 77.32"),

@@ -61,6 +61,6 @@ def test_nothing_is_printed_without_a_log_handler(tmp_path: Path) -> None:
 def test_a_log_handler_receives_what_the_streams_do_not(tmp_path: Path) -> None:
     assert said(tmp_path, LISTENING + CALLS) == ""
     heard = (tmp_path / "heard.txt").read_text().splitlines()
-    assert "run.mcap is there already and stays; this run writes run-2.mcap" in heard
+    assert "run.mcap exists; writing run-2.mcap" in heard
     assert any(line.startswith("  mechanism.bodies.load.mass ") for line in heard)
     assert any(line.startswith("2 runs of about ") for line in heard)

@@ -99,7 +99,7 @@ def test_a_difference_is_reported_with_time_and_port(part: Path, tmp_path: Path)
     begun = Beginning.of(part)
     events = list(begun.events)
     events[20] = msgspec.structs.replace(events[20], port="other")
-    with pytest.raises(RecordingError, match=r"the run parts from what was recorded, at \(.* s, \d+\) on /.*"):
+    with pytest.raises(RecordingError, match=r"the repeated run differs from the recording, at \(.* s, \d+\) on /.*"):
         resume(part, replace(begun, events=events), tmp_path / "new.mcap", in_process=True)
 
 

@@ -88,7 +88,7 @@ def test_a_successor_is_killed_while_it_receives_the_history(digest: str) -> Non
     assert (run.digest, replaced(notes)) == (digest, ["east", "east"])
 
 
-KEPT = r"its process is gone, and the one that keeps all is lost: "
+KEPT = r"its process is gone, since the process manager was lost: "
 KILLED = r"it was ended by signal 9 \(SIGKILL\)"
 STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 1 s"
 

@@ -42,7 +42,7 @@ def test_a_nondeterministic_model_is_reported(monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(ModelError) as message:
         play({110: strike("south")}, "doomed")
     assert re.fullmatch(
-        r"model south is not deterministic after \(0\.\d+ s, \d+\): its successor was told the same, and "
+        r"model south is not deterministic after \(0\.\d+ s, \d+\): a replacement got the same messages, but "
         r"offer of its DONE differ from what it had said before; let it depend on nothing but .*",
         str(message.value),
     )

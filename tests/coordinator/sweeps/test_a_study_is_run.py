@@ -112,7 +112,7 @@ def test_a_stopped_study_continues_without_repeating_runs(tmp_path: Path) -> Non
         rows.append(row)
 
     rows: list[object] = []
-    with pytest.raises(Stopped, match="the same command goes on"):
+    with pytest.raises(Stopped, match="the same command continues"):
         studied(tmp_path / "study", first, watch=stop)
     kept = parquet.read_table(tmp_path / "study" / "rows.parquet").num_rows
     assert 1 <= kept < 6
@@ -128,11 +128,11 @@ def test_rows_of_another_study_are_refused(tmp_path: Path) -> None:
         studied(tmp_path / "study", limit=1.0, keep="all")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear reader")
-    with pytest.raises(OutputError, match="holds no study"):
+    with pytest.raises(OutputError, match="is not a study"):
         studied(tmp_path / "mine")
     assert [x.name for x in (tmp_path / "mine").iterdir()] == ["letter.txt"]
     (tmp_path / "study" / "study.json").write_text("[]")
-    with pytest.raises(OutputError, match="does not say what study this is"):
+    with pytest.raises(OutputError, match="is not the definition of a study"):
         studied(tmp_path / "study")
 
 
@@ -189,12 +189,12 @@ def test_a_pool_of_processes_works_from_the_command_line(tmp_path: Path, monkeyp
     ("option", "value", "told"),
     [
         ("keep", "some", "--keep 'some': keep none, failed, all"),
-        ("workers", -1, "--workers: -1 is no whole number from 0 on"),
-        ("workers", 2.5, "--workers: 2.5 is no whole number"),
+        ("workers", -1, "--workers: -1 is not an integer of 0 or more"),
+        ("workers", 2.5, "--workers: 2.5 is not an integer of 0 or more"),
         ("limit", 0.0, "--limit: 0.0 s is out of range"),
         ("limit", "x", "--limit: 'x' is no number; give seconds"),
-        ("sample", True, "--sample: True is no whole number"),
-        ("seed", "x", "--seed: 'x' is no whole number"),
+        ("sample", True, "--sample: True is not an integer of 0 or more"),
+        ("seed", "x", "--seed: 'x' is not an integer of 0 or more"),
         ("vary", [3], "--vary [3]: give texts PATH=VALUES"),
         ("executor", 3, "executor=3: give one of concurrent.futures"),
         ("into", 3, "3 names no file"),

@@ -67,7 +67,7 @@ def test_the_written_scene_runs_as_planned(found) -> None:
 
 def test_scenes_that_cannot_be_planned_are_reported(tmp_path: Path) -> None:
     assert "red at the start, RED: " in planned(load("lift", ["end=50 s"]), 60.0).wrong
-    assert planned(load("lift"), 1e-9).wrong.startswith("the scene as it is written makes no run: cut after")
+    assert planned(load("lift"), 1e-9).wrong.startswith("the scene as it is written cannot be run: cut after")
     slow = load("lift", ["actions[0].all hooks=hoist 3 m/min until all slings taut", "actions=[]", "end=60 s"])
     assert planned(slow, 60.0).wrong.startswith("no quicker timing was found that is green: it is as quick as")
     (tmp_path / "mine.yaml").write_text("extends: lift\nname: mine\n")

@@ -159,7 +159,7 @@ def test_without_a_keeper_the_nodes_go_on_and_a_lost_node_is_named(start: Start)
     assert hub.receive(PATIENCE_s) == ("west", b"still here")
     os.kill(processes.pids["west"], signal.SIGKILL)
     assert sentence(hub) == (
-        "node west is gone: its process is gone, and the one that keeps all is lost: it was ended by signal 9 "
+        "node west is gone: its process is gone, since the process manager was lost: it was ended by signal 9 "
         "(SIGKILL); start the run again"
     )
     processes.end()
