@@ -107,7 +107,9 @@ def test_a_change_that_would_have_acted_before_the_branch_is_refused(lift: Path)
     assert "at (23.68011994 s, " in message
     assert "on /commander/order_crane: recorded " in message
     assert "actions[2].orders[0].speed 0.05 -> 0.0333" in message
-    assert "before 23.680 s" in refusal(lift, "stage up", "tolerance=1e-7"), "the recorded accuracy is kept, unless it is named"
+    assert "before 23.680 s" in refusal(lift, "stage up", "tolerance=1e-7"), (
+        "the recorded accuracy is kept, unless it is named"
+    )
     assert "tolerance" in refusal(lift, "stage up", "accuracy=0.1 %")
 
 
