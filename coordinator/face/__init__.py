@@ -3,6 +3,8 @@
 simulate(scene or system, until, ...) -> Result     a run as named arrays, in seconds
 sweep(scene, ["block.mass=200..400 t by 25 t"], into="study")      many variants of one scene, on any Executor
 load(scene, ["block.mass=200 t"])                    a scene with settings laid over it, for all that take scenes
+linearise(scene or system, inputs, outputs)         its A, B, C, D, with names and units
+sensitivities(scene)                                which uncertain input moves which figure
 run(scene, "run.mcap"), Recording("run.mcap")        a recorded run; reading it
 run_models("my_models:build", ...)                   DEVS models of your own
 replicate("my_models:build", 30, ...)                one of them for many seeds: means, confidence intervals
@@ -10,6 +12,8 @@ replicate("my_models:build", 30, ...)                one of them for many seeds:
 
 TYPE_CHECKING = False  # as in `on_demand`
 if TYPE_CHECKING:
+    from heavylift.coordinator.ladder.sensitivities import sensitivities
+    from heavylift.coordinator.run.linear import linearise
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.scene import run
@@ -22,16 +26,21 @@ if TYPE_CHECKING:
 MODULES = {
     "Recording": "recordings",
     "Result": "coordinator.run.simulate",
+    "linearise": "coordinator.run.linear",
     "load": "nodes.scene",
     "replicate": "coordinator.run.replications",
     "run": "coordinator.run.scene",
     "run_models": "coordinator.run.models",
+    "sensitivities": "coordinator.ladder.sensitivities",
     "simulate": "coordinator.run.simulate",
     "sweep": "coordinator.sweeps",
     "__version__": "kernel.version",
 }
 
-__all__ = ["Recording", "Result", "__version__", "load", "replicate", "run", "run_models", "simulate", "sweep"]
+__all__ = [
+    "Recording", "Result", "__version__", "linearise", "load", "replicate", "run", "run_models", "sensitivities",
+    "simulate", "sweep",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

@@ -13,10 +13,11 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from math import hypot, sqrt
+from pathlib import Path
 
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError
-from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated, varied
 from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
@@ -108,14 +109,16 @@ class Moved:
 
 
 def sensitivities(
-    scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None,
+    scene: LoadedScene | str | Path, given: Sequence[str] = (), at_once: int | None = None,
     say: Callable[[str], None] = LOG.info,
 ) -> Sensitivities:  # fmt: skip
-    """Compute sensitivities with `at_once` runs in processes of their own (default: one per core; 0: in this process).
+    """Sensitivities of a scene (loaded, its path or name) by `at_once` runs in processes of their own (default: one per
+    core; 0: in this process).
 
     `given`: uncertainties besides those that the scene states, such as `block.mass +- 3 %`.  Raises HeavyliftError.
     """
-    scene, inputs = chosen(scene, say), uncertain_inputs(scene, given)
+    scene = chosen(loaded(scene), say)
+    inputs = uncertain_inputs(scene, given)
     if not inputs:
         raise ModelError(
             f"{scene.path.name}: states no uncertainty; write one behind a value, such as 'mass: 480 t +- 3 %', "
