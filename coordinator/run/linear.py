@@ -37,7 +37,7 @@ def linearise(
     names = texts(inputs)
     if names is None:
         raise KernelError(f"inputs={inputs!r}: give names of drives, winches or signals")
-    when = time_s("at", at, DURATION) if at is not None and not isinstance(at, str) else None
+    when = None if at is None or isinstance(at, str) else at and time_s("at", at, DURATION)
     if not isinstance(model, System):
         scene = loaded(model)
         there = paused(scene, when) if when is not None else at_rest(scene, None, str(at or ""))[1]

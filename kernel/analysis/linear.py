@@ -19,7 +19,7 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import RigidRope
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel.errors import KernelError, closest
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import coordinate_names
@@ -203,10 +203,10 @@ class _Linearised:
         for pattern in asked:
             of = {name: x for name, x in found.items() if name == pattern or fnmatchcase(name, pattern)}
             if not of:
-                groups = dict.fromkeys(name.rpartition("/")[0] for name in found)
+                groups = list(dict.fromkeys(name.rpartition("/")[0] for name in found))
                 raise KernelError(
-                    f"linearise: there is no output '{pattern}'; write signal/name, such as '{next(iter(found))}', of "
-                    f"{', '.join(groups)}"
+                    f"linearise: there is no output '{pattern}'; write signal/name, such as '{next(iter(found))}'; "
+                    f"{closest(pattern.rpartition('/')[0], groups)}"
                 )
             out |= of
         return list(out.values())
