@@ -220,7 +220,7 @@ def test_the_scene_moves_by_small_inputs_as_its_linear_model(scene):
 
 def test_what_cannot_be_is_one_sentence():
     simulation = started(crane())
-    with pytest.raises(KernelError, match=r"there is no input 'hoist'; there are travel$"):
+    with pytest.raises(KernelError, match=r"there is no input 'hoist'; known: travel$"):
         linear_model(simulation, ["hoist"], ["joint/position/*"])
     with pytest.raises(KernelError, match=r"there is no output 'rope/tension/\*'; write signal/name, such as"):
         linear_model(simulation, ["travel"], ["rope/tension/*"])
