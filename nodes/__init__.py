@@ -12,6 +12,7 @@ Beside them
     scenes     the scenes that come with heavylift, to run and to copy
     zoo        classic DEVS models
     fmi        co-simulation units as models
+    mujoco_models   robots and rigs in MJCF or URDF as mechanics of the kernel
     testing    drives one model offline, so that a user's model can be tested in three lines
 """
 

@@ -4,6 +4,7 @@ simulate(scene or system, until, ...) -> Result     a run as named arrays, in se
 sweep(scene, ["block.mass=200..400 t by 25 t"], into="study")      many variants of one scene, on any Executor
 load(scene, ["block.mass=200 t"])                    a scene with settings laid over it, for all that take scenes
 linearise(scene or system, inputs, outputs)         its A, B, C, D, with names and units
+from_mujoco("arm.xml")                              a model in MJCF or URDF as a system, and what of it has no equal
 sensitivities(scene)                                which uncertain input moves which figure
 run(scene, "run.mcap"), Recording("run.mcap")        a recorded run; reading it
 run_models("my_models:build", ...)                   DEVS models of your own
@@ -20,12 +21,14 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.simulate import Result, simulate
     from heavylift.coordinator.sweeps import sweep
     from heavylift.kernel.version import __version__
+    from heavylift.nodes.mujoco_models import from_mujoco
     from heavylift.nodes.scene import load
     from heavylift.recordings import Recording
 
 MODULES = {
     "Recording": "recordings",
     "Result": "coordinator.run.simulate",
+    "from_mujoco": "nodes.mujoco_models",
     "linearise": "coordinator.run.linear",
     "load": "nodes.scene",
     "replicate": "coordinator.run.replications",
@@ -38,7 +41,7 @@ MODULES = {
 }
 
 __all__ = [
-    "Recording", "Result", "__version__", "linearise", "load", "replicate", "run", "run_models", "sensitivities",
+    "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run", "run_models", "sensitivities",
     "simulate", "sweep",
 ]  # fmt: skip
 
