@@ -188,8 +188,9 @@ def test_an_arm_in_urdf_moves_as_in_mujoco(tmp_path):
 
 CART = f"""<mujoco>{G}<option timestep="1e-6" integrator="Euler"/>{OFF}<worldbody><body name="cart">
 <joint name="rail" type="slide" axis="1 0 0" damping="0.4"/><inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/>
-<body name="rod"><joint name="pin" axis="0 1 0" damping="0.1"/><inertial pos="0.1 0 -1" mass="2" diaginertia=".1 .1 .1"/>
-<body name="tip" pos="0 0 -2"><joint name="tip" axis="0 1 0"/><inertial pos="0 0 -1" mass="1" diaginertia=".1 .1 .1"/>
+<body name="rod"><joint name="pin" axis="0 1 0" damping="0.1"/>
+<inertial pos="0.1 0 -1" mass="2" diaginertia=".1 .1 .1"/><body name="tip" pos="0 0 -2"><joint name="tip" axis="0 1 0"/>
+<inertial pos="0 0 -1" mass="1" diaginertia=".1 .1 .1"/>
 </body></body></body></worldbody><actuator><motor name="push" joint="rail" gear="2"/></actuator></mujoco>"""
 
 
@@ -230,7 +231,8 @@ LACKS = f"""<mujoco>{G}<worldbody><geom type="plane" size="1 1 1"/><body name="a
 <tendon><spatial name="over" stiffness="1"><site site="s"/><geom geom="g"/><site site="u"/></spatial>
 <fixed name="sum" stiffness="2"><joint joint="h" coef="1"/></fixed></tendon>
 <equality><connect body1="a" body2="b" anchor="0 0 0"/></equality>
-<actuator><muscle name="biceps" joint="h"/><motor name="capped" joint="h" ctrlrange="-1 1" ctrllimited="true"/></actuator>
+<actuator><general name="biceps" joint="h" dyntype="integrator"/>
+<motor name="capped" joint="h" ctrlrange="-1 1" ctrllimited="true"/></actuator>
 </mujoco>"""
 
 
@@ -268,7 +270,7 @@ def test_a_file_that_is_too_large_or_missing_is_one_sentence(tmp_path):
     file = tmp_path / "large.xml"
     with file.open("wb") as f:
         f.truncate(20_000_000)
-    with pytest.raises(SceneError, match="large.xml: 20 MB; a model has at most 16 MB"):
+    with pytest.raises(SceneError, match=r"large\.xml: 20 MB; a model has at most 16 MB"):
         from_mujoco(file)
     with pytest.raises(SceneError, match=r"none\.xml"):
         from_mujoco(tmp_path / "none.xml")
