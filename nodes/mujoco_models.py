@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from heavylift.kernel.description import forces
@@ -16,6 +16,7 @@ from heavylift.kernel.description.mechanics import (
     WORLD,
     Body,
     Joint,
+    JointKind,
     JointSpring,
     Line,
     Point,
@@ -25,12 +26,9 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.kernel.errors import SceneError, error_text, extra
 
-if TYPE_CHECKING:
-    import mujoco
-
 LARGEST = 16_000_000  # bytes of a file
 FREE, BALL, SLIDE, HINGE = range(4)
-KINDS = {FREE: "free", BALL: "spherical", SLIDE: "prismatic", HINGE: "revolute"}
+KINDS: dict[int, JointKind] = {FREE: "free", BALL: "spherical", SLIDE: "prismatic", HINGE: "revolute"}
 ON_JOINT, ON_SITE = (0, 1), 4  # transmissions of actuators
 SITE, PULLEY = 3, 2  # of a tendon's path
 UPRIGHT = 1e-9  # part of gravity that may be horizontal
@@ -64,7 +62,7 @@ def from_mujoco(path: str | Path) -> FromMujoco:
 class _Reading:
     """A model that is being read."""
 
-    def __init__(self, library: Any, model: mujoco.MjModel) -> None:
+    def __init__(self, library: Any, model: Any) -> None:
         self.library, self.m = library, model
         self.missing: list[str] = []
         self.bodies: list[Body] = []
@@ -161,7 +159,7 @@ class _Reading:
                 bias = [0.0, 0.0, 0.0]
             on, target = int(m.actuator_trntype[i]), m.actuator_trnid[i]
             plain = not m.actuator_dyntype[i] and not m.actuator_gaintype[i] and int(m.actuator_biastype[i]) < 2
-            control = forces.InputSignal(0.0)
+            control = forces.InputSignal(0.0, driven=True)
             if plain and on in ON_JOINT and self._single(target[0]) and max(bias[1:]) <= 0.0:
                 joint, g = self.joint[target[0]], float(gear[0])
                 out.append(forces.Characteristic(name, joint, "position", (-1.0, 1.0), (gain * g, gain * g), control))
@@ -169,16 +167,22 @@ class _Reading:
                 if k or d:
                     springs.append(JointSpring(f"{name}-bias", joint, k, d, bias[0] * g / k - zero if k else 0.0))
                 if bias[0] and not k:
-                    out.append(forces.Characteristic(f"{name}-bias", joint, "position", (-1.0, 1.0), (bias[0] * g,) * 2))
+                    out.append(
+                        forces.Characteristic(f"{name}-bias", joint, "position", (-1.0, 1.0), (bias[0] * g,) * 2)
+                    )
             elif plain and on == ON_SITE and target[1] < 0 and not any(bias):
                 point, R = self._site(target[0])
                 push, twist = (_row(gain * R @ gear[at]) for at in (slice(0, 3), slice(3, 6)))
                 out.append(forces.Load(name, point, push, twist, "body", control))
             else:
-                self._lacks(f"actuator '{name}'", "actuators with states of their own, on tendons, or of user functions")
+                self._lacks(
+                    f"actuator '{name}'", "actuators with states of their own, on tendons, or of user functions"
+                )
                 continue
             if m.actuator_ctrllimited[i] or m.actuator_forcelimited[i]:
-                self._lacks(f"actuator '{name}'", "limits of controls and of forces of actuators, which are not kept to")
+                self._lacks(
+                    f"actuator '{name}'", "limits of controls and of forces of actuators, which are not kept to"
+                )
         return out, springs
 
     def _tendons(self) -> tuple[list[Rope], list[forces.Force]]:
@@ -239,7 +243,9 @@ class _Reading:
         dofs = {f"joint '{self.joint[m.dof_jntid[v]]}'": v for v in reversed(range(m.nv))}
         for what, values in (("armature", m.dof_armature), ("dry friction", m.dof_frictionloss)):
             self.missing += [f"{joint}: {what}" for joint, v in reversed(dofs.items()) if values[v]]
-        self.missing += [f"body '{self.body[i]}': compensation of gravity" for i in range(m.nbody) if m.body_gravcomp[i]]
+        self.missing += [
+            f"body '{self.body[i]}': compensation of gravity" for i in range(m.nbody) if m.body_gravcomp[i]
+        ]
         collide = int(sum(bool(a or b) for a, b in zip(m.geom_contype, m.geom_conaffinity, strict=True)))
         counted = {
             "geoms that collide": collide, "equality constraints": m.neq, "flexible parts": m.nflex,

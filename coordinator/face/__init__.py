@@ -41,8 +41,8 @@ MODULES = {
 }
 
 __all__ = [
-    "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run", "run_models", "sensitivities",
-    "simulate", "sweep",
+    "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run", "run_models",
+    "sensitivities", "simulate", "sweep",
 ]  # fmt: skip
 
 

@@ -234,7 +234,7 @@ class _Input:
             turns = drive and _turns(p, drive.joint, drive.coordinate)
             unit = "rad" if turns else "m" if drive or rope else "1"
             whole = isinstance(rope, RigidRope) or (drive.kind == "prescribed" if drive else not rope and not law)
-            order = 2 if whole else 1
+            order = 2 if whole else 1 if drive or rope else 0
             self.places = [int(of[k]) for k in (VALUE, SPEED, ACCELERATION)[: order + 1]]
             if drive and drive.kind == "speed":
                 self.places = self.places[1:]

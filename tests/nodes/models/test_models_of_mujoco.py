@@ -130,7 +130,7 @@ def placed(system: System, q, v, control: dict[str, float]) -> System:
     graph = build_graph(system)
     at = {k.joint.name: replace(k.joint, q0=tuple(q[k.q]), v0=tuple(v[k.v])) for k in graph.links}
     moved = [
-        msgspec.structs.replace(f, signal=InputSignal(control[f.name])) if f.name in control else f
+        msgspec.structs.replace(f, signal=InputSignal(control[f.name], driven=True)) if f.name in control else f
         for f in system.forces
     ]
     return replace(system, joints=tuple(at[j.name] for j in system.joints), forces=tuple(moved))
