@@ -1,7 +1,7 @@
 """A control of a system: a function of the time and of what is sampled, called at a fixed period.
 
-Signals take their new value at once.  What a drive or winch is told is the speed that it has a period later, which it
-approaches evenly, so that nothing jumps that is moved as one wants.
+Signals take their new value at once.  Drives and winches get the speed that they have a period later, which they
+approach evenly, so that nothing jumps that is moved as one wants.
 """
 
 from collections.abc import Callable, Mapping

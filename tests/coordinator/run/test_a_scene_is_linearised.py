@@ -4,7 +4,7 @@ import control
 import heavylift
 import numpy as np
 import pytest
-from heavylift.kernel.analysis.linear import LinearModel
+from heavylift.kernel.analysis import LinearModel
 from heavylift.kernel.description import Body, Drive, Joint, System
 from heavylift.kernel.errors import HeavyliftError
 

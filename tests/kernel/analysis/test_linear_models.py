@@ -7,8 +7,7 @@ import control
 import numpy as np
 import pytest
 from every_law import yard
-from heavylift.kernel.analysis import Poses, equilibrium, modes
-from heavylift.kernel.analysis.linear import linear_model
+from heavylift.kernel.analysis import Poses, equilibrium, linear_model, modes
 from heavylift.kernel.description import (
     WORLD,
     Body,
@@ -23,7 +22,7 @@ from heavylift.kernel.description import (
 )
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody import build_graph
-from heavylift.kernel.simulation.native.samples import channels, published
+from heavylift.kernel.simulation.native import channels, published
 from linkages import windows
 from random_trees import random_state, random_system
 from scipy.linalg import expm

@@ -12,7 +12,7 @@ from heavylift import from_mujoco, linearise
 from heavylift.kernel.description import InputSignal, System
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.multibody import build_graph
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 
 G = '<option gravity="0 0 -9.80665"/>'
 OFF = '<default><geom contype="0" conaffinity="0"/></default>'
