@@ -4,9 +4,9 @@ import control
 import heavylift
 import numpy as np
 import pytest
+from heavylift.kernel import HeavyliftError
 from heavylift.kernel.analysis import LinearModel
 from heavylift.kernel.description import Body, Drive, Joint, System
-from heavylift.kernel.errors import HeavyliftError
 
 G = 9.80665
 CRANE = System(

@@ -4,8 +4,8 @@ import control
 import numpy as np
 import pytest
 from heavylift import linearise, simulate
+from heavylift.kernel import HeavyliftError
 from heavylift.kernel.description import Body, Characteristic, Drive, InputSignal, Joint, System
-from heavylift.kernel.errors import HeavyliftError
 from scipy.linalg import solve_continuous_are
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)

@@ -7,6 +7,7 @@ import control
 import numpy as np
 import pytest
 from every_law import yard
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import Poses, equilibrium, linear_model, modes
 from heavylift.kernel.description import (
     WORLD,
@@ -20,7 +21,6 @@ from heavylift.kernel.description import (
     RigidRope,
     System,
 )
-from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody import build_graph
 from heavylift.kernel.simulation.native import channels, published
 from linkages import windows

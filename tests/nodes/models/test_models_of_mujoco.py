@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 import pytest
 from heavylift import from_mujoco, linearise
+from heavylift.kernel import SceneError
 from heavylift.kernel.description import InputSignal, System
-from heavylift.kernel.errors import SceneError
 from heavylift.kernel.multibody import build_graph
 from heavylift.kernel.simulation import Simulation
 
