@@ -10,6 +10,7 @@ Lowest layer first
     run                     one run
     trace, measured         where the time of a run went; a run beside the log of a real crane
     sweeps                  many runs of one scene on any engine
+    workbench               a scene in a browser beside any editor
     commands, cli           the command `heavylift`; stopping: by signals
     face                    what `import heavylift` gives
 """

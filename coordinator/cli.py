@@ -38,7 +38,7 @@ def main() -> None:
         try:
             try:
                 signal.pthread_sigmask(signal.SIG_SETMASK, ())
-                from heavylift.coordinator.commands.common.ending import (
+                from heavylift.coordinator.commands.common.app import (
                     carry_out,  # takes a fifth of a second, in which Ctrl-C may come
                 )
 

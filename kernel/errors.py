@@ -18,7 +18,7 @@ import os
 from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -109,8 +109,21 @@ def extra(package: str, missing: HeavyliftError) -> Any:
         raise type(missing)(f"{package} is installed but fails ({message}); install another version of it") from None
 
 
+class PlacedFault(NamedTuple):
+    """A sentence about a place in a scene's files, line and column counted from 1; `path`: of the key."""
+
+    file: str
+    line: int
+    column: int
+    path: str
+    sentence: str
+    hint: str = ""
+
+
 class SceneError(HeavyliftError):
-    """The scene cannot be read or cannot be built."""
+    """The scene cannot be read or cannot be built; `faults`: those with a place in its text."""
+
+    faults: tuple[PlacedFault, ...] = ()
 
 
 class ModelError(HeavyliftError):

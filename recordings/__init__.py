@@ -22,14 +22,13 @@ if TYPE_CHECKING:
     from heavylift.recordings.format.digest import Digest
     from heavylift.recordings.format.samples import SampleChannel, SampleLayout
     from heavylift.recordings.format.schema import RecordedEvent
-    from heavylift.recordings.format.viewer_messages import Box, RopeLine
+    from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine
     from heavylift.recordings.read.container import FileChannel
     from heavylift.recordings.read.export import export
-    from heavylift.recordings.read.info import info, info_data
-    from heavylift.recordings.read.part import RecordedPart
     from heavylift.recordings.read.reader import Recording
     from heavylift.recordings.read.recover import Recovered, recover
-    from heavylift.recordings.read.signal import Signal
+    from heavylift.recordings.read.signal import RecordedPart, Signal
+    from heavylift.recordings.read.verdict import info, info_data
     from heavylift.recordings.render.compare import Difference, RecordingComparison, compare, overlay
     from heavylift.recordings.render.curves import curves
     from heavylift.recordings.render.plot import plot
@@ -37,27 +36,50 @@ if TYPE_CHECKING:
     from heavylift.recordings.render.view import view
     from heavylift.recordings.write.broadcast import Spectator
     from heavylift.recordings.write.outputs import file_path
-    from heavylift.recordings.write.rows import Peak
+    from heavylift.recordings.write.sink import Peak
     from heavylift.recordings.write.writer import Recorder
 
 __all__ = [
-    "Box", "Difference", "Digest", "FileChannel", "Peak", "RecordedEvent", "RecordedPart", "Recorder", "Recording",
-    "RecordingComparison", "Recovered", "RopeLine", "SampleChannel", "SampleLayout", "Signal", "Spectator", "compare",
-    "curves", "export", "file_path", "info", "info_data", "overlay", "plot", "recover", "report", "storyboard",
+    "Difference",
+    "Digest",
+    "DrawnBox",
+    "FileChannel",
+    "Peak",
+    "RecordedEvent",
+    "RecordedPart",
+    "Recorder",
+    "Recording",
+    "RecordingComparison",
+    "Recovered",
+    "RopeLine",
+    "SampleChannel",
+    "SampleLayout",
+    "Signal",
+    "Spectator",
+    "compare",
+    "curves",
+    "export",
+    "file_path",
+    "info",
+    "info_data",
+    "overlay",
+    "plot",
+    "recover",
+    "report",
+    "storyboard",
     "view",
 ]  # fmt: skip
 _NAMES: dict[str, tuple[str, ...]] = {
     "format.digest": ("Digest",),
     "format.samples": ("SampleChannel", "SampleLayout"),
     "format.schema": ("RecordedEvent",),
-    "format.viewer_messages": ("Box", "RopeLine"),
+    "format.viewer_messages": ("DrawnBox", "RopeLine"),
     "read.container": ("FileChannel",),
     "read.export": ("export",),
-    "read.info": ("info", "info_data"),
-    "read.part": ("RecordedPart",),
     "read.reader": ("Recording",),
     "read.recover": ("Recovered", "recover"),
-    "read.signal": ("Signal",),
+    "read.signal": ("RecordedPart", "Signal"),
+    "read.verdict": ("info", "info_data"),
     "render.compare": ("RecordingComparison", "Difference", "compare", "overlay"),
     "render.curves": ("curves",),
     "render.plot": ("plot",),
@@ -66,7 +88,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "documents": ("report",),
     "write.broadcast": ("Spectator",),
     "write.outputs": ("file_path",),
-    "write.rows": ("Peak",),
+    "write.sink": ("Peak",),
     "write.writer": ("Recorder",),
 }
 __getattr__ = on_demand(__name__, {name: f".{module}" for module, names in _NAMES.items() for name in names})

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import RecordingError
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
 @app.command()
 def info(file: o.File, as_json: o.Json = False) -> None:
     """Print what a recording contains.    heavylift info turnover.mcap"""
-    from heavylift.recordings import Recording, info_data
-    from heavylift.recordings import info as describe
+    from heavylift.recordings import Recording, info as describe, info_data
 
     rec = Recording(file)
     found = _verdict(rec)
@@ -46,9 +44,8 @@ def plot(
 
     With a second recording, both over one another: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
     """
-    from heavylift.coordinator.record.resting import at_rest
-    from heavylift.recordings import Recording, curves, overlay, storyboard
-    from heavylift.recordings import plot as tensions
+    from heavylift.coordinator.record.scene import at_rest
+    from heavylift.recordings import Recording, curves, overlay, plot as tensions, storyboard
     from heavylift.recordings.write.outputs import beside
 
     out = output or beside(file, "-lift.png" if lift else "-signals.png" if signals else ".png")
@@ -71,8 +68,7 @@ def plot(
 def view(
     file: o.File,
     other: Annotated[
-        Path | None,
-        typer.Argument(help="another recording, shown beside it", autocompletion=completing.recordings),
+        Path | None, typer.Argument(help="another recording, shown beside it", autocompletion=o.recording_files)
     ] = None,
     output: Annotated[Path | None, o.written_to("page; default NAME.html")] = None,
     force: o.Force = False,
@@ -81,8 +77,7 @@ def view(
 
     With a second recording, that one is beside it as glass and dashed curves.
     """
-    from heavylift.recordings import Recording
-    from heavylift.recordings import view as write
+    from heavylift.recordings import Recording, view as write
     from heavylift.recordings.write.outputs import beside
 
     out = write(file, output or beside(file, ".html"), _verdict(Recording(file)), force, other)
@@ -93,11 +88,10 @@ def view(
 def report(
     file: o.File,
     other: Annotated[
-        Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=completing.recordings)
+        Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=o.recording_files)
     ] = None,
     output: Annotated[
-        Path | None,
-        o.written_to("document: .html, .pdf, .xlsx, .json, .txt; drawings: .dxf; default NAME-report.html"),
+        Path | None, o.written_to("document: .html, .pdf, .xlsx, .json, .txt; drawings: .dxf; default NAME-report.html")
     ] = None,
     revision: Annotated[str, typer.Option("--revision", help="of the document, instead of the scene's")] = "",
     author: Annotated[str, typer.Option("--author", help="who prepared it, instead of the scene's")] = "",
@@ -108,13 +102,11 @@ def report(
 
     With a second recording, two alternatives beside each other: heavylift report lift.mcap slower.mcap
     """
-    from heavylift.recordings import Recording
-    from heavylift.recordings import report as write
+    from heavylift.recordings import Recording, report as write
     from heavylift.recordings.documents import alternatives, facts, report_sheet
     from heavylift.recordings.read.verdict import as_recorded, complaints
     from heavylift.recordings.sheets.sheet import data_of
-    from heavylift.recordings.sheets.writing import FORMATS
-    from heavylift.recordings.sheets.writing import write as write_sheet
+    from heavylift.recordings.sheets.writing import FORMATS, write as write_sheet
     from heavylift.recordings.write.outputs import beside, output_path
 
     every = [Recording(path) for path in (file, other) if path is not None]
@@ -170,8 +162,7 @@ def compare(
     as_json: o.Json = False,
 ) -> None:
     """Compare two runs: equal (exit code 0), or first difference (1).    heavylift compare a.mcap b.mcap"""
-    from heavylift.recordings import compare as side_by_side
-    from heavylift.recordings import overlay
+    from heavylift.recordings import compare as side_by_side, overlay
 
     found = side_by_side(a, b)
     if output is not None:
@@ -200,9 +191,7 @@ def export(
 def recover(
     file: Annotated[
         Path,
-        typer.Argument(
-            help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=completing.recordings
-        ),
+        typer.Argument(help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=o.recording_files),
     ],
     output: Annotated[Path | None, o.written_to("default NAME-recovered.mcap")] = None,
     force: o.Force = False,
@@ -241,7 +230,7 @@ def layout(
 ) -> None:
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording
-    from heavylift.recordings.render.lichtblick import LAYOUT
+    from heavylift.recordings.render.foxglove import LAYOUT
     from heavylift.recordings.write.outputs import beside
     from heavylift.recordings.write.partfile import written
 

@@ -5,7 +5,6 @@ from typing import Annotated
 
 import msgspec
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import ProtocolError
@@ -91,8 +90,7 @@ def step(
 @app.command()
 def command(
     run: Annotated[
-        str,
-        typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=completing.runs),
+        str, typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=o.run_names)
     ],
     words: Annotated[str, typer.Argument(help="target: what to do, as in the action list of a scene")],
     wait: Annotated[
@@ -115,9 +113,9 @@ def stop(run: o.Run = "", as_json: o.Json = False) -> None:
 
 def _order(run: str, do: str, as_json: bool, patience: float | None = None, **message: object) -> None:
     """Send an order; print what the run answers, a refusal as the sentence with which the command ends."""
-    from heavylift.coordinator.live.announce import Order, PATIENCE_s, ask
+    from heavylift.coordinator.live.announce import PATIENCE_s, RunOrder, ask
 
-    what = msgspec.convert({"do": do, **message}, Order)
+    what = msgspec.convert({"do": do, **message}, RunOrder)
     answer = ask(run, what, patience or PATIENCE_s, lambda text: typer.echo(text, err=True))
     if as_json:
         at = {} if answer.t_ns is None else {"t_s": answer.t_ns / 1e9}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +9,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 
@@ -99,7 +97,7 @@ def run(
         if accuracy and not loaded.facts.ask:
             loaded = load(scene, [*(sets or []), *given, f"ask=[{', '.join(MEANT)}]"])
         if drive:
-            from heavylift.coordinator.measured.driving import driven
+            from heavylift.coordinator.measured.mapping import driven
 
             loaded = driven(loaded, drive)
         loaded = (decided if decide else chosen)(loaded, lambda message: typer.echo(f"  {message}", err=True))
@@ -173,8 +171,7 @@ def branch(
     What if: up to there every event and sample must come again, else it is refused. The mechanics go on from the last
     checkpoint in the recording, or begin at the start where it has none for the changed scene.
     """
-    from heavylift.coordinator.run.branch import Branch
-    from heavylift.coordinator.run.branch import branch as simulate
+    from heavylift.coordinator.run.branch import Branch, branch as simulate
     from heavylift.coordinator.run.progress import Progress, summary
 
     what = Branch.of(file, at, sets or [], edited or None)
@@ -189,7 +186,7 @@ def resume(
     file: Annotated[
         Path,
         typer.Argument(
-            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings
+            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=o.recording_files
         ),
     ],
     output: Annotated[Path | None, o.written_to("default NAME-resumed.mcap")] = None,
@@ -205,8 +202,7 @@ def resume(
 
     with Processes(PRELOAD) as crew:
         from heavylift.coordinator.run.progress import Progress, summary
-        from heavylift.coordinator.run.resume import Beginning
-        from heavylift.coordinator.run.resume import resume as go_on
+        from heavylift.coordinator.run.resume import Beginning, resume as go_on
 
         begun = Beginning.of(file, crew.directory.path)
         with Progress(begun.scene.plan, as_json) as watch:
@@ -241,17 +237,10 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
     if not view:
         yield None
         return
-    import os
-    import webbrowser
-
     from heavylift.recordings.render.server import LivePage
 
     with LivePage() as page:
-        typer.echo(f"watch it at {page.url}", err=True)
-        if sys.stderr.isatty() and (
-            sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-        ):
-            webbrowser.open(page.url)
+        o.browse(page.url)
         yield page
 
 

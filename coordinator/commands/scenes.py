@@ -6,7 +6,6 @@ from typing import Annotated
 
 import msgspec
 import typer
-from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
@@ -57,8 +56,7 @@ def check(
 @app.command()
 def tree(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Print the tree of DEVS models.    heavylift tree turnover"""
-    from heavylift.nodes.models import tree as draw
-    from heavylift.nodes.models import tree_data
+    from heavylift.nodes.models import tree as draw, tree_data
 
     plan = o.scene_of(scene, sets).plan
     typer.echo(json.dumps(tree_data(plan)) if as_json else draw(plan))
@@ -85,9 +83,8 @@ def equations(
 def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
     from heavylift.coordinator.participants.mechanics_at import at_rest
-    from heavylift.kernel.analysis import modes as about
-    from heavylift.kernel.analysis import reactions
-    from heavylift.kernel.analysis.tables import statics_data, statics_text
+    from heavylift.kernel.analysis import modes as about, reactions
+    from heavylift.kernel.analysis.modes import statics_data, statics_text
 
     found, simulation = at_rest(o.scene_of(scene, sets), at, after)
     shown = found, reactions(simulation), about(simulation).growth
@@ -101,7 +98,7 @@ def modes(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json 
     """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
     from heavylift.coordinator.participants.mechanics_at import at_rest
     from heavylift.kernel.analysis import modes as about
-    from heavylift.kernel.analysis.tables import modes_data, modes_text
+    from heavylift.kernel.analysis.modes import modes_data, modes_text
 
     _, simulation = at_rest(o.scene_of(scene, sets), at, after)
     found = about(simulation)
@@ -112,8 +109,7 @@ def modes(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json 
 def tradeoff(
     scene: o.Scene,
     output: Annotated[
-        list[Path] | None,
-        o.written_to("report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html"),
+        list[Path] | None, o.written_to("report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html")
     ] = None,
     force: o.Force = False,
     ask: Annotated[str, typer.Option("--ask", help="what must be right: --ask 'rope tension, swing'")] = "",
@@ -177,7 +173,7 @@ def types(
 def new(
     name: Annotated[str, typer.Argument(help="of the scene; it is written to NAME.yaml")],
     like: Annotated[
-        str, typer.Option("--like", help="bundled scene that it begins as", autocompletion=completing.scenes)
+        str, typer.Option("--like", help="bundled scene that it begins as", autocompletion=o.scene_names)
     ] = "lift",
     crane: Annotated[str, typer.Option("--crane", help="crane type that lifts the blocks of --blocks")] = "",
     blocks: Annotated[str, typer.Option("--blocks", help="table of blocks in this folder, or blocks.csv#B17")] = "",
@@ -203,10 +199,37 @@ def new(
 
 
 @app.command()
+def workbench(
+    scene: Annotated[
+        str,
+        typer.Argument(
+            metavar="[FOLDER | SCENE]",
+            help="a folder with scenes, a scene file, or a bundled scene",
+            autocompletion=o.scene_names,
+        ),
+    ] = ".",
+) -> None:
+    """See and change scenes in a browser, drawn and checked with each save.    heavylift workbench my-lift.yaml
+
+    Any editor may change the files meanwhile. The page is for this machine only; Ctrl-C ends it.
+    """
+    from heavylift.kernel.errors import extra
+
+    for package in ("starlette", "uvicorn", "watchfiles"):
+        extra(
+            package,
+            SceneError("the workbench needs Starlette, uvicorn and watchfiles: pip install 'heavylift[workbench]'"),
+        )
+    from heavylift.coordinator.workbench.server import workbench as serve
+
+    serve(scene, o.browse)
+
+
+@app.command()
 def gallery(
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(help="scene files or names; default all bundled ones", autocompletion=completing.scenes),
+        typer.Argument(help="scene files or names; default all bundled ones", autocompletion=o.scene_names),
     ] = None,
     output: Annotated[Path, o.written_to("folder for GALLERY.md and pictures")] = Path("gallery"),
     force: o.Force = False,

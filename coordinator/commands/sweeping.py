@@ -56,8 +56,7 @@ def sweep(
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
     from heavylift.coordinator.sweeps.page import status_line, study_sheet
     from heavylift.coordinator.sweeps.summary import measured_error, summary
-    from heavylift.coordinator.sweeps.sweeping import sweep as run_all
-    from heavylift.coordinator.sweeps.sweeping import verified
+    from heavylift.coordinator.sweeps.sweeping import sweep as run_all, verified
     from heavylift.recordings.sheets.page import page_of
 
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)

@@ -20,7 +20,7 @@ from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated
 from heavylift.recordings import Recording
-from heavylift.recordings.read.extended import amended
+from heavylift.recordings.read.export import amended
 from heavylift.recordings.render.curves import larger
 
 from .choosing import chosen, tighter

@@ -14,7 +14,7 @@ from math import atan2, cos, dist, hypot, inf, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import JOINTS
 from heavylift.nodes.plan.actions import LiftedCondition, Move, Wait
 from heavylift.nodes.plan.fidelity import ASKABLE, SHORTEST, Asked
 from heavylift.nodes.plan.limit import Use

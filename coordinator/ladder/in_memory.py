@@ -35,7 +35,7 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
 from heavylift.recordings.format.samples import Columns
 from heavylift.recordings.read.verdict import RecordedVerdict
-from heavylift.recordings.write.rows import Peak, note_peaks
+from heavylift.recordings.write.sink import Peak, note_peaks
 from numpy.typing import NDArray
 
 CUT = "cut after"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 from heavylift.nodes.plan.fidelity import percent
-from heavylift.recordings.render.paper import save
+from heavylift.recordings.render.storyboard import save
 from heavylift.recordings.sheets.figures import BAND, COLOURS, LIMIT, PAPER, in_page, styled
 from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
 from heavylift.recordings.sheets.terminal import table_csv

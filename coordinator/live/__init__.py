@@ -2,7 +2,7 @@
 
     find("turnover.mcap")          the run that writes this recording; also by run id, by scene, or the only one
     observe(find())                all its events so far and then live, as (number, event)
-    order(find(), Order("pause"))  what the commands pause, step, continue, command and stop send
+    order(find(), RunOrder("pause"))  what the commands pause, step, continue, command and stop send
     operator_commands(recording)   what an operator said in a run, for run(..., commands=...)
 
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
@@ -15,20 +15,20 @@ keys, pace                           keys of the terminal; how fast a run goes, 
 
 from heavylift.kernel.on_demand import face
 
-from .announce import AnnouncedRun, Notice, Order, find, order, running
+from .announce import AnnouncedRun, Notice, RunOrder, find, order, running
 from .command_queue import TimedCommand, operator_commands
-from .observers import Ended, EventPublisher, Observer, observe, shown
+from .observers import EventPublisher, Observer, RunEnded, observe, shown
 from .pace import Pace, RealTime
 
 __all__ = [
     "AnnouncedRun",
-    "Ended",
     "EventPublisher",
     "Notice",
     "Observer",
-    "Order",
     "Pace",
     "RealTime",
+    "RunEnded",
+    "RunOrder",
     "TimedCommand",
     "find",
     "observe",

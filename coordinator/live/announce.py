@@ -20,8 +20,7 @@ from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 import zenoh
-from heavylift.coordinator.transport.frame import OPERATOR, key
-from heavylift.coordinator.transport.run_directory import places
+from heavylift.coordinator.transport.frame import OPERATOR, key, places
 from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError, path_text
 from heavylift.kernel.version import __version__, install
@@ -74,7 +73,14 @@ def announced(
 
 def running() -> list[AnnouncedRun]:
     """All runs in progress of this user, oldest first."""
-    return sorted(_running(), key=lambda found: (found.notice.started, found.notice.run))
+    found = []
+    for path in {path.resolve() for place in places() for path in Path(place).glob(f"heavylift-*/{NAME}")}:
+        try:
+            if path.stat().st_uid == os.getuid() and _locked(path):
+                found.append(AnnouncedRun(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent))
+        except (OSError, *UNREADABLE):  # it ends just now, or another version wrote it
+            continue
+    return sorted(found, key=lambda run: (run.notice.started, run.notice.run))
 
 
 def find(which: str = "") -> AnnouncedRun:
@@ -96,16 +102,6 @@ def find(which: str = "") -> AnnouncedRun:
     if file.is_file():
         raise ProtocolError(f"{which}: no run is writing it any more; `heavylift info {which}` lists its contents")
     raise ProtocolError(f"{which}: no run goes by this name; {'these go on' if runs else 'none goes on'}{_list(runs)}")
-
-
-def _running() -> Iterator[AnnouncedRun]:
-    seen = {path.resolve() for place in places() for path in Path(place).glob(f"heavylift-*/{NAME}")}
-    for path in seen:
-        try:
-            if path.stat().st_uid == os.getuid() and _locked(path):
-                yield AnnouncedRun(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent)
-        except (OSError, *UNREADABLE):  # it ends just now, or another version wrote it
-            continue
 
 
 def _same(recording: str, file: Path) -> bool:
@@ -135,7 +131,7 @@ PATIENCE_s = 30.0  # for the last reply: a command waits for the time at which i
 STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
-class Order(msgspec.Struct, frozen=True, omit_defaults=True):
+class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
     """Pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set the rate to
     `factor`.
 
@@ -158,7 +154,7 @@ class Reply(msgspec.Struct, frozen=True):
     last: bool = True
 
 
-def order(run: str | Path | AnnouncedRun, what: Order) -> str:
+def order(run: str | Path | AnnouncedRun, what: RunOrder) -> str:
     """Send an order to a run in progress; returns its answer, raises ProtocolError if it refuses."""
     answer = ask(run, what)
     if not answer.done:
@@ -167,7 +163,10 @@ def order(run: str | Path | AnnouncedRun, what: Order) -> str:
 
 
 def ask(
-    run: str | Path | AnnouncedRun, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
+    run: str | Path | AnnouncedRun,
+    what: RunOrder,
+    patience: float = PATIENCE_s,
+    hear: Callable[[str], None] | None = None,
 ) -> Reply:
     """Send an order to a run in progress and return its last reply; `hear` receives earlier ones.
 

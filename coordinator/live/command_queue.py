@@ -24,13 +24,12 @@ from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.supervision.journal import Journal, read
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, RecordingError, printable
-from heavylift.nodes.devs import Event, Tag, encode
-from heavylift.nodes.devs import encode as canonical
+from heavylift.nodes.devs import Event, Tag, encode, encode as canonical
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.write.outputs import COMMANDS
 
-from .announce import Order, Reply
+from .announce import Reply, RunOrder
 from .pace import Tempo
 
 
@@ -78,7 +77,7 @@ STOP = "stop"  # in place of the words of a command: the end of the run
 
 
 class Asked(NamedTuple):
-    """An encoded Order and the receiver of its replies."""
+    """An encoded RunOrder and the receiver of its replies."""
 
     order: bytes
     reply: Callable[[Reply], None]
@@ -122,7 +121,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         while self._asked:
             asked = self._asked.popleft()
             try:
-                text = self._execute(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
+                text = self._execute(msgspec.msgpack.decode(asked.order, type=RunOrder), core, asked)
             except HeavyliftError as error:
                 asked.reply(Reply(False, str(error)))
             except UNREADABLE as error:
@@ -173,7 +172,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
 
         self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
 
-    def _execute(self, order: Order, core: OpenCoordinator, asked: Asked) -> Reply | None:
+    def _execute(self, order: RunOrder, core: OpenCoordinator, asked: Asked) -> Reply | None:
         """Carry out an order; None if its answer comes later."""
         tempo = self._tempo
         match order.do:

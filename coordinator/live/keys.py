@@ -12,13 +12,12 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from threading import Event as Flag
-from threading import Thread
+from threading import Event as Flag, Thread
 from typing import Self
 
 import msgspec
 
-from .announce import Order
+from .announce import RunOrder
 from .command_queue import Asked, CommandQueue
 
 
@@ -88,18 +87,18 @@ class Keys:
             if order := self._order(self._keyboard.wait(POLL_s)):
                 self._queue.ask(Asked(msgspec.msgpack.encode(order), lambda reply: self._report(reply.said)))
 
-    def _order(self, key: str) -> Order | None:
+    def _order(self, key: str) -> RunOrder | None:
         match key:
             case " ":
                 self._paused = not self._paused
-                return Order("pause" if self._paused else "continue")
+                return RunOrder("pause" if self._paused else "continue")
             case "s" | ".":
                 self._paused = True
-                return Order("step")
+                return RunOrder("step")
             case "+":
-                return Order("rate", factor=FASTER)
+                return RunOrder("rate", factor=FASTER)
             case "-":
-                return Order("rate", factor=1 / FASTER)
+                return RunOrder("rate", factor=1 / FASTER)
             case "q":
-                return Order("stop")
+                return RunOrder("stop")
         return None

@@ -9,9 +9,8 @@ As a line for people: 9.032650 s  take up slack  west.report  RopeState west.H1:
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
-from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +23,14 @@ from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event, Message
 from heavylift.nodes.models.parts import messages
+from heavylift.recordings.format.text import LISTED
 
 from .announce import AnnouncedRun, Notice, announced, find
 
 EVENTS = "events.journal"
 
 
-class Ended(msgspec.Struct, frozen=True):
+class RunEnded(msgspec.Struct, frozen=True):
     """End of a run: "finished", or "failed" with the reason; simulation time [s]."""
 
     status: str
@@ -39,11 +39,11 @@ class Ended(msgspec.Struct, frozen=True):
 
 
 _ENCODER = msgspec.msgpack.Encoder()
-_EVENT, _ENDED = msgspec.msgpack.Decoder(Event), msgspec.msgpack.Decoder(Ended)
+_EVENT, _ENDED = msgspec.msgpack.Decoder(Event), msgspec.msgpack.Decoder(RunEnded)
 ARRAY = 0x90  # the first half-byte of a short array in MessagePack
 
 
-def entry(data: bytes) -> Event | Ended:
+def entry(data: bytes) -> Event | RunEnded:
     """Decode an entry of the journal: an array is an event, a map the end."""
     return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
 
@@ -72,16 +72,13 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
     def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)
         self.show()
-        self._journal.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
+        self._journal.append(_ENCODER.encode(RunEnded(status, self.last_ns * 1e-9, reason)))
         self._journal.close()
 
 
 @contextmanager
 def shown(
-    hub: Hub | LocalHub,
-    name: str,
-    recording: Path | None,
-    turning: Iterable[str] = (),
+    hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
     """Publish the events of run `name`; `turning`: actuators whose coordinate is an angle."""
     if isinstance(hub, LocalHub):
@@ -139,7 +136,7 @@ class Observer(Iterator[tuple[int, Event]]):
 
     def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
-        self.ended = Ended("failed", 0.0, "its coordinator was killed")
+        self.ended = RunEnded("failed", 0.0, "its coordinator was killed")
         self._journal = JournalReader(found.directory / EVENTS)
         self._events = self._follow()
 
@@ -152,10 +149,10 @@ class Observer(Iterator[tuple[int, Event]]):
             while alive:
                 alive = self.found.lives
                 for text in map(entry, journal):
-                    if isinstance(text, Ended):
+                    if isinstance(text, RunEnded):
                         self.ended = text
                         return
-                    self.ended = Ended("failed", text.t * 1e-9, self.ended.reason)
+                    self.ended = RunEnded("failed", text.t * 1e-9, self.ended.reason)
                     yield number, text
                     number += 1
                 time.sleep(LOOK_s)
@@ -164,33 +161,6 @@ class Observer(Iterator[tuple[int, Event]]):
 def observe(run: str | Path | AnnouncedRun = "") -> Observer:
     """Observe all events of a run in progress as (number, event), from 0; `run` as of `find`."""
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
-
-
-LISTED: dict[str, Callable[[dict[str, Any]], str]] = {  # events that planners follow, in their words
-    "Stage": lambda x: f"stage {x['name']} begins" if x["name"] else "",
-    "RopeState": lambda x: f"{x['actor']} {x['state']}",
-    "Hooked": lambda x: f"{x['actor']} hooked to {x['lug']}",
-    "Unhooked": lambda x: f"{x['actor']} unhooked",
-    "Overload": lambda x: (
-        f"load of {x['actor']} {'above' if x['over'] else 'back below'} its rated "
-        f"{x['rated'] / 1e3:.1f} kN: {x['tension'] / 1e3:.1f} kN"
-    ),
-    "Tripped": lambda x: f"interlock {x['actor']} {'tripped' if x['over'] else 'reset'}{', bypassed' * x['bypassed']}",
-    "Limit": lambda x: f"{x['actor']} stopped: {x['limit']}",
-    "Lifted": lambda x: f"{x['actor']} lifted off",
-    "Touched": lambda x: f"{x['actor']} touches {x['support']}",
-    "Landed": lambda x: f"{x['actor']} landed on its {x['face']} face",
-    "Attitude": lambda x: (
-        f"{x['actor']} turned to {turn} deg" if (turn := round(degrees(x["angle"]))) % 30 == 0 else ""
-    ),
-    "BrakeState": lambda x: f"{x['actor']} {'engaged' if x['engaged'] else 'released'}",
-    "Begun": lambda x: f"lift {x['actor']} begins",
-    "Ended": lambda x: f"lift {x['actor']} done",
-    "OperatorCommand": lambda x: f"operator: {x['text']}",
-    "OperatorAnswer": lambda x: x["refused"] or x["text"],
-    "Skipped": lambda x: f"{x['actor']}: its condition held already, not moved",
-    "Finished": lambda _: "action list done",
-}
 
 
 class Lines:

@@ -4,7 +4,6 @@ mapping          which column of a log is which channel of a recording, with uni
 validation       where in the run the log begins; comparison errors and their uncertainty, after ASME V&V 20
 estimation       inputs of the scene that the log tells, and those that it does not
 measuring        all of it for one recording and one log
-driving          drives of a run that follow a log
 """
 
 from heavylift.kernel.on_demand import face

@@ -14,9 +14,8 @@ from heavylift.nodes.scene.inputs import inputs, uncertain_inputs
 from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.source import read
 from heavylift.recordings import Recording, file_path
-from heavylift.recordings.read.extended import extended
-from heavylift.recordings.write.outputs import beside as named_beside
-from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.read.export import extended
+from heavylift.recordings.write.outputs import beside as named_beside, output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 

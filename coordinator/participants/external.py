@@ -14,8 +14,7 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import ModelError, ProtocolError, printable
 from heavylift.nodes.devs import Event, Message, Model, OutPort, decode, encode
 
-from .parts import ExternalModel, ExternalPart
-from .parts import encode as part
+from .parts import ExternalModel, ExternalPart, encode as part
 
 SPEAKS = f"wire {WIRE}"  # the version that such a node says in its HELLO
 SHOWN = 64  # characters of what it says of itself

@@ -24,7 +24,7 @@ from weakref import ref
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Message, Model, Out, Port
 from heavylift.nodes.devs.execution.flatten import tree
-from heavylift.nodes.devs.execution.purity import image
+from heavylift.nodes.devs.execution.rules import image
 from heavylift.nodes.devs.models import Present, out_of_reach
 
 _FIXED = {"__class__", "_path", "name", "parent", "path"}

@@ -22,8 +22,7 @@ from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.protocol.node import Node, failure
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.kernel.version import __version__
-from heavylift.nodes.devs import Message, Simulator, Tag, Transition, encode
-from heavylift.nodes.devs import decode as decode_message
+from heavylift.nodes.devs import Message, Simulator, Tag, Transition, decode as decode_message, encode
 
 from . import parts
 

@@ -15,7 +15,7 @@ import numpy as np
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.nodes.devs import Event, Message, Slack, Tag
 from heavylift.recordings import SampleLayout
-from heavylift.recordings.format.failures import BROKEN
+from heavylift.recordings.format.mcapfile import BROKEN
 from heavylift.recordings.format.samples import Columns, SamplerNote, decode_batch
 from numpy.typing import NDArray
 

@@ -10,10 +10,9 @@ from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
 from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.memory import turns
 from heavylift.coordinator.protocol.messages import Bye, Hello, Stop
 from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.protocol.outside import OpenCoordinator, turns
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on

@@ -2,9 +2,8 @@
 
 run_record                any run: events, protocol traffic, where the wall time went, the reason of its end
 facts               what a recording says of its scene at the start; the balance of energy
-scene               the run of a scene: samples, pictures, the energy balance
+scene               the run of a scene: samples, pictures; what ropes would carry at rest
 drawing             what viewers draw
-resting             what ropes would carry at rest, at the times of a run
 """
 
 from heavylift.kernel.on_demand import face

@@ -6,21 +6,20 @@ A point mass is a ball of steel; a slender body gets a thickness.  Thin rods lea
 mass and to the joints that it carries, so that a mechanism is seen as it is connected.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
-from heavylift.kernel.description import contacts as contact
-from heavylift.kernel.description.forces import Spring
+from heavylift.kernel.description.forces import Ball, Box, Plane, Shape, Spring
 from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
-from heavylift.nodes.plan.plan import Actuator, Plan, Shape
+from heavylift.nodes.plan.plan import Actuator, Plan, Shape as OwnShape
 from heavylift.nodes.plan.shapes import Shapes, Solid
-from heavylift.recordings import Box, RopeLine
+from heavylift.recordings import DrawnBox, RopeLine
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -34,22 +33,22 @@ ANCHOR = 1 / 25  # edge of the block that shows where the world carries a joint,
 SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
-def shapes_of(system: System, drawn: Sequence[Shape] = ()) -> list[Box]:
+def shapes_of(system: System, drawn: Sequence[OwnShape] = ()) -> list[DrawnBox]:
     """Shapes of all bodies of a mechanism and of touchable parts of the world; `drawn`: bodies with boxes of their
     own."""
-    touching: dict[str, list[contact.Shape]] = {}
+    touching: dict[str, list[Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
             touching[shape.body].append(shape)
-    edges = [max(s.size) if isinstance(s, contact.Box) else 2 * s.radius for c in system.contacts for s in (c.a,)]
+    edges = [max(s.size) if isinstance(s, Box) else 2 * s.radius for c in system.contacts for s in (c.a,)]
     slab = SLAB * (max(edges, default=1.0) or 1.0)
     out = [box for shape in touching.get(WORLD, []) for box in _contact(shape, GREY, slab)]
     arms = [*(b.com for b in system.bodies), *(j.p_PJ for j in system.joints)]
     edge = ANCHOR * max((float(np.linalg.norm(p)) for p in arms), default=1.0) or 0.1
     free = {shape.body for shape in drawn} | {j.child for j in system.joints if j.kind == "free"}
     anchors = dict.fromkeys(j.p_PJ for j in system.joints if j.parent == WORLD and j.child not in free)
-    out += [Box(WORLD, p, (edge, edge, edge), GREY) for p in anchors]
-    out += [Box(shape.body, shape.centre, shape.size, YELLOW) for shape in drawn]
+    out += [DrawnBox(WORLD, p, (edge, edge, edge), GREY) for p in anchors]
+    out += [DrawnBox(shape.body, shape.centre, shape.size, YELLOW) for shape in drawn]
     known = {shape.body for shape in drawn}
     for body in (body for body in system.bodies if body.name not in known):
         solid = [box for shape in touching.get(body.name, []) for box in _contact(shape, BLUE, slab)] or list(
@@ -61,38 +60,40 @@ def shapes_of(system: System, drawn: Sequence[Shape] = ()) -> list[Box]:
     return out
 
 
-def _contact(shape: contact.Shape, colour: tuple[float, float, float, float], slab: float) -> Iterator[Box]:
+def _contact(shape: Shape, colour: tuple[float, float, float, float], slab: float) -> Iterator[DrawnBox]:
     match shape:
-        case contact.Ball():
+        case Ball():
             if shape.radius > 0.0:
-                yield Box(shape.body, shape.p, (2 * shape.radius,) * 3, colour, kind="ball")
-        case contact.Box():
-            yield Box(shape.body, shape.p, shape.size, colour, _quaternion(np.array(shape.R)))
-        case contact.Plane():
+                yield DrawnBox(shape.body, shape.p, (2 * shape.radius,) * 3, colour, kind="ball")
+        case Box():
+            yield DrawnBox(shape.body, shape.p, shape.size, colour, _quaternion(np.array(shape.R)))
+        case Plane():
             n = np.array(shape.normal) / np.linalg.norm(shape.normal)
             thick = slab / 400
             x, y, z = np.array(shape.p) - n * thick / 2
-            yield Box(shape.body, (float(x), float(y), float(z)), (slab, slab, thick), (*colour[:3], GLASS), _onto(n))
+            yield DrawnBox(
+                shape.body, (float(x), float(y), float(z)), (slab, slab, thick), (*colour[:3], GLASS), _onto(n)
+            )
 
 
-def _solid(body: Body) -> Iterator[Box]:
+def _solid(body: Body) -> Iterator[DrawnBox]:
     """What shows the mass of a body."""
     if body.flexible is not None and body.flexible.beam is not None:
         length = body.flexible.beam.length
-        yield Box(body.name, (length / 2, 0.0, 0.0), (length, length * SLENDER / 2, length * SLENDER / 2), BLUE)
+        yield DrawnBox(body.name, (length / 2, 0.0, 0.0), (length, length * SLENDER / 2, length * SLENDER / 2), BLUE)
     if body.flexible is not None and body.flexible.nodal is not None:
         nodes = np.array(body.flexible.nodal.nodes)
         edge = max(float(np.ptp(nodes, axis=0).max()), 1e-3) * SLENDER
-        yield from (Box(body.name, (x, y, z), (edge,) * 3, BLUE) for x, y, z in nodes.tolist())
+        yield from (DrawnBox(body.name, (x, y, z), (edge,) * 3, BLUE) for x, y, z in nodes.tolist())
     if body.mass <= 0.0:
         return
     size, turn = equivalent_box(body)
     if max(size) == 0.0:
         diameter = (6.0 * body.mass / (np.pi * STEEL_DENSITY)) ** (1 / 3)
-        yield Box(body.name, body.com, (diameter,) * 3, BLUE, kind="ball")
+        yield DrawnBox(body.name, body.com, (diameter,) * 3, BLUE, kind="ball")
     else:
         x, y, z = (max(s, SLENDER * max(size)) for s in size)
-        yield Box(body.name, body.com, (x, y, z), BLUE, turn)
+        yield DrawnBox(body.name, body.com, (x, y, z), BLUE, turn)
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
@@ -108,12 +109,12 @@ def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float,
     return (x, y, z), _quaternion(axes)
 
 
-def _rod(body: str, end: Vector) -> Iterator[Box]:
+def _rod(body: str, end: Vector) -> Iterator[DrawnBox]:
     """A thin cylinder from the origin of a body's frame to a point."""
     length = float(np.linalg.norm(end))
     if length > 1e-6:
         x, y, z = (v / 2 for v in end)
-        yield Box(
+        yield DrawnBox(
             body, (x, y, z), (ROD * length, ROD * length, length), ROD_COLOUR, _onto(np.array(end) / length), "cylinder"
         )
 
@@ -139,16 +140,17 @@ STEEL, CARRIED = (0.93, 0.68, 0.13, 1.0), (0.25, 0.45, 0.65, 1.0)  # what stands
 COLOURS = {"hanging": (0.13, 0.48, 0.46, 1.0), "block": (0.72, 0.27, 0.20, 1.0)}
 
 
-def boxes(plan: Plan) -> list[Box]:
+def boxes(plan: Plan) -> list[DrawnBox]:
     """All drawn boxes of a plan; machines and blocks have their collision shapes."""
-    out, shapes, others = _rails(plan), Shapes(plan), {mechanism.name for mechanism in plan.mechanisms}
-    for solid in (solid for solid in shapes.solids if solid.machine and solid.machine not in others):
+    lifting = (m for m in plan.machines if m.girders or m.cargo or any(not tie.rigging for tie in m.ties))
+    out, shapes, own = _rails(plan), Shapes(plan), {machine.name for machine in lifting}
+    for solid in (solid for solid in shapes.solids if solid.machine in own):
         if solid.kind != "stools":
             colour = COLOURS.get(solid.kind, STEEL if shapes.depth(solid.body) == 1 else CARRIED)
-            out.append(Box(solid.body, solid.centre, solid.size, colour))
+            out.append(DrawnBox(solid.body, solid.centre, solid.size, colour))
         if solid.kind == "block":
             out.append(_deck(solid))
-    return [*out, *(box for mechanism in plan.mechanisms for box in shapes_of(mechanism.system, mechanism.shapes))]
+    return [*out, *(box for m in plan.machines if m.name not in own for box in shapes_of(m.system, m.shapes))]
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
@@ -158,8 +160,9 @@ def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
         far = max(max(abs(c.at[0] + c.gantry.start - x), abs(c.at[1] + r - y)) for c in cranes)
         return (x, y, 0.6 * r), 1.3 * r + (far if plan.lists else 0.0)
-    arms = [p for m in plan.mechanisms for p in (*(b.com for b in m.system.bodies), *(j.p_PJ for j in m.system.joints))]
-    reach = sum(hypot(*p) for p in arms) / max(1, len(plan.mechanisms))
+    others = [m for m in plan.machines if not m.cargo]
+    arms = [p for m in others for p in (*(b.com for b in m.system.bodies), *(j.p_PJ for j in m.system.joints))]
+    reach = sum(hypot(*p) for p in arms) / max(1, len(others))
     return (0.0, 0.0, 0.0), max(reach, 1.0)
 
 
@@ -174,7 +177,7 @@ class _DrawnPortal:
 
 def _on_rails(plan: Plan) -> list[_DrawnPortal]:
     found = []
-    for machine in (machine for machine in plan.levelled if machine.girders):
+    for machine in (machine for machine in plan.machines if machine.girders):
         body = {x.name: x for x in machine.system.bodies}[machine.girders[0].body]
         joint = next(joint for joint in machine.system.joints if joint.child == body.name)
         drive = next(drive.name for drive in machine.system.drives if drive.joint == joint.name)
@@ -182,29 +185,29 @@ def _on_rails(plan: Plan) -> list[_DrawnPortal]:
     return found
 
 
-def _rails(plan: Plan) -> list[Box]:
+def _rails(plan: Plan) -> list[DrawnBox]:
     """Two rails along x over the travel of a crane."""
     if not (cranes := _on_rails(plan)):
         return []
     low = min(c.at[0] + (c.gantry.lower or 0.0) for c in cranes) - OVERHANG
     high = max(c.at[0] + (c.gantry.upper or 0.0) for c in cranes) + OVERHANG
     spans = sorted({c.at[1] + y for c in cranes for y in (2.0 * c.main.com[1], 0.0)})
-    return [Box("world", ((low + high) / 2, y, RAIL / 4), (high - low, RAIL, RAIL / 2), GREY) for y in spans]
+    return [DrawnBox("world", ((low + high) / 2, y, RAIL / 4), (high - low, RAIL, RAIL / 2), GREY) for y in spans]
 
 
-def _deck(block: Solid) -> Box:
+def _deck(block: Solid) -> DrawnBox:
     """A dark deck that shows which face of the block was up."""
     (x, y, z), (a, b, c) = block.centre, block.size
-    return Box(block.body, (x, y, z + c / 2 - 0.48 * DECK), (1.002 * a, 1.002 * b, DECK), DARK)
+    return DrawnBox(block.body, (x, y, z + c / 2 - 0.48 * DECK), (1.002 * a, 1.002 * b, DECK), DARK)
 
 
 class RopeLines:
-    """The rope lines of the scene at the present time."""
+    """The rope lines of the scene at the present time; `bent`: on beams referred to the stations of a run's samples."""
 
-    def __init__(self, systems: list[System]) -> None:
+    def __init__(self, systems: list[System], bent: bool = True) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
         flexible = ((b.name, b.flexible) for s in systems for b in s.bodies if b.flexible)
-        self._beams = {body for body, x in flexible if x.beam and x.frame != "free"}
+        self._beams = {body for body, x in flexible if bent and x.beam and x.frame != "free"}
         self._lines = {r.name: tuple(Line(self._station(x.a), self._station(x.b)) for x in r.lines) for r in ropes}
         self._hooked = {r.name: r.hooked for r in ropes}
         self._over = {r.name: r for s in systems for r in s.reevings if r.edges}
@@ -249,6 +252,15 @@ class RopeLines:
                 x, y, z = (p + along * n for p, n in zip(s.at.p, s.axis, strict=True))
                 at.append(Point(s.at.body, (x, y, z)))
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
+
+    def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
+        """The lines of all ropes, those of `ties` down to their lugs; None: not hooked."""
+        for rope, lug in ties.items():
+            self._hooked[rope] = lug is not None
+            if lug is not None:
+                *upper, last = self._lines[rope]
+                self._lines[rope] = (*upper, Line(last.a, lug))
+        return self.drawn()
 
     def drawn(self) -> list[RopeLine]:
         """The lines of all hooked ropes."""

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -> dict[str, object]:
     """All facts by name."""
-    plan = scene.plan
+    plan, asked = scene.plan, scene.facts.ask
     return {
         "scene": plan.name,
         "seed": plan.seed,
         **({"project": scene.facts.project} if scene.facts.project else {}),
-        **_asked(scene),
-        "modelled": omissions_of(plan),
+        **({"asked": ", ".join(asked), "accuracy": f"{100 * scene.facts.accuracy:.6g} %"} if asked else {}),
+        "modelled": f"left out: {', '.join(out)}" if (out := left_out(plan)) else "as it is written",
         "errors": scene.errors,
         "tolerance": f"{plan.tolerance:.6g}",
         "method": plan.method,
@@ -44,19 +44,6 @@ def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -
         "supports": supports(plan),
         BEAMS: hanging(plan),
     }
-
-
-def omissions_of(plan: Plan) -> str:
-    """What its fidelity leaves out."""
-    out = left_out(plan)
-    return f"left out: {', '.join(out)}" if out else "as it is written"
-
-
-def _asked(scene: "LoadedScene") -> dict[str, object]:
-    """Quantities and accuracy that a scene requests."""
-    if not scene.facts.ask:
-        return {}
-    return {"asked": ", ".join(scene.facts.ask), "accuracy": f"{100 * scene.facts.accuracy:.6g} %"}
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:

@@ -1,4 +1,7 @@
-"""What the run of a scene puts on record beside any run's: facts, samples, what is drawn, the energy balance."""
+"""What the run of a scene puts on record beside any run's: facts, samples, what is drawn, the energy balance.
+
+What each rope of a recorded lift would carry at rest: tensions of the equilibrium path at the times of the run.
+"""
 
 import time
 from bisect import bisect_left
@@ -14,18 +17,19 @@ from heavylift.coordinator.live.pace import Lateness
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
-from heavylift.coordinator.verdict.conduct import Conduct
+from heavylift.coordinator.verdict.conduct import Conduct, conduct_of
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError, path_text
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
-from heavylift.nodes.plan.plan import encode
-from heavylift.recordings import SampleLayout, Spectator
+from heavylift.nodes.plan.plan import decode, encode
+from heavylift.nodes.statics import follow
+from heavylift.recordings import Recording, SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
 from heavylift.recordings.read.verdict import RecordedVerdict
-from heavylift.recordings.render.lichtblick import LAYOUT, layout
+from heavylift.recordings.render.foxglove import LAYOUT, layout
 from numpy.typing import NDArray
 
 from .drawing import RopeLines, boxes, surroundings
@@ -245,3 +249,27 @@ class Record(FileRecorder):
             for name, p in self.recorder.peaks.items()
         ]
         self._page.end(status, message, peaks, str(self.recorder.path))
+
+
+StaticTensions = tuple[NDArray[np.float64], NDArray[np.float64]]  # (n,) times [s], (n,) tensions at rest [N]
+
+
+def at_rest(rec: Recording) -> dict[str, StaticTensions]:
+    """Static tension of each rope along the action list; empty for a recording without a plan.
+
+    The path knows when each action begins without inertia, the run when it did: between them time is stretched.
+    """
+    try:
+        plan = decode(rec.attachments[RESOLVED])
+        path = follow(plan)
+    except (KeyError, HeavyliftError, *UNREADABLE):
+        return {}
+    began = {number: t for t, number, _ in reversed(conduct_of(rec).stages)}
+    known = [(acted.t, began[i]) for i, acted in enumerate(path.acted) if i in began]
+    if plan.lists or not known or not path.states:
+        return {}
+    ends = (path.states[-1].t, known[-1][1] + path.states[-1].t - known[-1][0])
+    nominal, actual = np.array([*known, ends]).T
+    t = np.interp([state.t for state in path.states], nominal, actual)
+    ropes = path.states[0].tensions
+    return {rope: (t, np.array([state.tensions[rope] for state in path.states])) for rope in ropes}

@@ -1,8 +1,7 @@
 """A recording played again: for observers, for one model; the whole of it for proof is `coordinator.run.verify`.
 
 recorded    what a recording holds, as the models and the events that the run was made of
-replay_page     the same for the page that shows runs
-publish     the committed events and samples over Zenoh, at any rate, with keys
+publish     the committed events and samples over Zenoh, at any rate, with keys; the same for the page that shows runs
 deviation   where a new run parts from a recorded one; one model for real against the recorded rest
 """
 

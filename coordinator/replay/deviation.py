@@ -119,11 +119,6 @@ def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
     return None if t_ns is None else Deviation(t_ns, 0, "/samples", None, "a row")
 
 
-def first_of(*found: Deviation | None) -> Deviation | None:
-    """The earliest of some deviations."""
-    return min((x for x in found if x), key=lambda x: (x.t_ns, x.microstep), default=None)
-
-
 def single(run: RecordedRun, name: str) -> ReplayResult:
     """Run one model against the recording; RecordingError if the recording has no such model."""
     try:
@@ -140,7 +135,8 @@ def single(run: RecordedRun, name: str) -> ReplayResult:
     if isinstance(model, KernelNode):
         if found is None:
             model.finish(end)
-        found = first_of(found, sample_apart(run, model.layout(), batches))
+        both = (x for x in (found, sample_apart(run, model.layout(), batches)) if x)
+        found = min(both, key=lambda x: (x.t_ns, x.microstep), default=None)
     return ReplayResult(follower.count, found)
 
 

@@ -4,6 +4,11 @@ A replay is a run to whoever observes it: a run id and a private socket of its o
     heavylift/<run>/event/<model path>/<port>      canonical bytes of the message, as in the run
     heavylift/<run>/sample/<topic>                 the recorded protobuf message: samples, poses, rope lines
 What has one time is published together, events in their total order before the samples.
+
+A replay in the page that shows runs while they go on: what is recorded of the lift, handed over at its times.
+
+The page gets what a run would give it: facts, columns and boxes first, then events as they are said, samples and
+changes of ropes when the replay has reached them.
 """
 
 import time
@@ -18,12 +23,15 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 import msgspec
+import numpy as np
 from heavylift.coordinator.live import shown
 from heavylift.coordinator.live.keys import Keyboard
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Event, seconds
-from heavylift.recordings import RecordedEvent
+from heavylift.recordings import RecordedEvent, Spectator
+from heavylift.recordings.read.verdict import recorded_peaks
+from heavylift.recordings.render.view import sample_rows
 
 from .recorded import RecordedRun, plain
 
@@ -175,3 +183,41 @@ class Player:
                 self.rate /= FASTER
             case "q":
                 self.over = True
+
+
+class ReplayPage:
+    """Streams a replay to the page from `start` [ns] on; `end` closes it."""
+
+    def __init__(self, run: RecordedRun, page: Spectator, start: int = 0) -> None:
+        self._page, self._recording = page, run.recording
+        rec = self._recording
+        layout, t, self._rows = sample_rows(rec)
+        self._times = np.rint(t * 1e9).astype(np.int64)
+        self._next = int(np.searchsorted(self._times, start))
+        rigs = rec.rigs()
+        self._rigs = [rig for rig in rigs if rig.t_ns > start]
+        self._rated = rec.fact("rated", {})
+        before = [rig.lines for rig in rigs if rig.t_ns <= start]
+        facts = {**rec.run, "rated": self._rated, "supports": rec.fact("supports", [])}
+        page.begin(facts, layout, rec.boxes(), before[-1] if before else [])
+
+    def event(self, e: Event) -> None:
+        """Send an event."""
+        self._page.event(e.t, e.source, e.port, e.type, e.payload)
+
+    def reached(self, t_ns: int) -> None:
+        """Send the samples up to this simulation time [ns], and the present rope lines."""
+        end = int(np.searchsorted(self._times, t_ns, side="right"))
+        if end > self._next:
+            part = slice(self._next, end)
+            self._page.samples(self._times[part].tolist(), self._rows[part])
+            self._next = end
+        while self._rigs and self._rigs[0].t_ns <= t_ns:
+            rig = self._rigs.pop(0)
+            self._page.ropes(rig.t_ns, rig.lines)
+
+    def end(self) -> None:
+        """End of the replay: send the peaks of the whole run."""
+        peaks = recorded_peaks(self._recording)
+        rows = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
+        self._page.end("replayed", {}, rows, str(self._recording.path))

@@ -101,9 +101,9 @@ def _of_plan(plan: Plan) -> RecordedModels:
 
 def _kind(machine: Mechanism) -> str:
     """The word for a machine before its name; "" for a block."""
-    if not machine.levels:
-        return "mechanism"
-    return "crane" if machine.hooks or machine.girders else "" if machine.cargo else BEAM
+    if machine.hooks or machine.girders:
+        return "crane"
+    return "" if machine.cargo else BEAM if any(not tie.rigging for tie in machine.ties) else "mechanism"
 
 
 def _of_model(reference: str, by: str, microsteps: int, stop: str) -> RecordedModels:

@@ -32,7 +32,7 @@ from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan, decode, functions
 from heavylift.nodes.scene import LoadedScene, parse, restored
 from heavylift.recordings import Recording, file_path, recover
-from heavylift.recordings.format.failures import BROKEN
+from heavylift.recordings.format.mcapfile import BROKEN
 from heavylift.recordings.write.outputs import PART, beside
 
 from .scene import run

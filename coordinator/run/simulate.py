@@ -42,7 +42,7 @@ from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import meant
 from heavylift.recordings.read.signal import Signal, titles
 from heavylift.recordings.read.verdict import RecordedVerdict
-from heavylift.recordings.write.rows import Peak
+from heavylift.recordings.write.sink import Peak
 from numpy.typing import NDArray
 
 from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed

@@ -40,8 +40,7 @@ from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import FOREVER, Event, Tag, encode, seconds
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
-from heavylift.nodes.plan.plan import Plan, decode, functions
-from heavylift.nodes.plan.plan import encode as plan_bytes
+from heavylift.nodes.plan.plan import Plan, decode, encode as plan_bytes, functions
 from heavylift.nodes.scene import LoadedScene, restored
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import SampleLayout

@@ -24,7 +24,7 @@ from queue import SimpleQueue
 from typing import IO, TYPE_CHECKING
 
 from heavylift.coordinator.stopping import open_streams, whole
-from heavylift.coordinator.transport.run_directory import RunDirectory
+from heavylift.coordinator.transport.frame import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 
 from .hash_seed import SEED

@@ -63,12 +63,8 @@ def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadde
     """The measured scene with the cost of distribution."""
     scene = chosen(scene)
     rows = distributed(scene)
-    return replace(measured, held=held_forces(scene, rows[0].simulated_s), distributed=rows)
-
-
-def held_forces(scene: LoadedScene, lasts: float) -> list[Held]:
-    """The pairs on the hook ropes of a scene with forces held over several times; `lasts`: duration of its run [s]."""
-    return [held(pair, h, lasts) for pair in hanging(scene) for h in EXCHANGES]
+    forces = [held(pair, h, rows[0].simulated_s) for pair in hanging(scene) for h in EXCHANGES]
+    return replace(measured, held=forces, distributed=rows)
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:

@@ -140,10 +140,7 @@ def _arrows(timeline: Timeline, where: dict[str, tuple[int, int]]) -> list[Entry
     for node, lane in timeline.lanes.items():
         pid, tid = where[node]
         for g in lane.grants:
-            for kind, at, (a, b) in (
-                ("GRANT", g.begin, ((1, 1), (pid, tid))),
-                ("DONE", g.end, ((pid, tid), (1, 1))),
-            ):
+            for kind, at, (a, b) in (("GRANT", g.begin, ((1, 1), (pid, tid))), ("DONE", g.end, ((pid, tid), (1, 1)))):
                 arrow = {"name": kind, "cat": "protocol", "id": f"{kind} {node} {g.gseq}", "ts": at / 1e3}
                 found.append({**arrow, "ph": "s", "pid": a[0], "tid": a[1]})
                 found.append({**arrow, "ph": "f", "bp": "e", "pid": b[0], "tid": b[1]})

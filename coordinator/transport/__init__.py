@@ -1,8 +1,7 @@
 """Messages of a run over Zenoh: framed, checked, in order, with nobody else on the bus.
 
-frame               keys and names on the bus; every message: who says it, in which run, undamaged
+frame               keys and names on the bus; every message: who says it, undamaged; the private directory of a run
 session             the sessions of a run, and who may do what on them
-run_directory       the private directory of a run, with its socket
 hub, link           the coordinator's end and the nodes' end; exchange: what is shared, both in one process
 liveness            which processes have joined, which are lost
 placement           which process hosts which nodes

@@ -18,11 +18,10 @@ from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
 from .exchange import Exchange
-from .frame import HUB, OBSERVER, OPERATOR, FrameReader, FrameTopic, Writer, check_names, key
+from .frame import HUB, OBSERVER, OPERATOR, FrameReader, FrameTopic, RunDirectory, Writer, check_names, key
 from .link import FIFO, JOIN_s, matched
 from .liveness import LivenessMonitor
 from .placement import Placement
-from .run_directory import RunDirectory
 from .session import ListenAddress, Ticket, hub_session, new_password, new_run_id
 
 ANSWER_s = 1.0  # in which a process says that it is alive

@@ -25,8 +25,7 @@ import msgspec
 import zenoh
 from heavylift.kernel.errors import ProtocolError
 
-from .frame import AFAR, HUB, JOIN, OBSERVER, OPERATOR, WIRE, key
-from .run_directory import RunDirectory
+from .frame import AFAR, HUB, JOIN, OBSERVER, OPERATOR, WIRE, RunDirectory, key
 
 
 def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:
@@ -38,13 +37,7 @@ def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str,
     """
 
     def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
-        return {
-            "id": name,
-            "permission": "allow",
-            "flows": [flow],
-            "messages": messages,
-            "key_exprs": list(keys),
-        }
+        return {"id": name, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": list(keys)}
 
     rules = [
         rule(
@@ -81,13 +74,7 @@ def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str,
     if remote:
         subjects.append({"id": AFAR, **afar})
         policies.append({"rules": ["join", "egress"], "subjects": [AFAR]})
-    return {
-        "enabled": True,
-        "default_permission": "deny",
-        "rules": rules,
-        "subjects": subjects,
-        "policies": policies,
-    }
+    return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}
 
 
 SESSIONS = 100_000  # no process shuts others out by sessions; their number ends with the descriptors of the coordinator
@@ -165,11 +152,7 @@ def hub_session(
     config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])
     config["transport"]["unicast"]["max_sessions"] = SESSIONS
     config["transport"]["auth"] = {
-        "usrpwd": {
-            "user": "coordinator",
-            "password": passwords["coordinator"],
-            "dictionary_file": str(users),
-        }
+        "usrpwd": {"user": "coordinator", "password": passwords["coordinator"], "dictionary_file": str(users)}
     }
     config["access_control"] = access(run, processes, tuple(remote))
     where = directory.socket

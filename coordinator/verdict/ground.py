@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.description.points import WORLD
+from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.plan.shapes import Kind, Shapes, Solid, Strand
 from numpy.typing import NDArray
 

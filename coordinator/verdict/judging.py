@@ -12,8 +12,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.judging import findings_of as limits_judged
-from heavylift.nodes.limits.judging import uses_of
+from heavylift.nodes.limits.judging import findings_of as limits_judged, uses_of
 from heavylift.nodes.limits.messages import WORDS
 from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
@@ -25,8 +24,7 @@ from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
 
-from .clearances import LIMIT, SMALLEST, clearances
-from .clearances import findings as too_near
+from .clearances import LIMIT, SMALLEST, clearances, findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run

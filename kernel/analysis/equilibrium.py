@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.friction import SupportAt
-from heavylift.kernel.forces.joint_laws import BrakeAt
+from heavylift.kernel.forces.joint_laws import BrakeAt, SupportAt
 from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.model.tangent_stiffness import SECOND
 from heavylift.kernel.simulation.native.samples import channels, published

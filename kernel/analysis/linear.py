@@ -17,8 +17,7 @@ from heavylift.kernel.compiler.derivative import derivatives
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.forces import Wind
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import RigidRope
+from heavylift.kernel.description.mechanics import JOINTS, RigidRope
 from heavylift.kernel.errors import KernelError, closest
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program

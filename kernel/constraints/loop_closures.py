@@ -18,8 +18,7 @@ from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross, exact, join
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Joint
+from heavylift.kernel.description.mechanics import JOINTS, Joint
 from heavylift.kernel.forces.force_law import BODY
 from heavylift.kernel.multibody.motion import axes_of, columns
 

@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.errors import KernelError, closest
 
-from .contacts import Contact
+from .forces import Contact
 from .laws import Lock
 from .mechanics import GROUPS, WORLD, Drive, Joint, Measured, System, Threshold
 

@@ -7,11 +7,13 @@ coordinates are displacements in m (rad for torsion) where a mode is largest.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from heavylift.kernel.errors import KernelError
+from msgspec import Meta
 
-from .points import Vector
+from . import units as u
+from .units import Vector
 
 WARNED, REFUSED = 0.05, 0.25  # deflections, parts of the length
 
@@ -20,14 +22,14 @@ WARNED, REFUSED = 0.05, 0.25  # deflections, parts of the length
 class Beam:
     """A uniform Euler-Bernoulli beam along x of the body's frame, from `start` on; a stiffness of 0 means rigid."""
 
-    length: float  # [m]
-    mass_per_length: float  # [kg/m]
-    EI_y: float = 0.0  # bending about y, displacements along z [N m2]
-    EI_z: float = 0.0  # bending about z, displacements along y [N m2]
-    EA: float = 0.0  # [N]
-    GJ: float = 0.0  # [N m2]
-    polar: float = 0.0  # moment of inertia about x per length [kg m]
-    elements: int = 32
+    length: u.Extent
+    mass_per_length: u.MassPerLength
+    EI_y: u.Rigidity = 0.0  # bending about y: displacements along z
+    EI_z: u.Rigidity = 0.0
+    EA: u.Tension = 0.0
+    GJ: u.Rigidity = 0.0
+    polar: u.RotaryInertia = 0.0  # about the beam's axis, per length
+    elements: Annotated[int, Meta(ge=1, le=200)] = 32
     start: float = 0.0  # x of its first end [m]
 
 
@@ -109,12 +111,9 @@ def _wrong(flexible: Flexible) -> str:
 
 
 def _wrong_beam(beam: Beam, flexible: Flexible) -> str:
-    for name in ("length", "mass_per_length", "elements"):
-        if not getattr(beam, name) > 0:
-            return f"{name} of its beam is {getattr(beam, name):g}; it must be positive"
-    for name in ("EI_y", "EI_z", "EA", "GJ", "polar"):
-        if getattr(beam, name) < 0.0:
-            return f"{name} of its beam is {getattr(beam, name):g}; it cannot be negative"
+    name, message = u.wrong_sign(beam)
+    if name or beam.elements <= 0:
+        return f"{name or 'elements'} of its beam {message or f'is {beam.elements}; it must be positive'}"
     if beam.GJ > 0.0 and beam.polar == 0.0:
         return "its beam twists (GJ), but nothing resists that: give the moment of inertia 'polar'"
     for x in flexible.loads:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from . import units as u
 from .forces import Force, Wave
-from .points import Line, Point
+from .units import Line, Point
 
 __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
 

@@ -3,35 +3,42 @@
 Frozen dataclasses of numbers and names, without NumPy, so that a node process that only declares starts at once.
 SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).  Monogram notation:
 `p_PJ` is the position of joint J from parent P, expressed in P.  The body "world" is the ground.
+
+Everything the kernel knows of a joint type is one entry of JOINTS (spatial_v2's `jcalc`): the names of coordinates and
+velocities, and what moves the child.  That is either a chain of elementary motions (slides before turns, so that every
+turn passes through the child's origin), or a quaternion behind a free displacement.  `motion` reads the table for
+places, velocities and accelerations.  `JOINTS.md` shows it with what may act on each joint.
 """
 
-from __future__ import annotations  # read late: kinds of forces may be added
+from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
-from .contacts import Contact
 from .flexible import Flexible
-from .forces import Force, Matrix6, Reeving, UserLaw
-from .laws import Brake as Brake
-from .laws import Drive as Drive
-from .laws import JointSpring as JointSpring
-from .laws import Law as Law
-from .laws import Lock as Lock
-from .laws import RigidRope as RigidRope
-from .laws import Rope as Rope
-from .laws import Stop as Stop
-from .laws import Support as Support
-from .name_order import natural
-from .points import IDENTITY as IDENTITY
-from .points import WORLD as WORLD
-from .points import Line as Line
-from .points import Matrix as Matrix
-from .points import Point as Point
-from .points import Vector as Vector
-from .signals import Quantity as Quantity
-from .signals import Threshold as Threshold
+from .forces import Contact, Force, Matrix6, Reeving, UserLaw
+from .laws import (
+    Brake as Brake,
+    Drive as Drive,
+    JointSpring as JointSpring,
+    Law as Law,
+    Lock as Lock,
+    RigidRope as RigidRope,
+    Rope as Rope,
+    Stop as Stop,
+    Support as Support,
+)
+from .signals import Quantity as Quantity, Threshold as Threshold
+from .units import (
+    IDENTITY as IDENTITY,
+    WORLD as WORLD,
+    Line as Line,
+    Matrix as Matrix,
+    Point as Point,
+    Vector as Vector,
+    natural,
+)
 
 MethodName = Literal["semi-implicit-euler", "rk4", "dopri5", "dop853", "radau5"]
 RemovedMethod = Literal["ros34pw2", "sdirk2", "sdirk3"]  # in older scenes: radau5 takes their place
@@ -67,7 +74,7 @@ class Joint:
     A body needs one joint of which it is the child; every further one closes a loop, as does one whose child is the
     world.  Which of them are cut is found by the kernel (`spanning_tree`); of those q0 and v0 are not used.
 
-    q0 and v0 hold the initial coordinates and velocities, in the order of `joint_table.JOINTS` (see JOINTS.md): a
+    q0 and v0 hold the initial coordinates and velocities, in the order of `JOINTS` (see JOINTS.md): a
     quaternion is x y z w; the velocities of a spherical or free joint are in child axes, linear before angular.
     `second` is perpendicular to `axis`: the other axis of a universal joint (carried along by the first), the x
     direction in the plane whose normal is `axis`, or the first bending axis of the shaft `axis`.
@@ -190,3 +197,102 @@ def assembled(declared: list[System], gravity: float) -> System:
     whole = merge(declared, gravity)
     named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in GROUPS}
     return System(**named, gravity=gravity)
+
+
+AXIS, SECOND, THIRD = range(3)  # `axis`, `second`, and axis x second of a joint
+PITCH = None
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """A turn about or a slide along an axis of the joint by factor * coordinate; factor None: the joint's pitch."""
+
+    turns: bool
+    axis: int
+    coordinate: int
+    factor: float | None = 1.0
+
+
+def _turn(axis: int, coordinate: int, factor: float = 1.0) -> JointMotion:
+    return JointMotion(True, axis, coordinate, factor)
+
+
+def _slide(axis: int, coordinate: int, factor: float | None = 1.0) -> JointMotion:
+    return JointMotion(False, axis, coordinate, factor)
+
+
+@dataclass(frozen=True)
+class JointType:
+    """A row of the joint table.
+
+    `coordinates` maps the coordinates' names to their values in the undisplaced joint, `velocities` names the
+    velocities; in a chain of `motions` they are the coordinates' rates.  `quaternion` is where a unit one starts
+    among the coordinates; what stands before it is a displacement, and the velocities are in the child's axes.
+    """
+
+    coordinates: dict[str, float] = field(default_factory=dict)
+    velocities: tuple[str, ...] = ()
+    motions: tuple[JointMotion, ...] = ()
+    quaternion: int | None = None
+
+    @property
+    def rest(self) -> tuple[float, ...]:
+        return tuple(self.coordinates.values())
+
+    @property
+    def n_q(self) -> int:
+        return len(self.coordinates)
+
+    @property
+    def n_v(self) -> int:
+        return len(self.velocities)
+
+    @property
+    def actable(self) -> tuple[str, ...]:
+        """Coordinates that springs, stops, brakes or drives can act on: those whose rate is a velocity."""
+        return tuple(self.coordinates) if self.quaternion is None else ()
+
+    @property
+    def axes(self) -> int:
+        """Number of axes: none, `axis` only, or three with `second` (and their cross product)."""
+        used = {m.axis for m in self.motions}
+        return 3 if used - {AXIS} else len(used)
+
+    @property
+    def pitched(self) -> bool:
+        return any(m.factor is PITCH for m in self.motions)
+
+    def turns(self, coordinate: int) -> bool:
+        """Whether a coordinate is an angle [rad], otherwise a length [m]."""
+        return any(m.turns for m in self.motions if m.coordinate == coordinate)
+
+
+QUATERNION = {"qx": 0.0, "qy": 0.0, "qz": 0.0, "qw": 1.0}
+
+JOINTS: dict[JointKind, JointType] = {
+    "fixed": JointType(),
+    "revolute": JointType({"angle": 0.0}, ("rate",), (_turn(AXIS, 0),)),
+    "prismatic": JointType({"travel": 0.0}, ("speed",), (_slide(AXIS, 0),)),
+    "cylindrical": JointType({"travel": 0.0, "angle": 0.0}, ("speed", "rate"), (_slide(AXIS, 0), _turn(AXIS, 1))),
+    "screw": JointType({"angle": 0.0}, ("rate",), (_slide(AXIS, 0, PITCH), _turn(AXIS, 0))),
+    "universal": JointType(
+        {"angle1": 0.0, "angle2": 0.0}, ("rate1", "rate2"), (_turn(AXIS, 0), _turn(SECOND, 1))
+    ),
+    "planar": JointType(
+        {"x": 0.0, "y": 0.0, "angle": 0.0}, ("vx", "vy", "rate"),
+        (_slide(SECOND, 0), _slide(THIRD, 1), _turn(AXIS, 2)),
+    ),
+    # two universal joints in mirror image: the relative angular velocity has no part along the sum of both shafts
+    "constant-velocity": JointType(
+        {"angle1": 0.0, "angle2": 0.0}, ("rate1", "rate2"),
+        (_turn(SECOND, 0), _turn(THIRD, 1, 2.0), _turn(SECOND, 0)),
+    ),
+    # along a flexible beam: the place on the beam moves (`flexible.attachment`), and nothing in the joint's own frame
+    "slider": JointType({"travel": 0.0}, ("speed",), (_slide(AXIS, 0, 0.0),)),
+    "spherical": JointType(QUATERNION, ("wx", "wy", "wz"), quaternion=0),
+    "free": JointType(
+        {"x": 0.0, "y": 0.0, "z": 0.0, **QUATERNION}, ("vx", "vy", "vz", "wx", "wy", "wz"), quaternion=3
+    ),
+}  # fmt: skip
+
+assert set(JOINTS) == set(get_args(JointKind)), "each kind of joint is one row of the table"

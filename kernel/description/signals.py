@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from .points import Point
+from .units import Point
 
 Quantity = Literal[
     "height", "height difference", "tension", "load", "moment", "angle", "joint", "speed", "length", "wind",

@@ -1,9 +1,13 @@
-"""What the numbers of a description are, as annotations of its fields: their kind, in SI units, and their sign.
+"""What the numbers of a description are, as annotations of its fields: their kind, in SI units, and their sign; places.
 
-Scenes write them with a unit of that kind (`nodes.scene.text.units` has the tables).
+Scenes write numbers with a unit of that kind (`nodes.scene.text.units` has the tables).  Rotations are row-major 3x3
+tuples; a point is (body, position in that body's frame).  Names come in the order in which people count, "H2" before
+"H10": elements are put into it once, where a description is assembled, so that nothing depends on who wrote what first.
 """
 
-from functools import cache
+import re
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 
 
@@ -23,6 +27,10 @@ Extent = Annotated[float, Unit("length", "positive")]
 Mass = Annotated[float, Unit("mass", "zero")]  # [kg]
 AxialStiffness = Annotated[float, Unit("force", "positive")]  # EA [N]
 Area = Annotated[float, Unit("area", "zero")]  # [m2]
+Tension = Annotated[float, Unit("force", "zero")]  # EA of what may be rigid: 0 [N]
+Rigidity = Annotated[float, Unit("bending stiffness", "zero")]  # EI, GJ [N m2]
+MassPerLength = Annotated[float, Unit("mass per length", "positive")]  # [kg/m]
+RotaryInertia = Annotated[float, Unit("moment of inertia per length", "zero")]  # [kg m]
 Density = Annotated[float, Unit("density", "zero")]  # [kg/m3]
 Push = Annotated[float, Unit("force")]  # [N]
 Twist = Annotated[float, Unit("moment")]  # [N m]
@@ -61,3 +69,38 @@ def _signs(kind: type) -> tuple[tuple[str, str], ...]:
         units = [x for x in (*inner, *(get_args(inner[0]) if inner else ())) if isinstance(x, Unit)]
         found += [(field, x.least) for x in units[:1] if x.least]
     return tuple(found)
+
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+WORLD = "world"
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed on a body."""
+
+    body: str
+    p: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight part of a rope; `share`: its weight in the rope's length."""
+
+    a: Point
+    b: Point
+    share: Ratio = 1.0
+
+
+Key = tuple[tuple[str | tuple[int, str], ...], str]
+
+
+@lru_cache(maxsize=4096)
+def natural(name: str) -> Key:
+    """Sort key of a name: its words and its numbers in turn; equal ones, such as "1" and "01", by their letters."""
+    parts = re.split(r"([0-9]+)", name)
+    numbers = (part.lstrip("0") for part in parts)  # in order of their lengths: no name is too long for that
+    return tuple((len(x), x) if i % 2 else parts[i] for i, x in enumerate(numbers)), name

@@ -49,14 +49,12 @@ def imported(where: str, name: str = "") -> ModuleType:
         importlib.invalidate_caches()
         _asked.append(where)
         try:
-            return _of_file(where, name) if where.endswith(".py") else _of_name(where)
+            if where.endswith(".py"):
+                return _of_file(where, name)
+            _forget_changed(where)
+            return importlib.import_module(where)
         finally:
             _asked.pop()
-
-
-def _of_name(where: str) -> ModuleType:
-    _forget_changed(where)
-    return importlib.import_module(where)
 
 
 def _of_file(where: str, name: str) -> ModuleType:

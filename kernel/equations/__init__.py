@@ -3,7 +3,7 @@
 document                 formulas in both notations; sections laid out
 bodies                   eqs (1)-(4) of every body; the recursion of Fig. 6; columns of S, joint forces
 laws                     every law with its formula and numbers
-formulation, coordinates what is solved; the traced text itself, every quantity named
+coordinates              what is solved; the traced text itself, every quantity named
 """
 
 from heavylift.kernel.description.mechanics import WORLD, System
@@ -11,8 +11,7 @@ from heavylift.kernel.multibody.graph import Graph, build_graph
 
 from .bodies import balances, joints, recursion
 from .coordinates import coordinates
-from .document import DocumentSection, as_latex, as_text
-from .formulation import formulation_section
+from .document import DocumentSection, as_latex, as_text, formulation_section
 from .laws import laws
 
 __all__ = ["equations"]

@@ -6,8 +6,7 @@ mass has the same terms and the levers of those forces.
 Every joint in print: the columns of S that it gives to its body, and the forces along its coordinates.
 """
 
-from heavylift.kernel.description.joint_table import JOINTS, THIRD
-from heavylift.kernel.description.mechanics import WORLD, System
+from heavylift.kernel.description.mechanics import JOINTS, THIRD, WORLD, System
 from heavylift.kernel.multibody.graph import Graph, Link, children_of
 
 from .document import DocumentSection, Equation, Formula, cross, dual_cross, joined, law, plain, sym, transposed

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import symbols
-from heavylift.kernel.compiler.symbol import ExpressionGraph as Trace
-from heavylift.kernel.compiler.symbol import Scalar, Sym, is_sym
+from heavylift.kernel.compiler.symbol import ExpressionGraph as Trace, Scalar, Sym, is_sym
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program

@@ -136,10 +136,7 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
         ),
         _ALONG,
     ),
-    RigidRope: (
-        ("l", "L0", "L_0", "while taut: T is what keeps it; slack while l < L0"),
-        _ALONG,
-    ),
+    RigidRope: (("l", "L0", "L_0", "while taut: T is what keeps it; slack while l < L0"), _ALONG),
     Support: (
         ("N", "k (height - z) - d z'", r"k\,(\mathrm{height} - z) - d\,\dot{z}", "while closed, else 0"),
         (
@@ -168,10 +165,7 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
             "on the body of a, -f on that of b",
         ),
     ),
-    Load: (
-        ("f", "s(t) force", r"s(t)\,\mathrm{force}", ""),
-        ("m", "s(t) moment", r"s(t)\,\mathrm{moment}", ""),
-    ),
+    Load: (("f", "s(t) force", r"s(t)\,\mathrm{force}", ""), ("m", "s(t) moment", r"s(t)\,\mathrm{moment}", "")),
     Wind: (
         (
             "f",

@@ -1,13 +1,157 @@
-"""Laws along one coordinate of a joint: springs, end stops, dry brakes."""
+"""Laws along one coordinate of a joint: springs, end stops, dry brakes; points on pads, horizontal or on a body.
+
+Both have one-sided springs, which only push, and friction that sticks and slips.
+"""
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
-from heavylift.kernel.description.mechanics import Brake, JointSpring, Stop
+from heavylift.kernel.algebra.dense import dot, norm
+from heavylift.kernel.algebra.spatial import cross
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
+from heavylift.kernel.description.mechanics import Brake, JointSpring, Stop, Support
 
-from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting
-from .friction import JUST_BELOW, deflection, friction, pushes
+from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment, wrench
+
+ROUND_OFF = 1e-12  # [m] deflection of a friction spring that round-off in places far from the origin can feign
+RELAXED = 1.0 - 1e-5  # of its limit, below which friction at rest holds: more than rounding of poses changes it
+SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start
+JUST_BELOW = 1.0 - 1e-9  # part of the limit that a spring holds which begins to stick, so that it does not slip at once
+SLOWEST = 1e-3 * SLIP_BLEND  # of a slip: below, the blend makes its direction, by turns of slip and stick
+GIVEN_WAY = 0.5  # part that it holds after the limit has fallen below it
+FAINT = 1e-6  # [m] deflection from which it then gives way wholly: halves of halves have no end as a pad is left
+
+
+class FrictionForce(NamedTuple):
+    """Force, guard, heat [W] and stored energy [J]."""
+
+    force: Any
+    guard: Scalar
+    heat: Scalar
+    stored: Scalar
+
+
+def one_sided(force: Scalar, clamped: bool) -> Scalar:
+    """max(0, force), or the unclamped force: a step that ends behind an event sees a smooth law and is cut.
+
+    Where it is clamped, the dense output before the event suffers from the kink.
+    """
+    return maximum(force, 0.0) if clamped else force
+
+
+def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, clamped: bool) -> FrictionForce:
+    """A one-sided spring-damper."""
+    trial = k * depth + d * rate
+    on = closed > 0.0
+    return FrictionForce(
+        select(on, one_sided(trial, clamped), 0.0),
+        select(on, trial, -minimum(depth, trial)),
+        select(on, d * rate * rate, 0.0),
+        select(on, 0.5 * k * depth * depth, 0.0),
+    )
+
+
+def friction(
+    s: Array, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
+) -> FrictionForce:
+    """Dry friction (n,): a spring-damper from its anchor (at distance s) that slips at `limit`.
+
+    Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is that of the start of
+    the slip, and the slip ends when the velocity along it falls through zero.  Where only rests are looked for, the
+    direction is that of the spring, whose anchor gives way (radial return; Simo, Hughes 1998, 1.4), and the slip ends
+    when the spring relaxes.
+    """
+    held = k * s + d * v
+    size = sqrt(held @ held + 1e-300)
+    u = held if at_rest else v + SLIP_BLEND * direction
+    u = u * (1.0 / sqrt(u @ u + 1e-300))
+    on = stick > 0.0
+    return FrictionForce(
+        np.array([-select(on, h, limit * w) for h, w in zip(held, u, strict=True)]),
+        select(on, limit + k * ROUND_OFF - size, size - RELAXED * limit if at_rest else direction @ v),
+        select(on, d * (v @ v), limit * (u @ v)),
+        select(on, 0.5 * k * (s @ s), 0.0),
+    )
+
+
+def deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
+    """Deflection of a friction spring that holds a force; zero without spring."""
+    return (force - d * velocity) / k if k > 0.0 else 0.0 * force
+
+
+class SupportAt:
+    """Places of a support's numbers, after its point (3)."""
+
+    HEIGHT, K, D, MU, KT, DT, CLOSED, STICK = range(3, 11)
+    ANCHOR, DIRECTION = slice(11, 13), slice(13, 15)
+
+
+@dataclass(frozen=True)
+class SupportLaw(ForceLaw[Support]):
+    """Arguments as of `Setting`; guards: closed, and friction holds."""
+
+    clamped: bool = True
+    at_rest: bool = False
+
+    kind = "support"
+
+    def within(self, f: Support, setting: Setting) -> "SupportLaw":
+        return SupportLaw(setting.clamped, setting.at_rest)
+
+    def numbers(self, f: Support, poses: Poses) -> list[float]:
+        return [*f.point.p, f.height, f.k, f.d, f.mu, f.kt, f.dt, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
+
+    def answer(self, f: Support, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
+        height, k, d, mu, kt, dt, closed, stick = p[3:11]
+        x, p_X, v_X = attachment(ends[0], p[:3], "a")
+        if f.on:
+            R, at = np.reshape(ends[1][:9], (3, 3)), p_X - ends[1][9:12]
+            p_X = named("pX", R.T @ (at - ends[1][12:15]))
+            v_X = named("vX", R.T @ (v_X - ends[1][18:21] - cross(ends[1][15:18], at)))
+        N, guard, heat, stored = pushes(height - p_X[2], -v_X[2], k, d, closed, self.clamped)
+        N = named("N", N)
+        anchor, direction = p[SupportAt.ANCHOR], p[SupportAt.DIRECTION]
+        rub, slips, rubbed, held = friction(p_X[:2] - anchor, v_X[:2], mu * N, kt, dt, stick, direction, self.at_rest)
+        on = select(mu > 0.0, closed, 0.0) > 0.0  # a pad without friction never sticks
+        f_X = named("f", np.array([select(on, rub[0], 0.0), select(on, rub[1], 0.0), N]))
+        f_X = R @ f_X if f.on else f_X
+        return LawOutput(
+            [wrench(x, f_X), *([-wrench(at, f_X)] if f.on else [])],
+            heat=heat + select(on, rubbed, 0.0),
+            stored=stored + select(on, held, 0.0),
+            guards=[guard, select(on, slips, 1.0)],
+            shown=[N, *p_X[:2], *v_X[:2]],
+        )
+
+    def guards(self, f: Support) -> tuple[str, ...]:
+        return "support", "rub"
+
+    def switch(self, f: Support, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
+        at, normal, place, velocity = SupportAt, float(shown[0]), shown[1:3], shown[3:5]
+        if guard == "support":
+            p[at.CLOSED] = 1.0 - p[at.CLOSED]
+            p[at.STICK], p[at.ANCHOR], p[at.DIRECTION] = 1.0, place, 0.0
+            return "closed" if p[at.CLOSED] else "open", normal
+        if p[at.STICK] > 0.0:
+            held = p[at.KT] * (place - p[at.ANCHOR]) + p[at.DT] * velocity
+            size = max(norm(held.tolist()), 1e-300)
+            if dot(held.tolist(), velocity.tolist()) > SLOWEST * size or p[at.KT] == 0.0:
+                p[at.STICK], p[at.DIRECTION] = 0.0, held / size
+            else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
+                part = GIVEN_WAY if size > FAINT * p[at.KT] else 0.0
+                p[at.ANCHOR] = place - deflection(part * held, velocity, p[at.KT], p[at.DT])
+            return "slip", normal
+        late = dot(velocity.tolist(), p[at.DIRECTION].tolist()) + 0.5 * SLIP_BLEND  # by what steps may miss
+        direction = velocity + (SLIP_BLEND - 2.0 * min(0.0, late)) * p[at.DIRECTION]
+        force = JUST_BELOW * p[at.MU] * normal * direction / max(norm(direction.tolist()), 1e-300)
+        p[at.STICK], p[at.ANCHOR] = 1.0, place - deflection(force, velocity, p[at.KT], p[at.DT])
+        return "stick", normal
+
+    def shows(self, f: Support) -> list[SampledQuantity]:
+        groups = (("place", "m"), ("velocity", "m/s"))
+        other = [SampledQuantity("", f.name, unit, column) for column, unit in groups for _ in "xy"]
+        return [SampledQuantity("support/force", f.name, "N", "normal"), *other]
 
 
 class JointSpringLaw(ForceLaw[JointSpring]):

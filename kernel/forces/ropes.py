@@ -24,7 +24,7 @@ from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope
 from heavylift.kernel.multibody.joint_locking import gathered
 
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment
-from .friction import one_sided
+from .joint_laws import one_sided
 
 MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 

@@ -16,8 +16,7 @@ from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope
 from heavylift.kernel.description.units import wrong_sign
 
 from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
-from .friction import SupportLaw
-from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw
+from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw, SupportLaw
 from .loads import CharacteristicLaw, LoadLaw, WindLaw
 from .reeving import ReevingLaw
 from .ropes import RopeLaw

@@ -11,8 +11,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Point, RigidRope, Rope, System
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.forces.table import signals
 
 GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "gravity"))

@@ -6,12 +6,10 @@ program              layout of state, parameters, guards and accounts; the funct
 traced_functions     what equal parts share; code_structure: what scenes share that have the same code
 instant              a scene at one instant, as the stages of an evaluation fill it
 evaluation           laws, constraint rows, accelerations; the list of stages, with what each reads and writes
-poses                first stages: drives and winches, where the bodies are
 quantities           formulas of what thresholds guard and samples hold
 switching            discrete states of laws, and what changes when a guard has fallen
 references           what actuators follow: profiles, masters, time histories of signals
 tangent_stiffness    derivatives of the accelerations along all coordinates
-kinetic_energy       by bodies and joint velocities
 reactions            constraint Jacobian at a pose, mobility, joint reactions
 """
 

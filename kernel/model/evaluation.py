@@ -25,8 +25,15 @@ from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.ropes import not_weighed, pulls_down
 from heavylift.kernel.forces.table import SharedForce
 
-from . import poses
-from .instant import Evaluation
+from .instant import (
+    Evaluation,
+    command_masters,
+    follow,
+    measure_angles,
+    measure_masters,
+    place_bodies,
+    prescribe_joints,
+)
 from .program import Program
 from .quantities import lines, names, points, scalar
 
@@ -213,12 +220,12 @@ class EvaluationStage(NamedTuple):
 
 
 POSES = (
-    EvaluationStage(poses.command_masters, "", "masters"),
-    EvaluationStage(poses.prescribe_joints, "masters", "references q v"),
-    EvaluationStage(poses.place_bodies, "q v", "ends"),
-    EvaluationStage(poses.measure_angles, "ends counted", "turned turning"),
-    EvaluationStage(poses.measure_masters, "q v ends turned turning", "masters"),
-    EvaluationStage(poses.follow, "masters", "references"),
+    EvaluationStage(command_masters, "", "masters"),
+    EvaluationStage(prescribe_joints, "masters", "references q v"),
+    EvaluationStage(place_bodies, "q v", "ends"),
+    EvaluationStage(measure_angles, "ends counted", "turned turning"),
+    EvaluationStage(measure_masters, "q v ends turned turning", "masters"),
+    EvaluationStage(follow, "masters", "references"),
 )
 FORCES = (
     EvaluationStage(read_signals, "masters", "signals"),

@@ -15,21 +15,20 @@ from heavylift.kernel.forces.table import SharedForce
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
 
-from .quantities import numbers as quantity_numbers
-from .quantities import points
+from .quantities import numbers as quantity_numbers, points
 
 PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
 
 
 @dataclass(frozen=True)
-class Parameters:
+class ParameterLayout:
     """Slices of P by kind and name; `initial` is P at the start of a run."""
 
     at: dict[tuple[str, str], slice]
     initial: np.ndarray  # (n,)
 
     @staticmethod
-    def of(system: System, graph: Graph, trees: list[Tree], laws: tuple[SharedForce, ...]) -> "Parameters":
+    def of(system: System, graph: Graph, trees: list[Tree], laws: tuple[SharedForce, ...]) -> "ParameterLayout":
         """Lay out a system; references rest at their initial values, thresholds are disarmed."""
         at: dict[tuple[str, str], slice] = {}
         values: list[float] = []
@@ -83,7 +82,7 @@ class Parameters:
         return _side_by_side(at, np.array(values))
 
 
-def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> Parameters:
+def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> ParameterLayout:
     """Numbers of equal laws and trees interleaved, so that vector calls load them at once (see `simd_batches`)."""
     groups: dict[tuple[str, int], list[tuple[str, str]]] = {}
     for key, s in at.items():
@@ -97,4 +96,4 @@ def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> Para
             out[key] = slice(first + i, last, len(keys))
             values[out[key]] = initial[at[key]]
         first = last
-    return Parameters({key: out[key] for key in at}, values)
+    return ParameterLayout({key: out[key] for key in at}, values)

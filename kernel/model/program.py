@@ -17,24 +17,21 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import ContactPointRows
 from heavylift.kernel.constraints.loop_closures import CLOSURES
 from heavylift.kernel.constraints.row_structure import Constraints
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Drive, System
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, SampledQuantity, Setting
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.ropes import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
-from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
-from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
+from heavylift.kernel.multibody.continuous_angles import AXES, Label as AngleLabel, turned_at_start
 from heavylift.kernel.multibody.graph import Graph, Link, build_graph
 from heavylift.kernel.multibody.joint_locking import check_locks, merged
 from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, cut
 
 from .checks import check_description
-from .parameters import PROFILE, Parameters
-from .quantities import check_signal
-from .quantities import points as quantity_points
+from .parameters import PROFILE, ParameterLayout
+from .quantities import check_signal, points as quantity_points
 from .traced_functions import SharedTree, profile, shared_tree
 
 if TYPE_CHECKING:
@@ -97,7 +94,7 @@ class Program:
         system = self.system
         setting = Setting(self.graph, self.poses_at_start, system.gravity, clamped, at_rest, calm)
         self.laws = shared(system.laws, setting)
-        self.parameters = Parameters.of(system, self.graph, trees, self.laws)
+        self.parameters = ParameterLayout.of(system, self.graph, trees, self.laws)
         self.nq, self.nv = self.graph.nq, self.graph.nv
         self._label()
         self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
@@ -183,17 +180,8 @@ class Program:
                 raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{drives[k]}'")
             drives[k] = d.name
         check_locks(s, self.graph)
-        points = [(x.name, p.body) for x in (*s.laws, *s.rigid_ropes) for p in x.points]
-        points += [(c.name, shape.body) for c in s.contacts for shape in (c.a, c.b)]
         for h in s.thresholds:
             check_signal(h, s, f"threshold '{h.name}'")
-        points += [(h.name, point.body) for h in s.thresholds for point in quantity_points(h, s)]
-        points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
-        points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
-        known = {"world", *(b.name for b in s.bodies)}
-        for name, body in points:
-            if body not in known:
-                raise KernelError(f"'{name}': there is no body '{body}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
         """Places in q and v of a drive's coordinate."""

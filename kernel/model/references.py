@@ -19,7 +19,7 @@ from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import signals
 
-from .parameters import Parameters
+from .parameters import ParameterLayout
 
 AT_REST = 1e-12  # [m/s] a speed left over by round-off
 SAME = 1e-9  # relative difference of two values that is round-off
@@ -41,7 +41,7 @@ class References:
     `admit(command)` is called before a command takes effect.
     """
 
-    def __init__(self, parameters: Parameters, P: np.ndarray, system: System) -> None:
+    def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
         self._masters = [m.name for m in system.masters] + [m.name for m in system.measured]
         self._commanded = {m.name for m in system.masters}
@@ -217,7 +217,7 @@ class References:
 class Histories:
     """Histories of all forces; a piece is (local start [s], value there, slope)."""
 
-    def __init__(self, signals: dict[str, InputSignal], parameters: Parameters, P: np.ndarray) -> None:
+    def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:
         self._P = P
         self._all: list[tuple[slice, list[int], InputSignal]] = []
         for name, s in signals.items():

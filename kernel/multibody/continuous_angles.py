@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.algebra.elementary import nearest
 from heavylift.kernel.compiler.symbol import Array, Scalar
-from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import JOINTS
 
 if TYPE_CHECKING:
     from .graph import Graph

@@ -14,8 +14,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, Body, Joint, System, Vector
 from heavylift.kernel.errors import KernelError
 
 from .spanning_tree import spanning_tree

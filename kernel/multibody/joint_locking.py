@@ -21,8 +21,7 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Lock, System
+from heavylift.kernel.description.mechanics import JOINTS, Lock, System
 from heavylift.kernel.errors import KernelError
 
 from .dynamics import composites, joint_space_inertia, ltdl

@@ -18,8 +18,7 @@ from heavylift.kernel.algebra.spatial import (
     quaternion_rate,
 )
 from heavylift.kernel.compiler.symbol import Array, Scalar
-from heavylift.kernel.description.joint_table import JOINTS, JointMotion
-from heavylift.kernel.description.mechanics import Joint, JointKind
+from heavylift.kernel.description.mechanics import JOINTS, Joint, JointKind, JointMotion
 
 
 class Jointed(Protocol):

@@ -12,8 +12,7 @@ the joint is turned round: one along a single axis is the same joint, coordinate
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Brake, Drive, Joint, JointSpring, Lock, Stop, System
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, Brake, Drive, Joint, JointSpring, Lock, Stop, System
 from heavylift.kernel.errors import KernelError
 
 

@@ -19,8 +19,8 @@ from heavylift.kernel.description.mechanics import Line, Point, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingAt, ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
+from heavylift.kernel.model.instant import poses_of
 from heavylift.kernel.model.parameters import PROFILE
-from heavylift.kernel.model.poses import poses_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateChange, Switches

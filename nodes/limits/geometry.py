@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import dist, hypot
 
 from heavylift.kernel.description.findings import Finding
-from heavylift.kernel.description.points import Vector
+from heavylift.kernel.description.units import Vector
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace

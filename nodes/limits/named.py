@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from heavylift.kernel.description.mechanics import Point
-from heavylift.kernel.description.mechanics import Quantity as Kind
+from heavylift.kernel.description.mechanics import Point, Quantity as Kind
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import Quantity, RatedLimit
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism

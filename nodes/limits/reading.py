@@ -201,7 +201,7 @@ def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | No
 
 def _winds(plan: Plan, name: str = "") -> list[forces.InputSignal]:
     """The speeds of all winds, or of that one."""
-    each = (f for m in plan.mechanisms for f in m.system.forces if isinstance(f, forces.Wind))
+    each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
     return [f.signal for f in each if name in ("", f.name)]
 
 

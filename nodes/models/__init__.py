@@ -38,27 +38,9 @@ from .tree import tree, tree_data
 from .user_models import UserModelNode, sample_port
 
 __all__ = [
-    "COMMANDER",
-    "KERNEL",
-    "CommanderModel",
-    "NodeModel",
-    "Sample",
-    "SetPoint",
-    "UserModelNode",
-    "build",
-    "build_one",
-    "couplings",
-    "divided",
-    "driving",
-    "goes_on",
-    "hooked_later",
-    "node_names",
-    "sample_port",
-    "subscriptions",
-    "system",
-    "together",
-    "tree",
-    "tree_data",
+    "COMMANDER", "KERNEL", "CommanderModel", "NodeModel", "Sample", "SetPoint", "UserModelNode", "build", "build_one",
+    "couplings", "divided", "driving", "goes_on", "hooked_later", "node_names", "sample_port", "subscriptions",
+    "system", "together", "tree", "tree_data",
 ]  # fmt: skip
 
 face(__name__)

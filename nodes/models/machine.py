@@ -12,8 +12,7 @@ import re
 from dataclasses import replace
 
 from heavylift.kernel.description.forces import Force, Reeving
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import GROUPS, WORLD, RigidRope, Rope, System, Threshold
+from heavylift.kernel.description.mechanics import GROUPS, JOINTS, WORLD, RigidRope, Rope, System, Threshold
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
 from heavylift.nodes.models.parts.gauges import Inclinometer, LoadCell

@@ -7,7 +7,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
-from heavylift.kernel.description.mechanics import WORLD, Point, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
 
 from .actions import Item
 from .spellings import CALLED
@@ -41,7 +41,8 @@ class Hoist(Item, frozen=True, kw_only=True):
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured.
     `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `ends`: where the rope
-    begins and where its eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg];
+    begins and where its eye is at the start, in the world [m], where that is at rest as written; `below`: what hangs on
+    it then, with its block [kg];
     `falls` and `drum_ends` of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given;
     `rated`: the tension that counts as 100 % of its use [N].
     """
@@ -207,13 +208,12 @@ class Driven(Item, frozen=True, kw_only=True):
     speeds: tuple[float, ...]
 
 
-class Mechanism(Item, frozen=True, kw_only=True):
+class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  # as recorded before
     """A machine or a user's system of bodies, joints and laws; becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
     supports that carry at the start.  `pieces`: of ropes with lumps, with their parts of the falls.  Its parts may name
-    bodies and joints of other machines.  `levels`: where its moves lead is known before, and checked; it begins at
-    rest. `configuration`: how it is set up, in words: boom, counterweight, falls, base.
+    bodies and joints of other machines.  `configuration`: how it is set up, in words: boom, counterweight, falls, base.
     """
 
     name: str
@@ -231,7 +231,6 @@ class Mechanism(Item, frozen=True, kw_only=True):
     heavy: tuple[Heavy, ...] = ()
     bends: tuple[Bend, ...] = ()
     pieces: dict[str, dict[str, float]] = msgspec.field(default_factory=dict)
-    levels: bool = False
     footing: Footing | None = None
     configuration: dict[str, str] = msgspec.field(default_factory=dict)
 
@@ -244,6 +243,13 @@ class Mechanism(Item, frozen=True, kw_only=True):
     def standing(self, body: str) -> str:
         """Name under which its supports are reported; that of the block for bodies of the lift."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
+
+
+def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
+    """Machines without hooks that hold on to the rope of a hook themselves, by name, each with its hook."""
+    eyes = {hook.eye.body: hook for machine in machines for hook in machine.hooks}
+    bodies = ((machine.name, body.name) for machine in machines if not machine.hooks for body in machine.system.bodies)
+    return {name: eyes[body] for name, body in bodies if body in eyes}
 
 
 def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
@@ -262,12 +268,16 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
     """The hooks whose ropes leave a body or what joints of its machine carry on it, by the names of their ropes."""
-    joints = {joint.child: joint.parent for joint in reversed(machine.system.joints)}
+    own = (hook for hook in machine.hooks if body in (hook.on, *(joint.parent for joint in beneath(machine, hook.on))))
+    return sorted(own, key=lambda hook: hook.rope)
 
-    def carries(other: str) -> bool:
-        return other == body or (other in joints and carries(joints[other]))
 
-    return sorted((hook for hook in machine.hooks if carries(hook.on)), key=lambda hook: hook.rope)
+def beneath(machine: Mechanism, body: str) -> Iterator[Joint]:
+    """The joints of a machine that carry a body, from it downwards."""
+    carried = {joint.child: joint for joint in reversed(machine.system.joints)}
+    while (joint := carried.get(body)) is not None:
+        yield joint
+        body = joint.parent
 
 
 def is_root(machine: Mechanism, body: str) -> bool:

@@ -16,19 +16,20 @@ from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-from .actions import Action as Action
-from .actions import Item, Touch
+from .actions import Action as Action, Item, Touch
 from .factors import Place
 from .fidelity import Fidelity as Fidelity
 from .interlock import Interlock as Interlock
 from .limit import RatedLimit
-from .mechanism import Actuator as Actuator
-from .mechanism import Driven as Driven
-from .mechanism import Hoist as Hoist
-from .mechanism import Mechanism as Mechanism
-from .mechanism import Shape as Shape
-from .mechanism import Tie as Tie
-from .mechanism import driven as driven
+from .mechanism import (
+    Actuator as Actuator,
+    Driven as Driven,
+    Hoist as Hoist,
+    Mechanism as Mechanism,
+    Shape as Shape,
+    Tie as Tie,
+    driven as driven,
+)
 from .user_models import UserModel
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
@@ -86,16 +87,6 @@ class Plan(Item, frozen=True, kw_only=True):
     may_touch: tuple[Touch, ...] = ()  # at any time
     lists: tuple[ActionList, ...] = ()  # carried out side by side; none: all actions are one list
     driven: tuple[Driven, ...] = ()
-
-    @property
-    def levelled(self) -> tuple[Mechanism, ...]:
-        """Cranes on rails, their frames and the block: their moves are known and checked before a run."""
-        return tuple(machine for machine in self.machines if machine.levels)
-
-    @property
-    def mechanisms(self) -> tuple[Mechanism, ...]:
-        """All other machines."""
-        return tuple(machine for machine in self.machines if not machine.levels)
 
     @property
     def first(self) -> int:

@@ -42,17 +42,8 @@ if TYPE_CHECKING:
     from .templates import new_scene, new_scene_with
 
 __all__ = [
-    "LoadedScene",
-    "SceneReport",
-    "bundled",
-    "check",
-    "json_schema",
-    "load",
-    "loaded",
-    "new_scene",
-    "new_scene_with",
-    "parse",
-    "restored",
+    "LoadedScene", "SceneReport", "bundled", "check", "json_schema", "load", "loaded", "new_scene", "new_scene_with",
+    "parse", "restored",
 ]  # fmt: skip
 __getattr__ = on_demand(
     __name__,

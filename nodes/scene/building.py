@@ -17,6 +17,7 @@ import msgspec
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.mechanism import frames_on_hooks
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
@@ -38,8 +39,7 @@ from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.source import Data, Fault, Source, read
-from heavylift.nodes.scene.text.source import Path as InData
+from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, Source, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
 from heavylift.nodes.statics.resting import rigged, settled, standing
@@ -116,25 +116,25 @@ def _built(
         machines=tuple(builder.machines),
         fidelity=build_fidelity(builder, builder.machines),
     )
-    mechanisms = build_mechanisms(builder, lift)
+    builder.machines += build_mechanisms(builder, lift)
     raise_faults(source, source.faults)
-    mechanisms = measuring(builder, mechanisms)
-    everything = set_up(builder, (*builder.machines, *mechanisms))
-    check_locked(builder, everything)
-    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(builder, everything))
-    builder.interlocks = build_interlocks(builder, mechanisms)
+    builder.machines = measuring(builder)
+    builder.machines = [*set_up(builder, builder.machines)]
+    check_locked(builder, builder.machines)
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(builder, builder.machines))
+    builder.interlocks = build_interlocks(builder)
     loaded = LoadedScene(
         msgspec.structs.replace(
             lift,
             **_common(scene),
-            machines=everything,
-            models=build_models(builder, mechanisms),
+            machines=tuple(builder.machines),
+            models=build_models(builder),
             interlocks=builder.interlocks,
-            limits=build_limits(builder, mechanisms),
+            limits=build_limits(builder),
             gear=tuple(gear_of(builder)),
             place=scene.factors.place or (None if scene.vessels else "onshore"),
             accepts_assumed=builder.scene.assumed == "accept",
-            actions=build_actions(builder, mechanisms),
+            actions=build_actions(builder),
             may_touch=tuple(touches(source, (), scene.may_touch)),
         ),
         text,
@@ -154,9 +154,12 @@ def _built(
     loaded = replace(loaded, plan=shaped)
     raise_faults(source, _impossible(source, loaded, followed))
     bent = any(block.flexible for block in scene.all_blocks.values())
-    hung = bent or any(machine.ties and not machine.hooks for machine in loaded.plan.mechanisms)
-    on_levels = any(machine.levels and machine.hooks for machine in loaded.plan.machines)
-    if (on_levels or hung) and (first := _first_rest(loaded, followed)):
+    still = {name for name, hook in frames_on_hooks(loaded.plan.machines).items() if hook.ends}
+    own = (machine for machine in loaded.plan.machines if machine.name not in still)
+    hung = bent or any(machine.ties and not machine.hooks for machine in own)
+    lifting = (machine for machine in loaded.plan.machines if machine.hooks)
+    sinks = any(machine.girders or any(hook.ends for hook in machine.hooks) for machine in lifting)
+    if (sinks or hung) and (first := _first_rest(loaded, followed)):
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))

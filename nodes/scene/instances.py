@@ -7,18 +7,17 @@ puts them beside each other: `a-crane`, `a-legs.sling-1`.  Nothing ties them, so
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
-from heavylift.kernel.description.contacts import Ball, Box, Plane
 from heavylift.kernel.description.field_types import field_names
-from heavylift.kernel.description.forces import Characteristic
+from heavylift.kernel.description.forces import Ball, Box, Characteristic, Plane
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
-from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape
+from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape, frames_on_hooks
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.plan.user_models import UserModel
 from heavylift.nodes.scene.construction.resolve import build_actions
@@ -94,7 +93,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         text = json.dumps(own.data, sort_keys=True)
         lifts.append((name, alone.get(text) or alone.setdefault(text, built(own))))
     raise_faults(source, source.faults)
-    whole, acted = Plan(name=scene.name), list[Acted]()
+    whole, acted, ranks = Plan(name=scene.name), list[Acted](), dict[str, int]()
     rests = {name: _rests(loaded, name, (*scene.lifts[name].at, 0.0)) for name, loaded in lifts}
     first_of_all = _together([path[0] for path, _ in rests.values() if path])
     states: list[StaticState] = []
@@ -115,7 +114,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
             start=part.start,
         )
         more: dict[str, Any] = {of: getattr(whole, of) + getattr(part, of) for of in SIDE_BY_SIDE}
-        more["machines"] = tuple(sorted(more["machines"], key=_order))
+        frames = frames_on_hooks(part.machines)
+        ranks |= {machine.name: _rank(machine, frames) for machine in part.machines}
+        more["machines"] = tuple(sorted(more["machines"], key=lambda machine: ranks[machine.name]))
         more["limits"] = whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements)
         more |= {"actions": whole.actions + actions, "lists": (*whole.lists, own_list)}
         whole = msgspec.structs.replace(whole, **more)
@@ -123,10 +124,10 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    builder = SceneBuilder(source, scene, [*whole.levelled], limits=whole.limits)
-    hooks = [hook for crane in builder.cranes for hook in crane.hooks]
+    builder = SceneBuilder(source, scene, [*whole.machines], limits=whole.limits)
+    hooks = [hook for crane in builder.cranes for hook in crane.hooks if hook.eye.body != hook.rope]
     builder.hooks = {hook.eye.body.rpartition(".")[0]: _split(hook.rope) for hook in hooks}
-    between, listed = build_interlocks(builder, whole.mechanisms), build_actions(builder, whole.mechanisms)
+    between, listed = build_interlocks(builder), build_actions(builder)
     _begins_each_once(source, scene, listed)
     raise_faults(source, source.faults)
     lists = (*whole.lists, ActionList(name=EVERY, first=len(whole.actions), machines=())) if listed else whole.lists
@@ -139,9 +140,11 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
 
 
-def _order(machine: Mechanism) -> tuple[bool, ...]:
-    """Sort key of nodes: cranes with levels, their rigging, loads, others."""
-    return not machine.levels, machine.levels and bool(machine.cargo), machine.levels and bool(machine.ties)
+def _rank(machine: Mechanism, frames: Container[str]) -> int:
+    """Order of nodes: cranes with frames on their hooks, the frames, what these lift, others."""
+    if machine.girders or any(hook.ends for hook in machine.hooks):
+        return 0
+    return 1 if machine.name in frames else 2 if frames and machine.cargo else 3
 
 
 def _split(rope: str) -> tuple[str, str]:

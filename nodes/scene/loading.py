@@ -20,7 +20,7 @@ from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.errors import SceneError, path_text
 from heavylift.nodes.limits.table_rows import sorted_findings
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.plan import Plan, functions
 from heavylift.nodes.scene.text.files import files_read, scene_file, scene_text
 from heavylift.nodes.scenes import bundled
 
@@ -125,7 +125,7 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
     before = files_read()
     loaded = build(path, name, text, overrides)
-    if files_read() == before and all(machine.levels for machine in loaded.plan.machines) and not loaded.plan.models:
+    if files_read() == before and not functions(loaded.plan):
         kept = _CachedScene(loaded.plan, loaded.facts, loaded.merged)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded

@@ -40,9 +40,9 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
         raise _wrong(words, at + error.column, str(error), error.hint) from None
     source = Source(NOWHERE)
     builder = build_machines(source, scene.scene)
-    builder.interlocks = scene.plan.interlocks
+    builder.machines, builder.interlocks = [*scene.plan.machines], scene.plan.interlocks
     source.keys[PLACE], source.values[PLACE] = Mark(NOWHERE, 1, 1, words), Mark(NOWHERE, 1, at + 1, words)
-    orders = build_orders(builder, scene.plan.mechanisms, PLACE, target.strip(), meant)
+    orders = build_orders(builder, PLACE, target.strip(), meant)
     for fault in source.faults:
         column = source.mark(fault.path, on_key=fault.on_key).column - 1 + fault.column
         raise _wrong(words, column, fault.sentence, fault.hint)

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import HEAD, governing, line_of, open_checks, state_of
-from heavylift.nodes.limits.checks import rows as rows_of
+from heavylift.nodes.limits.checks import HEAD, governing, line_of, open_checks, rows as rows_of, state_of
 from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.table_rows import likewise
@@ -89,7 +88,7 @@ def report(
     every: list[Rope | Reeving] = []
     for m in built.machines:
         every += [*m.system.ropes, *m.system.reevings]
-    ties = {tie.rope: m.levels for m in built.machines for tie in m.ties if m.levels or tie.rigging}
+    ties = {tie.rope: not tie.rigging for m in built.machines for tie in m.ties}
     slings = sum(rope.hooked or ties[rope.name] for rope in every if rope.name in ties)
     ropes, actions = sum(rope.name not in ties for rope in every), len(built.actions)
     models = len(built.machines) + len(built.models) + 1

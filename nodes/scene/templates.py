@@ -181,7 +181,7 @@ def _hooks(crane: str) -> dict[str, tuple[float, float]]:
     scene = parse(
         f"heavylift: 1\nname: new\nend: 1 s\ncranes: {{crane: {{type: {crane}}}}}\n", "new.yaml", passing=True
     )
-    (machine,) = scene.plan.mechanisms
+    (machine,) = scene.plan.machines
     at, found = poses(machine.system), {}
     for hook in machine.hooks:
         x, y, _ = place(hook.eye, at)

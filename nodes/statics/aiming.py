@@ -6,13 +6,13 @@ from math import pi, sqrt
 
 import msgspec
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Joint, System, Vector
+from heavylift.kernel.description.mechanics import JOINTS, Joint, System, Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.mechanism import lug_places
 
+from .goals import axis_of, world
 from .state import StaticState
 from .static_path import at_rest
 
@@ -54,7 +54,7 @@ def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
     drive = next(x for x in whole.drives if x.name == move.actuator)
     joint = next(x for x in whole.joints if x.name == drive.joint)
     tops = _tops(built, whole, joint.child, state)
-    lugs = [_world(state, lug.body, lug.p) for name, lug in lug_places(built.machines).items() if name in move.above]
+    lugs = [world(state, lug.body, lug.p) for name, lug in lug_places(built.machines).items() if name in move.above]
     if not tops:
         return None
     distance = _way(joint, state, _mean(tops), _mean(lugs))
@@ -69,17 +69,16 @@ def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> lis
         carried |= {x.child for x in whole.joints if x.parent in carried and JOINTS[x.kind].n_v < 6}
     hooks = {hook.rope for machine in built.machines for hook in machine.hooks}
     ends = (line.a for rope in whole.straight_ropes if rope.name in hooks for line in rope.lines[:2])
-    return [_world(state, end.body, end.p) for end in ends if end.body in carried]
+    return [world(state, end.body, end.p) for end in ends if end.body in carried]
 
 
 def _way(joint: Joint, state: StaticState, top: Vector, to: Vector) -> float | None:
     """Travel of a joint until a point that it carries is above another one."""
-    own = tuple(sum(r * x for r, x in zip(row, joint.axis, strict=True)) for row in joint.R_PJ)
-    axis = _turned(state, joint.parent, own)
+    axis = axis_of(joint, state)
     if joint.kind == "prismatic":
         level = axis[0] * axis[0] + axis[1] * axis[1]
         return ((to[0] - top[0]) * axis[0] + (to[1] - top[1]) * axis[1]) / level if level > LEVEL else None
-    o = _world(state, joint.parent, joint.p_PJ)
+    o = world(state, joint.parent, joint.p_PJ)
     a, b = (tuple(p - q for p, q in zip(point, o, strict=True)) for point in (top, to))
     if abs(axis[2]) > 1.0 - LEVEL:
         turn = float(atan2(b[1], b[0]) - atan2(a[1], a[0])) * axis[2]
@@ -99,16 +98,4 @@ def _way(joint: Joint, state: StaticState, top: Vector, to: Vector) -> float | N
 
 def _mean(points: list[Vector]) -> Vector:
     x, y, z = (sum(values) / len(points) for values in zip(*points, strict=True))
-    return x, y, z
-
-
-def _turned(state: StaticState, body: str, v: tuple[float, ...]) -> tuple[float, ...]:
-    if body not in state.poses:
-        return v
-    return tuple(sum(r * x for r, x in zip(row, v, strict=True)) for row in state.poses[body][1])
-
-
-def _world(state: StaticState, body: str, p: Vector) -> Vector:
-    o = state.poses[body][0] if body in state.poses else (0.0, 0.0, 0.0)
-    x, y, z = (a + b for a, b in zip(o, _turned(state, body, p), strict=True))
     return x, y, z

@@ -18,7 +18,7 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
     """The plan with its blocks at rest on their supports, unless written so to `WRITTEN`."""
-    machines = tuple(_stands(x, first) if x.levels and x.cargo else x for x in built.machines)
+    machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
 
@@ -41,10 +41,11 @@ def settled(built: plan.Plan) -> plan.Plan:
 
 def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
     """The plan with blocks, hooks and frames at rest, and the ropes that carry there."""
-    machines = []
+    machines, hooks = list[plan.Mechanism](), [hook for machine in built.machines for hook in machine.hooks]
+    free = {hook.eye.body for hook in hooks if not hook.ends}  # others hang at rest as they are written
     for machine in standing(built, first).machines:
-        if not machine.levels:
-            machine = _rested(machine, {machine.name, *(hook.rope for hook in machine.hooks)}, first)
+        if not machine.cargo:
+            machine = _rested(machine, {machine.name, *free} & {body.name for body in machine.system.bodies}, first)
             taut = (r.name for r in machine.system.all_ropes if r.hooked and first.tensions[r.name] > 0.0)
             machine = msgspec.structs.replace(machine, taut=tuple(taut))
         machines.append(machine)
@@ -52,10 +53,16 @@ def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
 
 
 def _rested(machine: plan.Mechanism, bodies: set[str], first: StaticState) -> plan.Mechanism:
-    """A machine with bodies at their rest poses."""
+    """A machine with bodies at their rest poses, and what hangs on their hinges."""
+    hung = {*bodies} - {machine.name}
 
     def joint(x: Joint) -> Joint:
-        return replace(x, q0=_rest(first.poses[x.child])) if x.kind == "free" and x.child in bodies else x
+        if x.kind == "free" and x.child in bodies:
+            return replace(x, q0=_rest(first.poses[x.child]))
+        if x.parent not in hung:
+            return x
+        hung.add(x.child)
+        return replace(x, q0=(first.coordinates[x.name],)) if x.kind in ("prismatic", "revolute") else x
 
     system = replace(
         machine.system,
@@ -71,8 +78,16 @@ def _bent(body: Body, first: StaticState) -> Body:
 
 
 def _rest(pose: Pose) -> tuple[float, float, float, float, float, float, float]:
-    """Place and quaternion of a body that is turned by less than 120 degrees."""
+    """Place and quaternion of a body."""
     p, R = pose
+    if R[0][0] + R[1][1] + R[2][2] < 0.0:  # turned by more than 120 degrees, most about the axis i
+        i = max(range(3), key=lambda axis: R[axis][axis])
+        j, k, q = (i + 1) % 3, (i + 2) % 3, [0.0] * 4
+        q[i] = 0.5 * sqrt(1.0 + R[i][i] - R[j][j] - R[k][k])
+        q[j], q[k], q[3] = (
+            (a + b) / (4.0 * q[i]) for a, b in ((R[i][j], R[j][i]), (R[i][k], R[k][i]), (R[k][j], -R[j][k]))
+        )
+        return (*p, q[0], q[1], q[2], q[3])
     w = 0.5 * sqrt(1.0 + R[0][0] + R[1][1] + R[2][2])
     x, y, z = ((R[i][j] - R[j][i]) / (4.0 * w) for i, j in ((2, 1), (0, 2), (1, 0)))
     return (*p, x, y, z, w)

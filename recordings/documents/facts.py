@@ -18,7 +18,7 @@ from heavylift.recordings.format.samples import REEVING, reeved
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.read.verdict import RecordedVerdict, recorded_peaks, recorded_verdict
-from heavylift.recordings.write.rows import Peak
+from heavylift.recordings.write.sink import Peak
 from numpy.typing import NDArray
 
 from .loads import Loads, loads_of

@@ -31,7 +31,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
         hooked = sum(1 for tie in slings if tie.get("lug"))
         rows.append(("rig", f"{len(slings)} slings, {hooked} hooked at the start"))
     named = {*cranes, block.get("name", "")}
-    for machine in (x for x in plan.get("machines", []) if x["name"] not in named and not x.get("levels")):
+    for machine in (x for x in plan.get("machines", []) if x["name"] not in named and not x.get("ties")):
         system = machine["system"]
         message = f"{len(system['bodies'])} bodies, {len(system['joints'])} joints"
         rows.append((f"mechanism {machine['name']}", message))
@@ -39,7 +39,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("gravity", f"{plan.get('gravity', 9.80665):g} m/s2"))
     rows += settings(rec.run).items()
     fidelity = rec.fact("fidelity", {})
-    if any(x.get("levels") for x in plan.get("machines", [])) and isinstance(fidelity, dict):
+    if any(x.get("hooks") for x in plan.get("machines", [])) and isinstance(fidelity, dict):
         rows.append(("fidelity", ", ".join(f"{k.replace('_', ' ')} {_described(v)}" for k, v in fidelity.items())))
     return rows + [(name.replace("_", " "), rec.run[name]) for name in COMPUTED if name in rec.run]
 

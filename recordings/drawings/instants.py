@@ -4,7 +4,7 @@ Key are the ends of stages in which something has moved, evenly thinned, the lar
 clearance.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple
 
@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
-from heavylift.recordings.format.viewer_messages import Box, corners, turned
-from heavylift.recordings.read.part import HANGING
+from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine, corners, turned
 from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.signal import HANGING
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_peaks
 from numpy.typing import NDArray
 
@@ -135,8 +135,29 @@ def _moved(a: DrawnInstant, b: DrawnInstant) -> float:
 def _instant(
     rec: Recording, plan: dict[str, Any], title: str, t: float, poses: dict[str, Floats], near: Clearance | None
 ) -> DrawnInstant:
+    rig = next((rig for rig in reversed(rec.rigs()) if rig.t_ns * 1e-9 <= t + 1e-9), None)
+    tension = rec.signal("rope/tension").at(np.array([t])) if "rope/tension" in rec.signals() else None
+    lines = rig.lines if rig else []
+    tensions = {x.rope: _value(tension, x.rope) for x in lines}
+    places = {name.removeprefix(POSE): x for name, x in poses.items()}
+    return instant(plan, title, t, rec.boxes(), places, lines, tensions, rec.fact(HANGING, {}), near)
+
+
+def instant(
+    plan: dict[str, Any],
+    title: str,
+    t: float,
+    boxes: Sequence[DrawnBox],
+    poses: Mapping[str, Floats],
+    rig: Sequence[RopeLine],
+    tensions: Mapping[str, float],
+    hanging: Collection[str],
+    near: Clearance | None = None,
+) -> DrawnInstant:
+    """What is drawn of a plan (as data) at poses (7,) of its bodies; `hanging`: machines on hooks of others."""
+
     def world(body: str, p: object) -> Floats:
-        pose, point = poses.get(POSE + body), np.asarray(p, np.float64)
+        pose, point = poses.get(body), np.asarray(p, np.float64)
         return point if pose is None else turned(pose[3:], point) + pose[:3]
 
     every = plan.get("machines", [])
@@ -144,25 +165,21 @@ def _instant(
     hooks = _hooks(plan)
     slings = {tie["rope"] for tie in machines.ties(plan)}
     eyes = {hook["eye"]["body"] for hook in hooks}
-    hung = {
-        x["name"] for machine in every if machine["name"] in rec.fact(HANGING, {}) for x in machine["system"]["bodies"]
-    }
+    hung = {x["name"] for machine in every if machine["name"] in hanging for x in machine["system"]["bodies"]}
     frames = (hung | {tie["upper"]["body"] for tie in machines.ties(plan)}) - eyes
 
-    def kind(box: Box) -> Kind:
+    def kind(box: DrawnBox) -> Kind:
         body = box.body
         if body in cargo:
             size = cargo[body].get("size", box.size)
             return "deck" if box.size[0] > size[0] and box.size[2] < size[2] else "block"
         return "world" if body == WORLD else "hook" if body in eyes else "frame" if body in frames else "crane"
 
-    boxes = (box for box in rec.boxes() if box.body != WORLD or max(box.size) > ANCHOR)
-    solids = [DrawnSolid(kind(box), box.body, world(box.body, corners(box))) for box in boxes]
-    rig = next((rig for rig in reversed(rec.rigs()) if rig.t_ns * 1e-9 <= t + 1e-9), None)
-    tension = rec.signal("rope/tension").at(np.array([t])) if "rope/tension" in rec.signals() else None
+    drawn = (box for box in boxes if box.body != WORLD or max(box.size) > ANCHOR)
+    solids = [DrawnSolid(kind(box), box.body, world(box.body, corners(box))) for box in drawn]
     lines = [
-        DrawnLine(x.rope, world(x.a_body, x.a), world(x.b_body, x.b), _value(tension, x.rope), x.rope in slings)
-        for x in (rig.lines if rig else [])
+        DrawnLine(x.rope, world(x.a_body, x.a), world(x.b_body, x.b), tensions.get(x.rope, 0.0), x.rope in slings)
+        for x in rig
     ]
     found = [
         DrawnHook(hook["rope"], world(hook["eye"]["body"], hook["eye"].get("p", (0, 0, 0))),

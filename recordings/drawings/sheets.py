@@ -76,8 +76,18 @@ SIZE = 283.0, 196.0  # [mm] A4 without its margins
 EDGE = 0.3  # [mm] of the border within the sheet
 STRIP = 17.0  # height of the title block
 LEFT = 172.0  # width of plan and elevation
+MARGIN = 1.5  # [mm] around a view on its own sheet
 BOLD = 0.72  # of its height: a bold letter
 CELLS = (0.0, 62.0, 150.0, 202.0, 242.0, SIZE[0])
+
+
+def svg_alone(view: View, room: tuple[float, float]) -> str:
+    """A view in the middle of its own sheet of this size [mm], or larger if its items are."""
+    points = np.concatenate([points_of(item) for item in view.items])
+    low, high = points.min(axis=0), points.max(axis=0)
+    width, height = np.maximum(high - low + 2 * MARGIN, room).tolist()
+    view.place = (width - float(low[0] + high[0])) / 2, (height - float(low[1] + high[1])) / 2
+    return svg_of([view], (width, height), view.title)
 
 
 class Drawing(NamedTuple):

@@ -47,9 +47,33 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
     deep = max(deep, 2.2 * abs(float((x.hooks[0].eye - x.hooks[0].axis) @ v))) if x.hooks[0].axis is not None else deep
     rows = ROW * (5 + len({round(float(hook.eye @ h), 1) for hook in x.hooks}))
     scale = fitting(wide, high + deep, (room[0] - 7 * ROW, room[1] - rows - 12.0))
-    return _plan(x, View(f"Plan 1 : {scale:g}", scale), h, v), _elevation(
-        x, View(f"Elevation 1 : {scale:g}", scale), h, v
+    return _plan(x, View(f"Plan 1 : {scale:g}", scale), h, v), _elevation(x, View(f"Elevation 1 : {scale:g}", scale), h)
+
+
+def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
+    """Plan and two elevations, each at the scale that fits a room [mm]; the second is seen from the right of the
+    first."""
+    h = main_axis(x)
+    v = np.cross(UP, h)
+    seen = x.of("crane", "block", "hook", "frame")
+    wide, deep, high = (float(np.ptp(seen @ axis)) for axis in (h, v, UP))
+    inner = room[0] - 5 * ROW, room[1] - 3 * ROW
+    plan, side = fitting(wide, deep, inner), fitting(deep, high, inner)
+    front = fitting(wide, high, (inner[0], inner[1] - ROW))
+    aside = x._replace(hooks=[hook._replace(axis=None) for hook in x.hooks])  # a radius is not seen in true size
+    return (
+        _plan(x, View(f"Plan, {_named_axis(h)} to the right", plan), h, v),
+        _elevation(x, View(f"Elevation, {_named_axis(h)} to the right", front), h),
+        _elevation(aside, View(f"Elevation, {_named_axis(v)} to the right", side), v, places=False),
     )
+
+
+def _named_axis(way: Floats) -> str:
+    """A horizontal direction in words."""
+    for name, axis in (("x", way[0]), ("y", way[1])):
+        if abs(abs(axis) - 1.0) < LEVEL:
+            return f"{'+' if axis > 0 else '-'}{name}"
+    return f"{degrees(atan2(way[1], way[0])) % 360.0:.1f} deg from x"
 
 
 def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
@@ -66,7 +90,8 @@ def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequenc
     return low, high
 
 
-def _elevation(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
+def _elevation(x: DrawnInstant, view: View, h: Floats, places: bool = True) -> View:
+    """`places`: with distances of the hooks from the left."""
     low, high = _drawn(x, view, h, UP)
     low[1] = min(low[1], 0.0)
     view.items.append(Path(np.array([[low[0] - 4.0, 0.0], [high[0] + 4.0, 0.0]]), "frame line"))
@@ -80,7 +105,7 @@ def _elevation(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
         foot = view.paper(np.array([hook.axis @ h, max(0.0, hook.axis[2])]))
         view.items.append(Path(np.array([[foot[0], low[1] - 2.0], [foot[0], high[1] + 2.0]]), "axis"))
         view.across(foot, view.paper(np.array([hook.eye @ h, hook.eye[2]])), next(below), "R ")
-    if all(hook.axis is None for hook in x.hooks):
+    if places and all(hook.axis is None for hook in x.hooks):
         for eye in _spread(eyes, 0):
             view.across(np.array([low[0], 0.0]), eye, next(below))
     view.across(np.array([low[0], 0.0]), np.array([high[0], 0.0]), next(below))

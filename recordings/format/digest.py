@@ -66,8 +66,8 @@ class Digest:
     """Incremental, independent of the order of calls."""
 
     def __init__(self) -> None:
-        self._events, self._rows = _Sorted(), _Rows()
-        self._lifts: dict[str, _Rows] = {}
+        self._events, self._rows = _Sorted(), _RowHashes()
+        self._lifts: dict[str, _RowHashes] = {}
         self._notes: dict[int, bytes] = {}
         self._total = ""
 
@@ -79,7 +79,7 @@ class Digest:
     def samples(self, number: int, t_ns: int, row: bytes, lift: str = "") -> None:
         """Add the sample row of this number, of all or of one lift: simulation time [ns] and its float64 bytes."""
         self._total = ""
-        rows = self._lifts.setdefault(lift, _Rows()) if lift else self._rows
+        rows = self._lifts.setdefault(lift, _RowHashes()) if lift else self._rows
         rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
@@ -134,7 +134,7 @@ class _Sorted:
             head = self._file.read(_LENGTH.size)
 
 
-class _Rows:
+class _RowHashes:
     """Hashes by number; those added in order are stored on disk."""
 
     def __init__(self) -> None:

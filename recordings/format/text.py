@@ -1,7 +1,8 @@
-"""Text for people: tables, time spans, which names were perhaps meant."""
+"""Text for people: tables, time spans, events in a planner's words, which names were perhaps meant."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from math import degrees
 from typing import Any, TypeVar
 
 from heavylift.kernel.errors import SPACES, printable
@@ -66,3 +67,30 @@ def duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
+
+
+LISTED: dict[str, Callable[[dict[str, Any]], str]] = {  # events that planners follow, in their words
+    "Stage": lambda x: f"stage {x['name']} begins" if x["name"] else "",
+    "RopeState": lambda x: f"{x['actor']} {x['state']}",
+    "Hooked": lambda x: f"{x['actor']} hooked to {x['lug']}",
+    "Unhooked": lambda x: f"{x['actor']} unhooked",
+    "Overload": lambda x: (
+        f"load of {x['actor']} {'above' if x['over'] else 'back below'} its rated "
+        f"{x['rated'] / 1e3:.1f} kN: {x['tension'] / 1e3:.1f} kN"
+    ),
+    "Tripped": lambda x: f"interlock {x['actor']} {'tripped' if x['over'] else 'reset'}{', bypassed' * x['bypassed']}",
+    "Limit": lambda x: f"{x['actor']} stopped: {x['limit']}",
+    "Lifted": lambda x: f"{x['actor']} lifted off",
+    "Touched": lambda x: f"{x['actor']} touches {x['support']}",
+    "Landed": lambda x: f"{x['actor']} landed on its {x['face']} face",
+    "Attitude": lambda x: (
+        f"{x['actor']} turned to {turn} deg" if (turn := round(degrees(x["angle"]))) % 30 == 0 else ""
+    ),
+    "BrakeState": lambda x: f"{x['actor']} {'engaged' if x['engaged'] else 'released'}",
+    "Begun": lambda x: f"lift {x['actor']} begins",
+    "Ended": lambda x: f"lift {x['actor']} done",
+    "OperatorCommand": lambda x: f"operator: {x['text']}",
+    "OperatorAnswer": lambda x: x["refused"] or x["text"],
+    "Skipped": lambda x: f"{x['actor']}: its condition held already, not moved",
+    "Finished": lambda _: "action list done",
+}

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from .schema import Template, stamp
 
-__all__ = ["Box", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
+__all__ = ["DrawnBox", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
 
 Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -33,7 +33,7 @@ MILLIMETRE = 2.0**10  # parts of a metre in which ropes are drawn
 STILL = 0.02  # [m], and about [rad]: a body that has moved less leaves its ropes where they are
 
 
-class Box(msgspec.Struct, frozen=True):
+class DrawnBox(msgspec.Struct, frozen=True):
     """A shape on a body: box, ball or cylinder along z; centre, edges [m], quaternion x y z w in the body's frame, RGBA
     from 0 to 1; "world" is the ground."""
 
@@ -62,7 +62,7 @@ class Rig(msgspec.Struct, frozen=True):
     lines: list[RopeLine]
 
 
-def boxes_message(boxes: Sequence[Box]) -> bytes:
+def boxes_message(boxes: Sequence[DrawnBox]) -> bytes:
     """A SceneUpdate at time 0 with an entity per body, locked to its frame."""
     update = SceneUpdate()
     for body in dict.fromkeys(box.body for box in boxes):
@@ -80,16 +80,18 @@ def boxes_message(boxes: Sequence[Box]) -> bytes:
     return bytes(update.SerializeToString())
 
 
-def boxes_of(data: bytes) -> list[Box]:
+def boxes_of(data: bytes) -> list[DrawnBox]:
     """The shapes of such a SceneUpdate."""
-    out: list[Box] = []
+    out: list[DrawnBox] = []
     kinds: dict[str, Literal["box", "ball", "cylinder"]] = {"cubes": "box", "spheres": "ball", "cylinders": "cylinder"}
     for entity in SceneUpdate.FromString(data).entities:
         for field, kind in kinds.items():
             for shape in getattr(entity, field):
                 p, s, c, q = shape.pose.position, shape.size, shape.color, shape.pose.orientation
                 turn = (q.x, q.y, q.z, q.w)
-                out.append(Box(entity.frame_id, (p.x, p.y, p.z), (s.x, s.y, s.z), (c.r, c.g, c.b, c.a), turn, kind))
+                out.append(
+                    DrawnBox(entity.frame_id, (p.x, p.y, p.z), (s.x, s.y, s.z), (c.r, c.g, c.b, c.a), turn, kind)
+                )
     return out
 
 
@@ -142,7 +144,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
-def corners(box: Box) -> Floats:
+def corners(box: DrawnBox) -> Floats:
     """Corners (8, 3) of a shape in its body's frame [m]; a ball or cylinder counts as its box."""
     return np.array(box.centre) + turned(np.array(box.turn), CORNERS * np.array(box.size))
 

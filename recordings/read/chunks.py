@@ -11,7 +11,7 @@ from typing import BinaryIO, NamedTuple
 
 import numpy as np
 import zstandard
-from heavylift.recordings.format.failures import BROKEN
+from heavylift.recordings.format.mcapfile import BROKEN
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, Message, Metadata, Schema

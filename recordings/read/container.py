@@ -18,8 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, printable
-from heavylift.recordings.format.failures import BROKEN, failing, refused
-from heavylift.recordings.format.mcapfile import MAGIC
+from heavylift.recordings.format.mcapfile import BROKEN, MAGIC, failing, refused
 from heavylift.recordings.format.text import GENERATOR, shown
 from heavylift.recordings.write.outputs import HEADER, file_path, unnamable
 from mcap.data_stream import ReadDataStream

@@ -24,16 +24,14 @@ from heavylift.kernel.version import __version__, again, install
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
 from heavylift.recordings.format.text import GENERATOR, meant, shown
-from heavylift.recordings.format.viewer_messages import Box, Rig, boxes_of, frames_template
+from heavylift.recordings.format.viewer_messages import DrawnBox, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT, OLDEST
 from numpy.typing import NDArray
 
 from .chunks import LIMIT, RawMessage
 from .container import Container
-from .contents import Contents, sampler_note
-from .decoding import Form, Rows, decoded, with_own_rows
-from .part import RecordedPart, chosen
-from .signal import Signal, drawing, only, recording_html
+from .contents import Contents, Form, Rows, decoded, sampler_note, with_own_rows
+from .signal import RecordedPart, Signal, chosen, drawing, only, recording_html
 
 SHOWN = 60  # characters of a version that a file names
 Floats = NDArray[np.float64]
@@ -203,7 +201,7 @@ class Recording:
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
 
-    def boxes(self) -> list[Box]:
+    def boxes(self) -> list[DrawnBox]:
         """The shapes drawn on the bodies."""
         with self._file.reading():
             return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]

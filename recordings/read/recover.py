@@ -14,11 +14,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.failures import BROKEN
-from heavylift.recordings.format.mcapfile import MAGIC
+from heavylift.recordings.format.mcapfile import BROKEN, MAGIC
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.outputs import PART, beside, file_path, output_path, unnamable
-from heavylift.recordings.write.sink import FORMAT, Sink, library
+from heavylift.recordings.write.sink import FORMAT, RecordingSink, library
 from mcap.records import Attachment, Channel, DataEnd, Header, Message, Metadata, Schema
 
 from .chunks import LIMIT, RECORD, salvaged
@@ -95,7 +94,7 @@ class _Copy:
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
         self._numbers: dict[int, int] = {}  # of a channel in the new file
-        self._sink: Sink | None = None
+        self._sink: RecordingSink | None = None
         self._contents, self._readable = Contents(), True
         self._library, self._ended, self._described = "", ended, True
         self._held: dict[str, Message] = {}  # numbers of the last row of each lift, and times of those that are copied
@@ -123,14 +122,14 @@ class _Copy:
             case Message():
                 self._message(record)
 
-    def _open(self) -> Sink:
+    def _open(self) -> RecordingSink:
         if self._sink is None:
             if "run" not in self._metadata and not self._library.startswith(GENERATOR):
                 raise RecordingError(f"{self._path}: holds no run of heavylift; there is nothing to recover")
             run = self._metadata.get("run", {})
             run = {**run, "format": str(FORMAT)} if self._library == library() else run
             made = self._library if self._library.startswith(GENERATOR) else ""
-            self._sink = Sink(self._out, run, self._attachments, self._force, made)
+            self._sink = RecordingSink(self._out, run, self._attachments, self._force, made)
         return self._sink
 
     def _attachment(self, record: Attachment) -> None:

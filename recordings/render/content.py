@@ -11,12 +11,13 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from math import degrees
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout, unit_of
+from heavylift.recordings.format.text import LISTED
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -24,28 +25,12 @@ PAGE = Path(__file__).parents[1] / "page"
 LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
 FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
 INNER = ("order", "input", "state")  # ports on which models talk among themselves
-SENTENCES = {  # by type of message
-    "Stage": "stage {name}",
-    "Finished": "action list done",
-    "Done": "move of {actor} done",
-    "Limit": "{actor} stopped: {limit}",
-    "RopeState": "{actor} {state}",
-    "Hooked": "{actor} hooked to {lug}",
-    "Unhooked": "{actor} unhooked",
-    "BrakeState": "{actor} {state}",
-    "Overload": "{actor} {state} its rated tension",
-    "Tripped": "interlock {actor} {state}",
-    "Reached": "{actor} reached",
-    "Lifted": "{actor} lifted off",
-    "Touched": "{actor} touches {support}",
-    "Landed": "{actor} landed on its {face} face",
-    "Skipped": "order to {actor} not begun: done already",
-    "OperatorCommand": "operator: {text}",
-}
-SWITCHES = {
-    "BrakeState": {"engaged": ("released", "engaged")},
-    "Overload": {"over": ("back below", "beyond")},
-    "Tripped": {"over": ("is reset", "has tripped")},
+SENTENCES = LISTED | {  # by type of message, with what only a list of all events tells
+    "Attitude": lambda x: (
+        f"{x['actor']} turned {'past' if x['rising'] else 'back below'} {degrees(x['angle']):.4g} degrees"
+    ),
+    "Done": lambda x: f"move of {x['actor']} done",
+    "Reached": lambda x: f"{x['actor']} reached",
 }
 FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
 
@@ -105,17 +90,11 @@ def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) ->
     return {"t": t_ns * 1e-9, "source": source, "text": message, "inner": inner}
 
 
-def _sentence(type_: str, fields: Mapping[str, object]) -> str | None:
+def _sentence(type_: str, fields: Mapping[str, Any]) -> str | None:
     """Sentence of an event for planners; None for others."""
-    words = SENTENCES.get(type_)
-    if type_ == "Attitude" and isinstance(angle := fields.get("angle"), float):
-        distance = "past" if fields.get("rising") else "back below"
-        return f"{fields.get('actor')} turned {distance} {degrees(angle):.4g} degrees"
-    switch = next((x for x in SWITCHES.get(type_, {}) if x in fields), "")
-    state = SWITCHES[type_][switch][bool(fields[switch])] if switch else ""
     try:
-        return words.format_map({**fields, "state": state or fields.get("state")}) if words else None
-    except (KeyError, ValueError, AttributeError, IndexError, TypeError):
+        return str(SENTENCES[type_](dict(fields))) or None
+    except (LookupError, ValueError, ArithmeticError, AttributeError, TypeError):
         return None  # of a model that only calls its message so
 
 

@@ -24,7 +24,7 @@ from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
 from .content import bundled, packed
-from .paper import FORMATS, INK, QUIET, banded, limited, on_paper, save, tidied, timed
+from .storyboard import FORMATS, INK, QUIET, banded, limited, on_paper, save, tidied, timed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

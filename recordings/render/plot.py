@@ -24,7 +24,7 @@ from heavylift.recordings.write.outputs import output_path
 from numpy.typing import NDArray
 
 from .curves import curves
-from .paper import FORMATS, INK, QUIET, banded, digits, limited, on_paper, save, spread, tidied, timed
+from .storyboard import FORMATS, INK, QUIET, banded, digits, limited, on_paper, save, spread, tidied, timed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -24,7 +24,7 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format.samples import SampleLayout, thinned
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.format.viewer_messages import Box, RopeLine
+from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine
 from heavylift.recordings.write.broadcast import Spectator
 from heavylift.recordings.write.sink import texts
 from numpy.typing import NDArray
@@ -36,6 +36,28 @@ READERS = 16  # browsers at a time
 STALLED = 5.0  # [s] without reading until a browser is let go
 POLL = 0.05  # [s] between looks for the end
 PULSE = 2.0  # [s] between signs of life where nothing happens
+
+
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+def refusal(headers: Mapping[str, str], port: int) -> str:
+    """Why a request is refused by its headers, or ""; `headers`: found by any spelling of a name."""
+    names = [f"{name}:{port}" for name in (HOST, "localhost")]
+    if headers.get("Host", "") not in names:
+        return "this page is served to this machine only"
+    origin = headers.get("Origin")
+    if origin is not None and origin not in [f"http://{name}" for name in names]:
+        return "this page is not served to other sites"
+    if headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
+        return "this page is not served to other sites"
+    return ""
 
 
 class PageServer:
@@ -89,9 +111,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer with the page, its messages, or a refusal."""
-        refusal = self._refusal()
-        if refusal:
-            return self._answer(HTTPStatus.FORBIDDEN, refusal.encode() + b"\n", "text/plain")
+        refused = refusal(cast(Mapping[str, str], self.headers), self.server.owner.port)
+        if refused:
+            return self._answer(HTTPStatus.FORBIDDEN, refused.encode() + b"\n", "text/plain")
         _, word, *rest = self.path.split("?")[0].split("/")
         if not hmac.compare_digest(word.encode(), self.server.owner.word.encode()) or rest not in ([""], ["events"]):
             return self._answer(HTTPStatus.NOT_FOUND, b"no such page; copy the whole address\n", "text/plain")
@@ -101,18 +123,6 @@ class _Handler(BaseHTTPRequestHandler):
 
         return self._answer(HTTPStatus.OK, page({"live": "events"}).encode(), "text/html; charset=utf-8")
 
-    def _refusal(self) -> str:
-        """Why a request is refused, or ""."""
-        names = [f"{name}:{self.server.owner.port}" for name in (HOST, "localhost")]
-        if self.headers.get("Host", "") not in names:
-            return "this page is served to this machine only"
-        origin = self.headers.get("Origin")
-        if origin is not None and origin not in [f"http://{name}" for name in names]:
-            return "this page is not served to other sites"
-        if self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
-            return "this page is not served to other sites"
-        return ""
-
     def _answer(self, status: HTTPStatus, body: bytes, kind: str) -> None:
         self.send_response(status)
         for name, value in (("Content-Type", kind), ("Content-Length", str(len(body)))):
@@ -121,14 +131,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def _send_policy(self) -> None:
-        for name, value in (
-            ("Connection", "close"),
-            ("Cache-Control", "no-store"),
-            ("Referrer-Policy", "no-referrer"),
-            ("X-Content-Type-Options", "nosniff"),
-            ("X-Frame-Options", "DENY"),
-            ("Cross-Origin-Resource-Policy", "same-origin"),
-        ):
+        for name, value in {"Connection": "close", **HEADERS}.items():
             self.send_header(name, value)
         self.end_headers()
         self.close_connection = True
@@ -198,7 +201,7 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
         self._packer.start()
 
     def begin(
-        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
+        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
         self._shown, self._facts = shown(layout), facts_shown(texts(run), [])
         head = {

@@ -13,7 +13,7 @@ from heavylift.kernel.errors import RecordingError, path_text
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.format.viewer_messages import Box
+from heavylift.recordings.format.viewer_messages import DrawnBox
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import AGAIN, RecordedVerdict, recorded_peaks, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
@@ -174,7 +174,7 @@ class _Ghost(NamedTuple):
     """Names of bodies and their shapes; (group, name, unit) of signals; poses (n, 7 bodies), values (n, signals)."""
 
     bodies: list[str]
-    boxes: list[Box]
+    boxes: list[DrawnBox]
     signals: list[tuple[str, str, str]]
     poses: Floats
     values: Floats

@@ -2,7 +2,7 @@
 
 broadcast         who looks at a run while it goes on; programs that draw it
 writer            the recorder: one file per run, whole once it bears its name
-sink, rows        the MCAP file as the recorder sees it (its bytes: format.mcapfile); sample rows on their way into it
+sink              the MCAP file as the recorder sees it (its bytes: format.mcapfile); sample rows on their way into it
 outputs, partfile under which name an output is written; the file under construction
 """
 

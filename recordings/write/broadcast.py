@@ -7,7 +7,8 @@ Whoever looks at a run while it goes on; this one is nobody.
 """
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Protocol
 
 import msgspec
@@ -15,17 +16,17 @@ import numpy as np
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.recordings.format.samples import SampleLayout
-from heavylift.recordings.format.viewer_messages import Box, Log, RopeLine, SceneUpdate, boxes_message, log_message
+from heavylift.recordings.format.viewer_messages import DrawnBox, Log, RopeLine, SceneUpdate, boxes_message, log_message
 from numpy.typing import NDArray
 
-from .rows import RowWriter
+from .sink import RowWriter
 
 
 class Spectator:
     """Receives what is recorded: `begin`, then `event`, `ropes`, `samples`, then `end`."""
 
     def begin(
-        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
+        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
         """Start data: facts of the run, sample columns, shapes and lines."""
 
@@ -46,29 +47,13 @@ class Spectators(Spectator):
     """Several spectators in order."""
 
     def __init__(self, *those: Spectator) -> None:
-        self._those = those
+        for method in ("begin", "event", "ropes", "samples", "end"):
+            setattr(self, method, partial(_each, [getattr(one, method) for one in those]))
 
-    def begin(
-        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
-    ) -> None:
-        for each in self._those:
-            each.begin(run, layout, boxes, lines)
 
-    def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
-        for each in self._those:
-            each.event(t_ns, source, port, type, payload)
-
-    def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        for each in self._those:
-            each.ropes(t_ns, lines)
-
-    def samples(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-        for each in self._those:
-            each.samples(times, rows)
-
-    def end(self, status: str, message: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
-        for each in self._those:
-            each.end(status, message, peaks, where)
+def _each(receivers: Sequence[Callable[..., None]], *what: object) -> None:
+    for receive in receivers:
+        receive(*what)
 
 
 AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
@@ -113,7 +98,7 @@ class Broadcast(Spectator):
         self._listener.put(self._topics[channel], publish_ns, data)
 
     def begin(
-        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
+        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
         self._rows, self._lines, self._boxes = RowWriter(self, layout, 0.0), lines, boxes_message(boxes)
         self._scene, self._log = self.protobuf("/scene", SceneUpdate), self.protobuf("/log", Log)

@@ -22,15 +22,22 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.digest import Digest
 from heavylift.recordings.format.samples import SAMPLER, Batch, SampleLayout, SamplerNote, decode_batch
 from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
-from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
+from heavylift.recordings.format.viewer_messages import (
+    DrawnBox,
+    Log,
+    Rig,
+    RopeLine,
+    SceneUpdate,
+    boxes_message,
+    log_message,
+)
 
-from .rows import Peak, RowBlock, RowWriter, note_peaks
-from .sink import Sink
+from .sink import Peak, RecordingSink, RowBlock, RowWriter, note_peaks
 
 EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
 
 
-class Waiting(NamedTuple):
+class PendingRows(NamedTuple):
     """The rows of a block of some rows, from `first` on."""
 
     rows: RowWriter
@@ -64,7 +71,7 @@ class Recorder:
     ) -> None:
         self.digest = Digest()
         self._began = time.monotonic()
-        self._sink = Sink(path, run, attachments or {}, force)
+        self._sink = RecordingSink(path, run, attachments or {}, force)
         self._log = self._sink.protobuf("/log", Log)
         self._ports: dict[tuple[str, str], int] = {}
         self._rows: RowWriter | None = None
@@ -73,7 +80,7 @@ class Recorder:
         self._next_sample = 0
         self.notes: list[SamplerNote] = []
         """What the sampler has told the user so far."""
-        self._queue: list[tuple[int, int, int, Callable[[int], None] | Waiting]] = []  # time, rank, ticket, what
+        self._queue: list[tuple[int, int, int, Callable[[int], None] | PendingRows]] = []  # time, rank, ticket, what
         self._ticket = count()
         self._last_event = self._last_sample = self._settled = self._now = 0
         self._closed = False
@@ -91,12 +98,7 @@ class Recorder:
     # what will be recorded
 
     def add_port(
-        self,
-        model: str,
-        port: str,
-        schema: Mapping[str, object],
-        key: str = "",
-        units: Mapping[str, str] | None = None,
+        self, model: str, port: str, schema: Mapping[str, object], key: str = "", units: Mapping[str, str] | None = None
     ) -> None:
         """Add an output port: JSON Schema of its values, Zenoh key, units by field."""
         name = str(schema.get("title", schema.get("$ref", port))).rpartition("/")[2]
@@ -110,7 +112,7 @@ class Recorder:
         self._rows = RowWriter(self._sink, layout, self._lines_every)
         self._lifts = {name: _Apart(RowWriter(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
-    def boxes(self, boxes: Sequence[Box]) -> None:
+    def boxes(self, boxes: Sequence[DrawnBox]) -> None:
         """Draw these boxes on their bodies, from time 0 on; once, before the first message."""
         channel = self._sink.protobuf("/scene", SceneUpdate)
         self._message(channel, 0, boxes_message(boxes))
@@ -160,7 +162,7 @@ class Recorder:
         block = rows.encode(times, log_ns, values)
         for number, t_ns, row in zip(count(self._next_sample), times, block.columns, strict=False):
             self.digest.samples(number, t_ns, row.tobytes())
-        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(rows, block)))
+        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), PendingRows(rows, block)))
         note_peaks(rows.peaks, rows.layout, times, values)
         self._next_sample = batch.first + len(batch.times)
         self._last_sample = max(self._last_sample, batch.times[-1])
@@ -177,7 +179,7 @@ class Recorder:
             block = lift.rows.encode(times, log_ns, values)
             for number, t_ns, row in zip(count(lift.next), times, block.columns, strict=False):
                 self.digest.samples(number, t_ns, row.tobytes(), batch.lift)
-            heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(lift.rows, block)))
+            heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), PendingRows(lift.rows, block)))
             lift.next += len(times)
             self._drain()
 
@@ -268,12 +270,12 @@ class Recorder:
         with self._sink.writing():
             while queue and queue[0][0] < horizon:
                 self._now, _, ticket, what = heapq.heappop(queue)
-                if isinstance(what, Waiting):
+                if isinstance(what, PendingRows):
                     self._write_rows(what, ticket, horizon)
                 else:
                     what(self._now)
 
-    def _write_rows(self, waiting: Waiting, ticket: int, horizon: float) -> None:
+    def _write_rows(self, waiting: PendingRows, ticket: int, horizon: float) -> None:
         """Rows below the horizon and before other pending data."""
         queue, (rows, block, first) = self._queue, waiting
         if queue:
@@ -282,4 +284,4 @@ class Recorder:
         rows.write(block, first, end)
         self._now = block.log_ns[end - 1]
         if end < len(block.log_ns):
-            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, Waiting(rows, block, end)))
+            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, PendingRows(rows, block, end)))

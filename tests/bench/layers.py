@@ -18,8 +18,16 @@ import msgspec
 import sync
 import zenoh
 from heavylift.coordinator.protocol import Done, Grant, Node, decode, encode
-from heavylift.coordinator.transport import Hub, NodeLink, RunDirectory, Ticket, key, new_password, new_run_id
-from heavylift.coordinator.transport import session as sessions
+from heavylift.coordinator.transport import (
+    Hub,
+    NodeLink,
+    RunDirectory,
+    Ticket,
+    key,
+    new_password,
+    new_run_id,
+    session as sessions,
+)
 from heavylift.nodes.devs import Simulator, Tag
 from shared.processes import Forked
 from shared.rows import SHORT, options, row

@@ -55,7 +55,7 @@ def test_contacts_can_be_written_as_boxes_balls_points_and_planes(tmp_path: Path
     bodies = "    lid: {mass: 1 t, inertia: [1 t m2, 1 t m2, 1 t m2]}\n  joints:\n"
     bodies += "    up: {type: free, child: lid, at: [0, 0, 9 m]}\n"
     path = written(tmp_path, ("  joints:\n", bodies), ("  contacts:\n", more))
-    contacts = load(str(path)).plan.mechanisms[0].system.contacts
+    contacts = load(str(path)).plan.machines[0].system.contacts
     assert contacts == (
         Contact("ramp", Box("crate", (2.0, 3.0, 2.0)), Plane("world", normal=(0.6, 0.0, 0.8)), 0.5, 0.1),
         Contact("top", Ball("crate", (0.0, 0.0, 2.0), 0.2), Box("lid", (1.0, 1.0, 1.0))),

@@ -52,7 +52,7 @@ def test_the_compensation_follows_the_kinematics_of_tip_and_drum(
     (move,) = plan.actions[0].orders
     (kept,) = move.keeps
     k1, kc, ks = kept.law
-    actuator = next(x for m in plan.mechanisms for x in m.actuators if x.name == f"{machine}.luffer")
+    actuator = next(x for m in plan.machines for x in m.actuators if x.name == f"{machine}.luffer")
     off = []
     for s in np.linspace(actuator.lower, actuator.upper, 50):
         x, z = foot[0] + boom * cos(s), foot[1] + boom * sin(s)
@@ -103,7 +103,7 @@ def test_instances_of_a_type_hold_their_own_heights(tmp_path: Path) -> None:
     assert [x.master for action in plan.actions for move in action.orders for x in move.keeps] == [
         "a-jib.luffing.angle", "b-jib.luffing.angle"
     ]  # fmt: skip
-    assert [(x.name, x.followers) for m in plan.mechanisms for x in m.system.measured] == [
+    assert [(x.name, x.followers) for m in plan.machines for x in m.system.measured] == [
         ("a-jib.luffing.angle", ("a-jib.main",)), ("b-jib.luffing.angle", ("b-jib.main",))
     ]  # fmt: skip
     assert len(islands_of(system(plan))) == 2
@@ -124,4 +124,4 @@ def test_an_order_to_hold_a_height_that_has_no_meaning_is_reported(order: str, t
 def test_a_hook_on_another_boom_is_refused() -> None:
     plan = load("jib").plan
     move = next(x for action in plan.actions for x in action.orders if x.verb == "slew")
-    assert follow(plan.mechanisms, move, "jib.main", "") == "'jib.main' does not hang from what 'jib.slewer' luffs"
+    assert follow(plan.machines, move, "jib.main", "") == "'jib.main' does not hang from what 'jib.slewer' luffs"

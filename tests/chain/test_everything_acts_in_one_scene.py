@@ -62,7 +62,7 @@ ALIKE = 1e-10  # between states of machine code and floats: the same steps, roun
 
 
 def system() -> System:
-    (mechanism,) = parse(SCENE).plan.mechanisms
+    (mechanism,) = parse(SCENE).plan.machines
     return mechanism.system
 
 

@@ -10,10 +10,9 @@ from typing import Any
 
 import msgspec
 from heavylift.coordinator.hosts import JoinReply, JoinRequest
-from heavylift.coordinator.live import Notice, Order, Reply, journaled
+from heavylift.coordinator.live import Notice, Reply, RunOrder, journaled
 from heavylift.coordinator.participants import Participant, built, couplings, participant, parts
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
-from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol import Coordinator, Node, messages as m, run_in_memory
 from heavylift.coordinator.record import MERGED, RESOLVED
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import Beginning, run
@@ -25,10 +24,9 @@ from heavylift.nodes.scene import load, parse, spoken
 from heavylift.nodes.scenes import bundled
 from heavylift.recordings import Recording
 from heavylift.recordings.format import SampleChannel, SampleLayout, decode_batch
-from heavylift.recordings.write import Sink
+from heavylift.recordings.write import RecordingSink
 from mutations import JSON, MSGPACK, bytes_of, spoiled
-from spoiled_recordings import read_in_all_ways
-from spoiled_recordings import spoiled as spoiled_recording
+from spoiled_recordings import read_in_all_ways, spoiled as spoiled_recording
 
 Kind = Callable[[Path], tuple[Callable[[Random], bytes], Callable[[bytes], None]]]
 
@@ -76,7 +74,7 @@ def recordings(folder: Path) -> Any:
 
 def commands(folder: Path) -> Any:
     """What an operator says to a run, in words and as orders."""
-    scene, order = load("lift"), Order("command", text="crane: travel 1 m/min by 1 m")
+    scene, order = load("lift"), RunOrder("command", text="crane: travel 1 m/min by 1 m")
     text = b"""crane: travel 2 m/min by 1 m
 all hooks: hoist 1 m/min until taut
 crane H1: lower 0.5 m/min to 3 m within 2 s
@@ -91,7 +89,7 @@ block: turn 1 deg/s by 5 deg, when: all slings taut after 3 s"""
 
     def play(case: bytes) -> None:
         if case.startswith(b"\x00"):
-            _decoded(case[1:], Order)
+            _decoded(case[1:], RunOrder)
         else:
             spoken(scene, case.decode(errors="replace"))
 
@@ -131,7 +129,7 @@ def resume(folder: Path) -> Any:
             message = msgspec.json.decode(facts)
         message = message if isinstance(message, dict) and all(isinstance(x, str) for x in message.values()) else {}
         out = folder / "left.mcap"
-        sink = Sink(out, message, {**files, name: text, RESOLVED: plan})
+        sink = RecordingSink(out, message, {**files, name: text, RESOLVED: plan})
         made = {x: sink.channel(x, "json", "Event", "jsonschema", b"{}", facts) for x, facts in topics.items()}
         with sink.writing():
             for topic, t, data in events:
@@ -165,7 +163,7 @@ def frames(folder: Path) -> Any:
         m.encode(m.Fail(Tag(1), "a.b", "cannot", "Traceback")),
         m.encode(m.Stop(Tag(9))),
         m.encode(m.Checkpoint(3, b"\x95\x01\x02", "")),
-        msgspec.msgpack.encode(Order("pause")),
+        msgspec.msgpack.encode(RunOrder("pause")),
         msgspec.msgpack.encode(Reply(True, "paused")),
         msgspec.msgpack.encode([0, [1, 2], b"\0" * 32]),
         msgspec.msgpack.encode(parts.ScenePart(encode(plan))),
@@ -181,7 +179,7 @@ def frames(folder: Path) -> Any:
         for decode in (m.decode, parts.decode, participant.read, lambda x: decode_batch(x, two)):
             with suppress(HeavyliftError, *UNREADABLE):
                 decode(data)
-        for kind in (JoinRequest, JoinReply, Order, Reply, Notice, m.Alive):
+        for kind in (JoinRequest, JoinReply, RunOrder, Reply, Notice, m.Alive):
             _decoded(data, kind)
         m.kind(data)
         topic = list(FrameTopic)[where % len(FrameTopic)]

@@ -14,8 +14,7 @@ from browser import CHROMIUM, Chromium
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, view
-from heavylift.recordings.render import LivePage
-from heavylift.recordings.render import view as rendering
+from heavylift.recordings.render import LivePage, view as rendering
 from matplotlib.colors import rgb_to_hsv
 from matplotlib.image import imread
 from numpy.typing import NDArray
@@ -268,5 +267,7 @@ def test_charts_report_limits_and_times_as_a_clock_does(browser: Chromium, lift:
     groups = browser.run("[...document.querySelectorAll('#picker label')].map(e => e.textContent.trim())")
     assert {"joint/position [m]", "joint/position [rad]"} <= set(groups)
     events = browser.run("[...document.querySelectorAll('#events li:not(.inner) span')].map(e => e.textContent)")
-    assert {"stage take up slack", "loader-1.sling-1 taut", "block lifted off", "move of crane.H1 done"} <= set(events)
+    assert {"stage take up slack begins", "loader-1.sling-1 taut", "block lifted off", "move of crane.H1 done"} <= set(
+        events
+    )
     assert not [text for text in events if "actor" in text]

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import msgspec
 import numpy as np
 import pytest
-from heavylift.recordings import Box, RopeLine, SampleLayout
+from heavylift.recordings import DrawnBox, RopeLine, SampleLayout
 from heavylift.recordings.render import LivePage
 from numpy.typing import NDArray
 from small_run import SECOND, TIMES
@@ -63,7 +63,10 @@ class Browser:
 def begin(live: LivePage, layout: SampleLayout) -> None:
     run = {"scene": NASTY, "seed": 7, "rated": {"west.H1": 9e5}}
     live.begin(
-        run, layout, [Box("block", (0, 0, 0), (3, 2, 1))], [RopeLine("west.H1", "world", (0, 0, 9), "block", (0, 0, 1))]
+        run,
+        layout,
+        [DrawnBox("block", (0, 0, 0), (3, 2, 1))],
+        [RopeLine("west.H1", "world", (0, 0, 9), "block", (0, 0, 1))],
     )
 
 

@@ -23,8 +23,7 @@ from heavylift.recordings.sheets import (
     trimmed,
     workbook_of,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 WORDS = st.text(st.characters(codec="ascii", categories=("L", "N", "P", "Zs")), min_size=1, max_size=12)
 NUMBERS = st.floats(-1e6, 1e6)

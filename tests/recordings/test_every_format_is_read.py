@@ -13,8 +13,7 @@ from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, recover
 from heavylift.recordings.documents import scene_table
 from heavylift.recordings.format import plan_of, unread
-from heavylift.recordings.read import amended
-from heavylift.recordings.read.info import info
+from heavylift.recordings.read import amended, info
 from heavylift.recordings.write import FORMAT, OLDEST
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory

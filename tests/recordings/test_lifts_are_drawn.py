@@ -28,8 +28,7 @@ from heavylift.recordings.drawings import (
     write_dxf,
 )
 from heavylift.recordings.read import recorded_verdict
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 
 CRANES = ("lift", "crawler", "hall", "jib", "floating", "spreader", "tandem")

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel import RecordingError
-from heavylift.recordings import Box, Recorder, Recording, RopeLine, view
+from heavylift.recordings import DrawnBox, Recorder, Recording, RopeLine, view
 from heavylift.recordings.format import thinned
 from heavylift.recordings.render.view import content
 from small_run import Stage
@@ -28,7 +28,7 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 def page(begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], tmp_path: Path) -> Path:
     """The page of a small run whose stage has a hostile name."""
     with begin() as rec:
-        rec.boxes([Box("block", (0, 0, 0), (3, 2, 1))])
+        rec.boxes([DrawnBox("block", (0, 0, 0), (3, 2, 1))])
         rec.ropes(0, [RopeLine("west.H1", "world", (0, 0, 9), "block", (0, 0, 1))])
         payload = msgspec.msgpack.encode(Stage(NASTY, 1))
         rec.event(0, 1, "commander", "stage", 0, "Stage", payload)
@@ -119,7 +119,7 @@ def test_another_run_is_shown_as_glass_and_dashed_curves(
     begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], page: Path, tmp_path: Path
 ) -> None:
     with begin() as rec:
-        rec.boxes([Box("block", (0, 0, 0), (3, 2, 1), (0.5, 0.4, 0.3, 1.0))])
+        rec.boxes([DrawnBox("block", (0, 0, 0), (3, 2, 1), (0.5, 0.4, 0.3, 1.0))])
         rec.samples(batch(0, 4))
         shorter = rec.close()
     both = embedded(view(tmp_path / "run.mcap", tmp_path / "both.html", beside=shorter))

@@ -14,7 +14,7 @@ from heavylift.kernel.simulation.native import ROWS as REST
 from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recorder, Recording, recover
 from heavylift.recordings.format import McapFile
-from heavylift.recordings.write import Waiting
+from heavylift.recordings.write import PendingRows
 from lifting import unstated
 
 SWING = ["end=900 s", "samples=2 Hz"]
@@ -28,7 +28,7 @@ def waiting(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     def counted(recorder: Recorder, t_ns: int) -> None:
         settle(recorder, t_ns)
-        blocks = [what for *_, what in recorder._queue if isinstance(what, Waiting)]
+        blocks = [what for *_, what in recorder._queue if isinstance(what, PendingRows)]
         found.append(sum(len(what.block.times) - what.first for what in blocks))
 
     monkeypatch.setattr(Recorder, "settle", counted)

@@ -9,7 +9,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.message_factory import GetMessageClass  # type: ignore[import-untyped]
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from heavylift.recordings.format import (
-    Box,
+    DrawnBox,
     RopeLine,
     Ropes,
     SampleChannel,
@@ -101,9 +101,9 @@ def test_a_rope_runs_from_its_point_on_one_body_to_its_point_on_the_other() -> N
 
 def test_boxes_are_locked_to_their_bodies() -> None:
     boxes = [
-        Box("block", (0, 0, 5), (54, 28, 10)),
-        Box("block", (0, 0, 1), (1, 1, 1)),
-        Box("hook", (0, 0, 0), (2, 2, 2)),
+        DrawnBox("block", (0, 0, 5), (54, 28, 10)),
+        DrawnBox("block", (0, 0, 1), (1, 1, 1)),
+        DrawnBox("hook", (0, 0, 0), (2, 2, 2)),
     ]
     block, hook = SceneUpdate.FromString(boxes_message(boxes)).entities
     assert (block.frame_id, block.frame_locked, len(block.cubes)) == ("block", True, 2)

@@ -84,8 +84,7 @@ def ball_over_an_edge() -> Iterator[Row]:
 
 @case(CONTACT, "load on a rope against a wall, p = (1 + e) m v/cos a", WALL, full=True)
 def swing_against_a_wall() -> Iterator[Row]:
-    from test_crates_on_rigid_ropes_touch import MASS as BALL
-    from test_crates_on_rigid_ropes_touch import against_a_wall, speed_at
+    from test_crates_on_rigid_ropes_touch import MASS as BALL, against_a_wall, speed_at
 
     angle, e = -radians(30), 0.5
     s = started(against_a_wall(angle, e), **FINE)

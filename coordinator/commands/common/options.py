@@ -1,13 +1,17 @@
-"""Arguments and options that several commands have, and what is made of their texts."""
+"""Arguments and options that several commands have, and what is made of their texts.
 
+What a shell may complete (`heavylift --install-completion`): nothing of it may fail or print; what cannot be looked up
+is not offered.
+"""
+
+import os
+import sys
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from heavylift.kernel.errors import SceneError
-
-from . import completing
 
 if TYPE_CHECKING:
     from heavylift.coordinator.run.watch import RunObserver
@@ -50,18 +54,51 @@ def one_process(in_process: bool, processes: int, places: Sequence[str] | None) 
     return in_process
 
 
+def scene_names(incomplete: str) -> list[str]:
+    """Bundled scenes by name, scene files by path."""
+    from heavylift.nodes.scenes import bundled
+
+    return [name for name in bundled() if name.startswith(incomplete)] + _files(incomplete, (".yaml", ".yml"))
+
+
+def recording_files(incomplete: str) -> list[str]:
+    """Recordings, complete or cut off."""
+    return _files(incomplete, (".mcap", ".mcap.part"))
+
+
+def run_names(incomplete: str) -> list[str]:
+    """Recordings of this user's runs in progress, relative to the current folder."""
+    from heavylift.coordinator.live import running
+
+    here = Path.cwd()
+    written = [Path(found.notice.recording) for found in running() if found.notice.recording]
+    shown = [str(path.relative_to(here)) if path.is_relative_to(here) else str(path) for path in written]
+    return [path for path in shown if path.startswith(incomplete)]
+
+
+def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
+    """Files with these suffixes, and folders that may contain them."""
+    folder, _, begun = incomplete.rpartition("/")
+    where = f"{folder}/" if "/" in incomplete else ""
+    try:
+        found = sorted(Path(where or ".").iterdir())
+    except OSError:
+        return []
+    fits = [path for path in found if path.name.startswith(begun) and (begun or not path.name.startswith("."))]
+    return [f"{where}{p.name}{'/' if p.is_dir() else ''}" for p in fits if p.is_dir() or p.name.endswith(suffixes)]
+
+
 Scene = Annotated[
     str,
     typer.Argument(
-        help="a scene file, or the name of a bundled scene such as turnover or lift", autocompletion=completing.scenes
+        help="a scene file, or the name of a bundled scene such as turnover or lift", autocompletion=scene_names
     ),
 ]
-File = Annotated[Path, typer.Argument(help="a recording (.mcap)", autocompletion=completing.recordings)]
+File = Annotated[Path, typer.Argument(help="a recording (.mcap)", autocompletion=recording_files)]
 Run = Annotated[
     str,
     typer.Argument(
-        help="the recording that it writes, its run id, or its scene; default the only one",
-        autocompletion=completing.runs,
+        help="the recording that it writes, its run id, or its scene; default the only one", autocompletion=run_names
     ),
 ]
 At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; default its start")]
@@ -110,6 +147,16 @@ def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
     from heavylift.nodes.scene import load
 
     return load(scene, sets or [])
+
+
+def browse(url: str) -> None:
+    """Print the address of a page, and open a browser where there is a display."""
+    typer.echo(f"watch it at {url}", err=True)
+    display = sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if sys.stderr.isatty() and display:
+        import webbrowser
+
+        webbrowser.open(url)
 
 
 def quantity(option: str, text: str, dimension: "Dimension") -> float:

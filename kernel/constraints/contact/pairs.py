@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, select
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
+from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.errors import KernelError
 
 from . import candidates, frames
-from .candidates import SIGNS, VERTICES, Witness, edge
-from .candidates import OrientedBox as BoxAt
+from .candidates import SIGNS, VERTICES, OrientedBox as BoxAt, Witness, edge
 from .frames import BALLS, CORNER, EDGE, EDGES, FACE, ContactFrame, Side
 
 HELD = 19  # numbers of what a slot holds: kind, those of its frame, half widths of the face or edges
@@ -189,8 +188,6 @@ def check_contact(c: Contact) -> None:
     pair_of(c)
     if c.a.body == c.b.body:
         raise KernelError(f"{where}: both shapes belong to '{c.a.body}'; a body cannot touch itself")
-    if not c.mu >= 0.0:
-        raise KernelError(f"{where}: mu is {c.mu:g}; it cannot be negative")
     if not 0.0 <= c.restitution <= 1.0:
         raise KernelError(f"{where}: restitution is {c.restitution:g}; it must lie between 0 and 1")
     for shape in (c.a, c.b):

@@ -17,8 +17,7 @@ from heavylift.kernel.algebra.dense import cross, norm
 from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.compiler.symbol import Array, Scalar, minimum, named, select
 from heavylift.kernel.description.forces import Reeving, Sheave
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD
+from heavylift.kernel.description.mechanics import JOINTS, WORLD
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses
 from heavylift.kernel.multibody.graph import Graph, Link

@@ -18,7 +18,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import combinations, decomposed, dot, norm, product, solve
 from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.row_structure import ConstraintRow, held_rows
-from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import JOINTS
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_from

@@ -16,14 +16,7 @@ from heavylift.kernel.compiler.function import Function, Outputs, flatten
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 from heavylift.kernel.multibody.dynamics import Equations, composites, joint_forces, joint_space_inertia, ltdl
 from heavylift.kernel.multibody.kinematics import Base, Kinematics, kinematics, newton_euler
-from heavylift.kernel.multibody.trees import (
-    Tree,
-    TreeBody,
-    all_numbers,
-    in_order,
-    structural,
-    with_numbers,
-)
+from heavylift.kernel.multibody.trees import Tree, TreeBody, all_numbers, in_order, structural, with_numbers
 
 from .augmented import inwards, outwards
 

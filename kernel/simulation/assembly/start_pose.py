@@ -17,8 +17,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.loop_closures import closed_coordinates, closed_rates, near
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Joint
+from heavylift.kernel.description.mechanics import JOINTS, Joint
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.reactions.jacobian import RANK, Pose, RowGroup, pose_of
 

@@ -11,8 +11,7 @@ It exists to check the tracer and the compiler: both must agree to 1e-12.
 from collections.abc import Callable
 
 import numpy as np
-from heavylift.kernel.compiler.emit import EmittedParts, Sequence, While, module
-from heavylift.kernel.compiler.emit import blocks as names
+from heavylift.kernel.compiler.emit import EmittedParts, Sequence, While, blocks as names, module
 from heavylift.kernel.compiler.function import OPAQUE, Function, Layout, Primitive, flatten
 from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.methods.control import Control, ErrorControl

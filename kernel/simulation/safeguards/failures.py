@@ -16,7 +16,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import eigenvalues
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
-from heavylift.kernel.model.poses import poses_of
+from heavylift.kernel.model.instant import poses_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia, ltdl
 from heavylift.kernel.multibody.kinematics import kinematics

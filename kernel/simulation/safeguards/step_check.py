@@ -19,7 +19,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.method import Method
 from heavylift.kernel.methods.stability import Balance, bent, check_step, missed, unresolved
 from heavylift.kernel.model.evaluation import Evaluation, evaluate
-from heavylift.kernel.model.kinetic_energy import KineticShares
+from heavylift.kernel.model.tangent_stiffness import KineticShares
 from heavylift.kernel.simulation.native.native_state import NativeState
 
 ASIDE = 1e-4  # [m, rad] along the shape to either side

@@ -23,11 +23,8 @@ from heavylift.nodes.devs.ports import Arrived, InPort, Port, travelling
 
 from .bags import Schedule, deliver, entry, fitting, received, sorted_bag, spoken
 from .flatten import Wire, flatten
-from .lookahead import Border, Observed, leaving, results_of, speak
-from .purity import Witness
-from .rules import LIMIT, MicrostepLimit, fail
-from .snapshot import frozen, thawed
-from .transitions import Trace, Transition, TransitionLog
+from .rules import LIMIT, MicrostepLimit, Witness, fail, frozen, thawed
+from .transitions import Border, Observed, Trace, Transition, TransitionLog, leaving, results_of, speak
 
 SILENT = 256  # tags, and messages between its models, that a node works ahead of an `advance`
 

@@ -3,15 +3,27 @@
 A run is determined by who was due at each tag and what was said: these few lists are kept, and the transitions (kinds,
 bags, what each model said) are made from them by the routes when somebody reads.  To keep a line for every transition
 would cost as much as the transitions do, most of it in the garbage collector.
+
+What out ports promise of their outputs, that it is kept, and how much more could have been promised.
+
+Lookahead L of a port [ns]: after a transition at t, no output that was not already scheduled leaves by it before
+t + L. The conservative bounds of Chandy and Misra live on it, so a broken promise ends a run by name; the longest
+promise that would have held (`Slack`) is what a user tunes it with.
+
+Lambda: what the atomics that are due say at a tag, in path order, each once, and changing nothing by it; and
+what they tell of a run when it is over, each by `result()`.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple, Never
 
-from heavylift.nodes.devs.events import Instant, Tag
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs.events import NEVER, Instant, Slack, Tag, after
 from heavylift.nodes.devs.messages import Message
-from heavylift.nodes.devs.models import Atomic
-from heavylift.nodes.devs.ports import OutPort, Owner, Port
+from heavylift.nodes.devs.models import Atomic, Model, Present
+from heavylift.nodes.devs.ports import OutPort, Owner, Port, travelling
+
+from .rules import Witness, fail
 
 
 class Transition(NamedTuple):
@@ -106,3 +118,160 @@ def _transitions(
         received = tuple((port, value) for _, port, value in bag)
         lines.append(Transition(Tag(*tag), m.path, kind, received, tuple(text.get(m, ()))))
     return lines
+
+
+def outs(m: Model) -> list[OutPort[Never]]:
+    """The out ports of a model."""
+    return [port for port in m.ports.values() if isinstance(port, OutPort)]
+
+
+def leaving(sources: Iterable[Port[Message]]) -> bool:
+    """Whether an event of these ports leaves the node."""
+    for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
+        if isinstance(port, OutPort) and port.exits:
+            return True
+    return False
+
+
+def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
+    """Atomics with events that leave the node, each with the least lookahead of its ports [ns]."""
+    found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
+    return [(m, min(aheads)) for m, aheads in found if aheads]
+
+
+class Border:
+    """Out ports of root models and the atomics behind them, for an unchanged structure."""
+
+    def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
+        ports = [port for m in atomics for port in outs(m)]
+        self.promises = any(port.lookahead for port in ports)
+        """Whether there is one to keep."""
+        self.noted = any(port.inner for port in ports)
+        """Whether something is said that does not leave and yet is put on record."""
+        self._speakers = speakers(atomics)
+        self.spoken = bool(self._speakers) or self.noted
+        self._least = min((ahead for _, ahead in self._speakers), default=NEVER)
+        self._promised = {port: NEVER for root in roots for port in outs(root)}
+        for port in ports:
+            for exit, _ in (*port.exits, *port.inner):
+                self._promised[exit] = min(self._promised[exit], port.lookahead)
+        self.lookahead = {f"{port.owner.name}.{port.name}": ahead for port, ahead in self._promised.items()}
+        """Of each out port "model.port" the smallest of the atomics' ports that lead there; NEVER without one [ns]."""
+
+    def quiet(self, tag: Tag) -> Tag:
+        """Earliest tag after a silent one at which an event can leave."""
+        soonest, t = after(tag, self._least), tag.t
+        if soonest.t == t:
+            return soonest
+        return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
+
+    def still_promises(self, at: Tag, before: "Border") -> None:
+        """Refuse a change of structure that reduces a lookahead."""
+        for port, ahead in before._promised.items():
+            now = self._promised[port]
+            if now < ahead:
+                was = f"{ahead} ns" if ahead < NEVER else "that of a port by which nothing leaves"
+                raise ModelError(
+                    f"{port.owner.path} at {at}: the lookahead of port {port.name} falls from {was} to {now} ns, but "
+                    "others rely on it; give what is added no less lookahead"
+                )
+
+
+def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
+    """Refuse an output earlier than the lookahead after the transition that scheduled it."""
+    for port in sources:
+        if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
+            since = tag[0] - m._set
+            if since < port.lookahead:
+                raise ModelError(
+                    f"{m.path} at {Tag(*tag)}: port {port.name} promises a lookahead of {port.lookahead} ns and speaks "
+                    f"{since} ns after the transition that scheduled it; hold for longer or declare less"
+                )
+
+
+Said = tuple[Instant, Sequence[Port[Message]], Sequence[Message]]  # when, by which ports, what
+
+
+class Observed:
+    """Observed lookaheads of all ports with events to other nodes."""
+
+    def __init__(self) -> None:
+        self._ports: dict[OutPort[Never], list[int]] = {}  # least wait [ns], and how often it has spoken
+        self._among: list[Said] = []
+
+    def among(self) -> list[Said]:
+        """Outputs that other nodes may not receive, since the last call."""
+        noted, self._among = self._among, []
+        return noted
+
+    def note(
+        self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
+    ) -> None:
+        """Record the outputs at a tag; those scheduled before the start do not bound a lookahead."""
+        t = tag[0]
+        if noted:
+            self._among.append((tag, sources, values))
+        for port in sources:
+            m = port.owner
+            if isinstance(port, OutPort) and (port.exits or port.inner) and isinstance(m, Atomic) and m._set >= 0:
+                waited, known = t - m._set, self._ports.get(port)
+                if known is None:
+                    self._ports[port] = [waited, 1]
+                else:
+                    known[0], known[1] = min(waited, known[0]), known[1] + 1
+
+    def table(self) -> list[Slack]:
+        """In the order of paths and ports."""
+        ports = sorted(self._ports, key=lambda port: (port.owner.path, port.name))
+        return [Slack(f"{port!r}", port.lookahead, *self._ports[port]) for port in ports]
+
+
+def speak(
+    tag: Instant, imminent: list[int], atomics: Sequence[Atomic], present: Present, witness: Witness, promises: bool
+) -> None:
+    """Call the output functions of imminent atomics and store the messages in `present`; raises ModelError for one that
+    changes its state or breaks its lookahead."""
+    present.now, present.sources, present.values = tag, [], []
+    witness.left -= 1
+    examined = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
+    seen = witness.before(imminent) if examined else None
+    try:
+        for i in imminent:
+            present.speaker = m = atomics[i]
+            try:
+                m.output()
+            except BaseException as error:
+                fail(m, tag, "output", error)
+            if m._wait is not None:
+                message = "output() must not change the state: call hold_in in a transition"
+                fail(m, tag, "output", ModelError(message))
+    finally:
+        present.speaker = None
+    if seen:
+        witness.after(tag, seen)
+    if promises:
+        keep_promises(tag, present.sources)
+
+
+def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[str, Message]:
+    """Results by model path, omitting models without one; `now` is the tag meanwhile."""
+    before, present.now = present.now, tag
+    found: dict[str, Message] = {}
+    for m in atomics:
+        try:
+            result = m.result()
+            if m._wait is not None or present.changes:
+                raise ModelError("result() must not change the model: do that in a transition")
+            if result is not None:
+                found[m.path] = travelling(_checked(result), "its result")
+        except BaseException as error:
+            m._wait, present.changes = None, []
+            fail(m, tag, "result", error)
+    present.now = before
+    return found
+
+
+def _checked(result: object) -> Message:
+    if not isinstance(result, Message):
+        raise ModelError(f"result() returned {type(result).__name__} {result!r:.60}; it must return a Message or None")
+    return result

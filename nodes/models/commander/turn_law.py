@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from heavylift.nodes.plan.actions import Follow
-from heavylift.nodes.plan.mechanism import Hoist, Mechanism, ties_on
+from heavylift.nodes.plan.mechanism import Hoist, Mechanism, beneath, ties_on
 
 from .actuator_registry import TURN
 from .order_rejected import OrderRejected
@@ -52,10 +52,5 @@ def followers(
 def traversing(machine: Mechanism, hook: Hoist) -> str:
     """The drive that moves a hook's suspension across, "" if there is none."""
     drives = {drive.joint: drive.name for drive in machine.system.drives}
-    carried = {joint.child: joint for joint in machine.system.joints}
-    body = hook.on
-    while joint := carried.get(body):
-        if joint.name in drives and joint.kind == "prismatic" and joint.axis == ACROSS:
-            return drives[joint.name]
-        body = joint.parent
-    return ""
+    slides = (x.name for x in beneath(machine, hook.on) if x.kind == "prismatic" and x.axis == ACROSS)
+    return next((drives[joint] for joint in slides if joint in drives), "")

@@ -1,10 +1,11 @@
 """How much of a machine is modelled: passes over its description, each from a machine to a machine.
 
-joints    what is locked is fixed where it starts; motion in a plane
+joints    what is locked is fixed where it starts; motion in a plane; drives that yield
 girders   a beam that bends, with what slides on it
 beams     booms that bend, with what hangs on them
 ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
 supports  only those that bear at the start
+guards    when what a pass fixes would not move anyway: nothing orders it, or the lift is its own mirror image
 listing   how a machine of a plan is modelled, and what its fidelity leaves out
 A pass reads what the plan tells of hooks, ties and girders and has no knowledge of machines; where a fidelity asks
 nothing of it, it returns the machine itself.
@@ -12,16 +13,20 @@ nothing of it, it returns the machine itself.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import msgspec
 from heavylift.kernel.on_demand import face
 from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Mechanism
+from heavylift.nodes.plan.plan import Plan
 
 from .beams import beams
 from .girders import bending
-from .joints import locking, planar
+from .guards import guard_locked, guard_motion, guard_supports, unless
+from .joints import locking, planar, yielding, yields
 from .ropes import heavy, rigid_slings
 
 __all__ = ["PASSES", "modelled"]
@@ -35,13 +40,30 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     return msgspec.structs.replace(machine, system=replace(machine.system, supports=supports))
 
 
-PASSES = (locking, planar, bending, beams, heavy, rigid_slings, standing)
+class Pass(NamedTuple):
+    """A pass over one machine, and the guard that says of a whole plan why it leaves nothing out, or ""."""
+
+    name: str
+    apply: Callable[[Mechanism, Fidelity], Mechanism]
+    guard: Callable[[Plan], str]
+
+
+PASSES = (
+    Pass("locked", locking, guard_locked),
+    Pass("motion", planar, guard_motion),
+    Pass("drives", yielding, unless(lambda machine: any(map(yields, machine.system.drives)))),
+    Pass("girders", bending, unless(lambda machine: bool(machine.girders))),
+    Pass("beams", beams, unless(lambda machine: bool(machine.bends))),
+    Pass("ropes", heavy, unless(lambda machine: any(not row.why for row in machine.heavy))),
+    Pass("slings", rigid_slings, unless(lambda machine: bool(machine.ties))),
+    Pass("supports", standing, guard_supports),
+)
 
 
 def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     """A machine at a model level."""
     for level in PASSES:
-        machine = level(machine, fidelity)
+        machine = level.apply(machine, fidelity)
     return machine
 
 

@@ -11,8 +11,7 @@ from typing import Any
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import IDENTITY, Joint, Vector
+from heavylift.kernel.description.mechanics import IDENTITY, JOINTS, Drive, Joint, Vector
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.plan.fidelity import Fidelity, held_by
 from heavylift.nodes.plan.mechanism import Mechanism
@@ -55,6 +54,19 @@ def _fixed(joint: Joint) -> Joint:
     return Joint(
         joint.name, "fixed", joint.parent, joint.child, (x, y, z), joint.R_PJ, p_CJ=joint.p_CJ, R_CJ=joint.R_CJ
     )
+
+
+def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """The machine with drives that yield by their stiffness, where elastic parts are modelled."""
+    if fidelity.girder == "rigid" or not any(map(yields, machine.system.drives)):
+        return machine
+    drives = tuple(replace(drive, kind="servo") if yields(drive) else drive for drive in machine.system.drives)
+    return msgspec.structs.replace(machine, system=replace(machine.system, drives=drives))
+
+
+def yields(drive: Drive) -> bool:
+    """Whether a drive is a servo at some levels."""
+    return drive.kind == "prescribed" and drive.kp > 0.0 and drive.wave is None
 
 
 def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from . import modelled
+from . import PASSES, modelled
 
 
 def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
@@ -14,19 +14,26 @@ def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
     return modelled(machine, lift.fidelity)
 
 
+def exact(plan: Plan) -> dict[str, str]:
+    """Passes that leave nothing of a plan out at its level, with the reasons of their guards."""
+    return {each.name: why for each in PASSES if (why := each.guard(plan))}
+
+
 def left_out(plan: Plan) -> tuple[str, ...]:
     """Omissions of a plan's model level, in words."""
-    at, parts = plan.fidelity, plan.machines
-    heavy = any(not row.why for machine in parts for row in machine.heavy)
+    at, none = plan.fidelity, exact(plan)
+    heavy = "ropes" not in none
     words = [
-        ("girder rigid", at.girder == "rigid" and any(machine.girders for machine in parts)),
-        ("elastic parts rigid", at.girder == "rigid" and any(machine.bends for machine in parts)),
+        ("girder rigid", at.girder == "rigid" and "girders" not in none),
+        ("elastic parts rigid", at.girder == "rigid" and "beams" not in none),
+        ("drives stiff", at.girder == "rigid" and "drives" not in none),
         ("ropes rigid", at.ropes == "rigid" and heavy),
-        ("slings rigid", at.slings == "rigid" and any(machine.ties for machine in parts)),
+        ("slings rigid", at.slings == "rigid" and "slings" not in none),
         ("ropes without mass", heavy and at.ropes != "massive" and at.rope_mass == "none"),
         ("rope mass lumped at the ends", heavy and at.ropes != "massive" and at.rope_mass == "lumped"),
         (f"each rope of {at.lumps} lumps", heavy and at.ropes == "massive"),
-        (f"motion {at.motion} the rails alone", at.motion != "spatial"),
-        (f"{len(at.locked)} joint{'s' * (len(at.locked) > 1)} locked", bool(at.locked)),
+        (f"motion {at.motion} the rails alone", at.motion != "spatial" and "motion" not in none),
+        (f"{len(at.locked)} joint{'s' * (len(at.locked) > 1)} locked", bool(at.locked) and "locked" not in none),
+        ("supports of other faces", at.pads == "standing" and "supports" not in none),
     ]
     return tuple(word for word, out in words if out)

@@ -14,17 +14,21 @@ from heavylift.nodes.devs import Message
 from heavylift.nodes.plan.actions import ActorCommand
 from heavylift.nodes.plan.places import LED
 
-from .kernel_messages import ACCELERATION, PLACE, SPEED
-from .kernel_messages import Hook as Hook
-from .kernel_messages import KernelInput as KernelInput
-from .kernel_messages import SetBrake as SetBrake
-from .kernel_messages import SetFollow as SetFollow
-from .kernel_messages import SetLock as SetLock
-from .kernel_messages import SetProfile as SetProfile
-from .kernel_messages import StateEvent as StateEvent
-from .kernel_messages import Unhook as Unhook
-from .kernel_messages import Unwatch as Unwatch
-from .kernel_messages import Watch as Watch
+from .kernel_messages import (
+    ACCELERATION,
+    PLACE,
+    SPEED,
+    Hook as Hook,
+    KernelInput as KernelInput,
+    SetBrake as SetBrake,
+    SetFollow as SetFollow,
+    SetLock as SetLock,
+    SetProfile as SetProfile,
+    StateEvent as StateEvent,
+    Unhook as Unhook,
+    Unwatch as Unwatch,
+    Watch as Watch,
+)
 
 # with models beside the kernel, by ports of their own
 

@@ -11,7 +11,9 @@ from itertools import combinations, product
 from math import sqrt
 from typing import TypeAlias
 
-from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector
+import numpy as np
+from heavylift.kernel.algebra import dense
+from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector, merge
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import lug_places
@@ -69,15 +71,16 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
     hooks = [hook.ends for machine in built.machines for hook in machine.hooks]
     eyes = [ends[1] for ends in hooks if ends]
     for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
-        (x, y, _), (a, b, _) = block.at, block.size
+        (x, y, _), (a, b, _) = scene.put(name)[0], block.size
         if not any(abs(p[0] - x) <= a and abs(p[1] - y) <= b for p in eyes):
-            message = f"the {_named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
+            message = f"the {named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
             sentence = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
             where = next(m.where for m in built.machines if m.name == name)
             yield (name, where, f"{message}: hooks hang at {sentence or 'no place, the rig has no ' + BEAMS}")
 
 
-def _named(block: str) -> str:
+def named(block: str) -> str:
+    """A block as messages call it."""
     return block if block == "block" else f"block {block}"
 
 
@@ -107,15 +110,14 @@ def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequen
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
     """Each hooked sling reaches its lug at the start, without overload and without passing through the block."""
-    lugs = lug_places(built.machines)
-    for machine in (machine for machine in built.machines if machine.levels and machine.ties):
-        at, straight = kinematics.poses(machine.system), {rope.name: rope for rope in machine.system.ropes}
+    lugs, at = lug_places(built.machines), kinematics.poses(merge([x.system for x in built.machines], built.gravity))
+    # as slack is counted: before blocks sink into their supports
+    at |= {name: (np.array(p), np.array(axes)) for name in scene.all_blocks for p, axes in [scene.put(name)]}
+    for machine in (machine for machine in built.machines if machine.ties):
+        straight = {rope.name: rope for rope in machine.system.ropes}
         for tie in (tie for tie in machine.ties if tie.lug and tie.rope in straight):
-            lug, rope = lugs[tie.lug], straight[tie.rope]
-            block = scene.all_blocks[lug.body]
-            x, y, z = block.at  # as slack is counted: before the block sinks into its supports
-            a, b, c = kinematics.place(tie.upper, at).tolist()
-            place = (x + lug.p[0], y + lug.p[1], z + lug.p[2])
+            lug, rope, block = lugs[tie.lug], straight[tie.rope], scene.all_blocks[lugs[tie.lug].body]
+            (a, b, c), place = kinematics.place(tie.upper, at).tolist(), tuple(kinematics.place(lug, at).tolist())
             message = reach(tie.rope, rope.L0, tie.lug, (a, b, c), place) or _overstretched(tie, rope, (a, b, c), place)
             if message:
                 theirs = [(each.lug, lugs[each.lug].p) for each in machine.ties if each.lug and " beside " in message]
@@ -123,8 +125,10 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
                 yield machine.name, tie.where, f"{message}{f'; its lugs are {places}' if places else ''}"
                 continue
             u, v, w = (max(0.0, side / 2 - SURFACE) for side in block.size)
-            inside = passes_through((a - x, b - y, c - z), lug.p, (u, v, w))
-            if inside > 0.0:
+            (x, y, z), R = at[lug.body]
+            i, j, k = dense.product(R.T.tolist(), [a - x, b - y, c - z])
+            inside = passes_through((i, j, k), lug.p, (u, v, w))
+            if inside > 0.0 and block.shape is None:  # else the box is not the block
                 message = f"{tie.rope} would go through {inside:.2g} m of the block on its straight way to the lug "
                 yield tie.rope, tie.where, f"{message}{tie.lug}: put the lug on a face that the hook reaches"
 
@@ -189,5 +193,5 @@ def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:
         p, R = state.poses[cargo.body]
         lowest = p[2] - sum(abs(R[2][i]) * side / 2 for i, side in enumerate(cargo.size))
         if lowest < -SURFACE:
-            message = f"the {_named(cargo.body)} would sweep {-lowest:.2f} m into the ground: hoist it higher first"
+            message = f"the {named(cargo.body)} would sweep {-lowest:.2f} m into the ground: hoist it higher first"
             yield cargo.body, where, message

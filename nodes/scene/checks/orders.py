@@ -18,7 +18,7 @@ from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.commander.order_checks import Machines, sling_fault
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.fidelity import held_by
-from heavylift.nodes.plan.mechanism import ties_on
+from heavylift.nodes.plan.mechanism import beneath, ties_on
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.statics.goals import SLACK, world
@@ -26,7 +26,7 @@ from heavylift.nodes.statics.state import Acted, StaticState
 from heavylift.nodes.statics.static_path import Followed
 
 from .findings import Findings, Violations
-from .geometry import goal_checks, reach
+from .geometry import goal_checks, named, reach
 
 SAME = 1.0 + 1e-6  # times a speed that is not faster
 LOADED = 10e3  # [N] of a sling: what taking up its slack leaves in it is no load
@@ -60,17 +60,9 @@ class CheckedOrder:
 
     def hooks(self, move: actions.Move) -> list[plan.Hoist]:
         """Hooks moved by a move: that of its winch, or all on its drive."""
-        joint, found = self.machines.joints.get(move.actuator), list[plan.Hoist]()
-        for machine in (m for m in self.machines.parts if m.name == move.model):
-            carried = {j.child: j for j in machine.system.joints}
-            for hook in machine.hooks:
-                body, above = hook.on, set[str]()
-                while above_ := carried.get(body):
-                    above.add(above_.name)
-                    body = above_.parent
-                if hook.rope == move.actuator or (joint is not None and joint.name in above):
-                    found.append(hook)
-        return found
+        joint, own = self.machines.joints.get(move.actuator), (m for m in self.machines.parts if m.name == move.model)
+        hooks = ((hook, beneath(machine, hook.on)) for machine in own for hook in machine.hooks)
+        return [hook for hook, below in hooks if hook.rope == move.actuator or (joint and joint in below)]
 
     def tied(self, hooks: Iterable[plan.Hoist], taut: Container[str]) -> list[tuple[str, Point]]:
         """Taut slings on hooks, with their lugs."""
@@ -96,7 +88,7 @@ class CheckedOrder:
 def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
     found, machines, parted = Findings(), Machines(built), set[str]()
-    hooked = {rope.name: "" for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked}
+    hooked = {rope.name: "" for m in built.machines for rope in m.system.all_ropes if rope.hooked}
     hooked |= first_lugs(machines.parts)
     for number, acted in enumerate(path.acted, 1):
         action = built.actions[number - 1]
@@ -203,11 +195,7 @@ def _lets_fall(x: CheckedOrder) -> Violations:
         holding.setdefault(end.body, set()).add(rope)
     for body, slings in holding.items():
         if slings & unhooked and not slings & x.lugs.keys() and not x.grounded(body, x.before):
-            yield body, x.action.where, f"no sling is taut: the {_load(body)} would fall ({x.action.stage})"
-
-
-def _load(body: str) -> str:
-    return body if body == "block" else f"block {body}"
+            yield body, x.action.where, f"no sling is taut: the {named(body)} would fall ({x.action.stage})"
 
 
 def _turns(x: CheckedOrder) -> Violations:
@@ -230,7 +218,7 @@ def _drags(x: CheckedOrder) -> Violations:
         tied = [(rope, end) for rope, end in x.tied(x.hooks(m), x.taut) if x.grounded(end.body, x.before)]
         if tied:
             rope, end = tied[0]
-            message = f"{m.model} would {m.verb} while the {_load(end.body)} is on its supports and {rope} taut"
+            message = f"{m.model} would {m.verb} while the {named(end.body)} is on its supports and {rope} taut"
             yield m.actuator, m.where, f"{message}: slacken or unhook the slings first"
 
 
@@ -263,7 +251,7 @@ def _tips(x: CheckedOrder) -> Violations:
     for body in (body for body in x.cargo if x.grounded(body, x.before)):
         first = next((s for s in x.states if not x.grounded(body, s) and _lean(s, body) > TIPS), None)
         if first is not None:
-            message = f"the {_load(body)} tips by {degrees(_lean(first, body)):.0f} degrees as it is lifted"
+            message = f"the {named(body)} tips by {degrees(_lean(first, body)):.0f} degrees as it is lifted"
             slack = sorted(name for name in first.hooked if first.tensions[name] <= 0.0)
             hint = f", and {slack[0]} goes slack" if slack else ""
             yield body, x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry"

@@ -2,12 +2,12 @@
 
 scene_builder                         what the builders share
 signals                      what is measured: in conditions, by interlocks, by models of a user's own
-machines, beams, supports      machines whose moves are known before, what hangs on them by `rig`, blocks; the fidelity
+machines, beams, supports      cranes with girders or with frames of `rig`, the frames, blocks; the fidelity
 limiting                     the table of limits
 mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
 weighing                     how machines hang at the start, for the passes of their levels
 environment                  vessels in waves; floor and obstacles
-rigging                      hooks of machines made of parts, and what hangs on them
+rigging                      hooks of all machines, and what hangs on them
 targets, resolve, levelling, level_luffing  the action list with its names resolved
 """
 

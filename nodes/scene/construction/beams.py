@@ -10,18 +10,10 @@ from dataclasses import replace
 
 import msgspec
 import numpy as np
-from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.dense import norm, product
+from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
-from heavylift.kernel.description.mechanics import (
-    WORLD,
-    Line,
-    Point,
-    Rope,
-    System,
-    Vector,
-    merge,
-)
-from heavylift.nodes.limits.reeving import lead_factor
+from heavylift.kernel.description.mechanics import WORLD, Line, Point, Rope, System, Vector, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
 from heavylift.nodes.plan.spellings import BEAMS
@@ -32,12 +24,10 @@ from heavylift.nodes.scene.keys.parts.machines import FrameParts, MachineKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path
-from numpy.typing import NDArray
 
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
-from .rigging.hook_ratings import rope_factor
-from .rigging.hooks import check_drums, hoist_of, mass_of, winch_of
+from .rigging.hooks import check_drums, hoist_of, winch_of
 from .rigging.slings import key_of, lugs_of, rated
 from .scene_builder import SceneBuilder, by_beam
 
@@ -50,12 +40,16 @@ def on_hook(
     """The hook of a frame, which is there, as a part of its machine, and the frame; `crane`: the machine without it."""
     path: Path = ("rig", BEAMS, name)
     called, known = ".".join(builder.hooks[name]), lugs_of(builder.scene)
+    lugs = by_beam([x for x in given.lugs or () if x in known], {lug: p.p[0] for lug, p in known.items()})
+    held = builder.scene.all_blocks[known[lugs[0]].body] if lugs else None
+    deck = builder.scene.vessels.get(held.on) if held else None
+    yaw = deck.heading if deck else 0.0
     hook = builder.scene.machines[crane.name].hooks[called]
     check_drums(builder.source, ("machines", crane.name, "hooks", called), hook)
-    frame = _frame(builder, name, given.parts, hook.block)
+    frame = _frame(builder, name, given.parts, hook.block, yaw)
     raise_faults(builder.source, builder.source.faults)
     system, at = frame.system, kinematics.poses(frame.system)
-    start = kinematics.poses(crane.system)
+    start = kinematics.poses(merge([*(vessel.system for vessel in builder.vessels), crane.system], 0.0))
     x, y, top = kinematics.place(Point(hook.on, hook.at), start).tolist()
     if hook.over_edges:
         message = f"the rope of {called} bends over edges: hang `rigging` on it, no frame"
@@ -63,15 +57,14 @@ def on_hook(
     drum = Point(hook.drum.body, hook.drum.at) if hook.drum else None
     away = norm((kinematics.place(drum, start) - (x, y, top)).tolist()) / hook.falls if drum else 0.0
     mass = sum(body.mass for body in system.bodies)
-    ends, lugs = [Point(end.body, end.at) for end in given.parts.slings], [x for x in given.lugs or () if x in known]
+    ends = [Point(end.body, end.at) for end in given.parts.slings]
     if given.lugs and len(given.lugs) != len(ends):
         builder.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it, which need as many lugs")
-    lugs = by_beam(lugs, {lug: p.p[0] for lug, p in known.items()})
     strain = mass * builder.scene.gravity / (hook.falls * hook.fall_EA)
     if given.rope is not None:
         hangs = given.rope * (1 + strain)
-    elif lugs:
-        lug_z = builder.scene.all_blocks[known[lugs[0]].body].at[2] + sum(known[lug].p[2] for lug in lugs) / len(lugs)
+    elif held:
+        lug_z = held.at[2] + (deck.at[2] if deck else 0.0) + sum(known[lug].p[2] for lug in lugs) / len(lugs)
         height = -sum(float(kinematics.place(end, at)[2]) for end in ends) / len(ends)
         hangs = top - (lug_z + given.sling + height - rig.slack)
     else:
@@ -79,18 +72,18 @@ def on_hook(
     over: list[Edges] = [()] * len(ends)
     if given.over_edges:
         over, hangs = _over(builder, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
-    pose = (x, y, top - hangs, 0.0, 0.0, 0.0, 1.0)
-    rope = _rope(builder, called, hook, given, mass, (hangs + away) / (1 + strain), start[hook.on][1])
-    where, line = builder.source.where((*path, "hook")), mass_of(hook)
+    pose = (x, y, top - hangs, *_turned(yaw))
+    ahead = product(start[hook.on][1].T.tolist(), [float(cos(yaw)), float(sin(yaw)), 0.0])
+    rope = _rope(builder, called, hook, given, mass, (hangs + away) / (1 + strain), ahead)
+    where = builder.source.where((*path, "hook"))
     winch = winch_of(rope.name, hook, rope.L0, away, hook.shortest + away, "")
-    hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body, (0.0, 0.0, 0.0)), where)
-    part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * builder.scene.gravity * rope.L0
-    rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
+    hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body), rope.L0, builder.scene.gravity, where)
     falls = (x, y, top), pose[:3]
-    hoist = msgspec.structs.replace(hoist, line=line, ends=falls, below=mass, rated=rated)
+    afloat = any(joint.parent in builder.scene.vessels for joint in crane.system.joints)  # whose rest is to be found
+    hoist = msgspec.structs.replace(hoist, ends=None if afloat else falls, below=mass)
     heavy = Heavy(
-        rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
-        ends=falls, below=mass, on=hook.on, lead=away,
+        rope=rope.name, line=hoist.line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
+        ends=falls, below=0.0 if afloat else mass, on=hook.on, lead=away,
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
     frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))
@@ -101,8 +94,13 @@ def on_hook(
     return hung, _slung(builder, rig, name, given, frame, lugs, over)
 
 
-def _frame(builder: SceneBuilder, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
-    """Bodies and joints of a frame with the hook block; its suspension point is the origin."""
+def _turned(yaw: float) -> tuple[float, float, float, float]:
+    """Quaternion of a heading [rad]."""
+    return 0.0, 0.0, float(sin(0.5 * yaw)), float(cos(0.5 * yaw))
+
+
+def _frame(builder: SceneBuilder, name: str, parts: FrameParts, block: float, yaw: float) -> plan.Mechanism:
+    """Bodies and joints of a frame with the hook block; its suspension point is the origin, `yaw` its heading."""
     base, eye = ("rig", BEAMS, name, "parts"), parts.eye.body
     ends: dict[Path, str] = {("slings", i): end.body for i, end in enumerate(parts.slings)}
     for key, body in ({("eye",): eye} | ends).items():
@@ -115,7 +113,9 @@ def _frame(builder: SceneBuilder, name: str, parts: FrameParts, block: float) ->
         below += [x.child for x in parts.joints.values() if x.parent == body and x.child not in below]
     bodies |= {body: parts.bodies[body] for body in (*below, *parts.bodies) if body in parts.bodies and body != eye}
     still = (0.0, 0.0, 0.0)
-    free = Free.model_construct(type="free", child=eye, position=still, velocity=still, rate=still)
+    free = Free.model_construct(
+        type="free", child=eye, position=still, attitude=_turned(yaw), velocity=still, rate=still
+    )
     hung = parts.model_copy(update={"bodies": bodies, "joints": {f"{name}.free": free, **parts.joints}})
     made = build_mechanism(builder.source, hung, builder.scene.gravity, base=base)
     raise_faults(builder.source, builder.source.faults)
@@ -156,7 +156,6 @@ def _slung(
         ties=tuple(ties),
         cells=(Cell(name=f"{name}.load", body=ties[0].upper.body, ropes=names, rated=load),),
         latches=tuple(BrakeLatch(brake=brake.name, ties=names) for brake in brakes if brake.name in locks),
-        levels=True,
         where=builder.source.where(path),
     )
 
@@ -175,7 +174,8 @@ def _over(
     x, y, top = exit_
     R, blocks, eye = np.eye(3), builder.scene.all_blocks, np.array([x, y, top - hangs])
     at = {WORLD: (np.zeros(3), R)} | {body: (eye + p, Q) for body, (p, Q) in own.items() if body != WORLD}
-    at |= {block: (np.array(given.at), R) for block, given in blocks.items()}
+    puts = {block: builder.scene.put(block) for block in blocks}
+    at |= {block: (np.array(p), np.array(axes)) for block, (p, axes) in puts.items()}
     coms = {block: given.com for block, given in blocks.items()}
     over = [
         along_edges(builder.source, path, given.over_edges, builder.scene.edges, pair, coms, lambda: at)
@@ -194,7 +194,7 @@ def _over(
             upper = Point(WORLD, (x + dx, y + dy, z + dz))
             return Reeving(f"{name}.sling-{i + 1}", upper, over[i], lug, rig.sling.EA, InputSignal(given.sling))
 
-        low = blocks[lug.body].at[2] + lug.p[2] - dz + SPREAD
+        low = float(at[lug.body][0][2]) + lug.p[2] - dz + SPREAD
         return height_of(rope, low, given.sling, rig.slack, at, "over its edges")
 
     try:
@@ -206,13 +206,13 @@ def _over(
 
 def _rope(
     builder: SceneBuilder, name: str, hook: HookKeys, given: schema.FrameKeys, carried: float, L0: float,
-    R: NDArray[np.float64],
+    ahead: list[float],
 ) -> Rope:  # fmt: skip
-    """The falls of a hook as two lines apart along x, and what leads to its drum; `R`: attitude of what they leave."""
+    """The falls of a hook as two lines apart along a direction of what they leave, and what leads to its drum."""
     half, eye, blocks = given.parts.eye.apart / 2, given.parts.eye.body, builder.scene.all_blocks
     lines = []
     for d in (-half, half):
-        x, y, z = (p + d * along for p, along in zip(hook.at, R[0].tolist(), strict=True))
+        x, y, z = (p + d * along for p, along in zip(hook.at, ahead, strict=True))
         lines.append(Line(Point(hook.on, (x, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5))
     if hook.drum:
         lines.append(Line(Point(hook.on, hook.at), Point(hook.drum.body, hook.drum.at), 1.0 / hook.falls))

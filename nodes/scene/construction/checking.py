@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from heavylift.kernel.description import mechanics as k
-from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import JOINTS
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
 from heavylift.nodes.scene.keys.parts import kinematics, mechanics

@@ -27,13 +27,13 @@ NODES = tuple(float(cos(pi * (2 * i + 1) / 8)) for i in range(4))  # of Chebyshe
 LEVEL = 1e-9  # of an axis that is level
 
 
-def measuring(builder: SceneBuilder, mechanisms: tuple[plan.Mechanism, ...]) -> tuple[plan.Mechanism, ...]:
+def measuring(builder: SceneBuilder) -> list[plan.Mechanism]:
     """The machines with angle measurements of booms whose hooks hold their height."""
     asked = [t for action in builder.scene.actions for t, phrase in action.orders.items() if phrase.height]
-    known = targets(builder, mechanisms) if asked else {}
+    known = targets(builder) if asked else {}
     ropes = {actor.name for target in asked for actor in known.get(" ".join(target.split()), ())}
     found = []
-    for machine in mechanisms:
+    for machine in builder.machines:
         led: dict[str, list[str]] = {}
         for rope in sorted(ropes):
             if boom := _boom(machine, rope):
@@ -41,7 +41,7 @@ def measuring(builder: SceneBuilder, mechanisms: tuple[plan.Mechanism, ...]) -> 
         angles = tuple(Measured(angle_of(x), "joint", x, followers=tuple(each)) for x, each in led.items())
         seen = replace(machine.system, measured=(*machine.system.measured, *angles))
         found.append(msgspec.structs.replace(machine, system=seen) if angles else machine)
-    return tuple(found)
+    return found
 
 
 def angle_of(joint: str) -> str:

@@ -5,10 +5,9 @@ A number that the scene gives is the scene's; one of a machine type is the type'
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from heavylift.kernel.description.forces import Wind
-from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.keys.base import written
@@ -17,36 +16,29 @@ from heavylift.nodes.scene.text.source import Path
 
 from .environment.footings import standing_limits, wind_limits
 from .rigging.hook_ratings import WAYS, hook_limits
-from .rigging.ratings import (
-    bridle_limit,
-    lug_limits,
-    rigging_limits,
-    shackle_limit,
-    sling_limits,
-    tandem_limits,
-)
+from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_limit, sling_limits, tandem_limits
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
 
-def rated_limits(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
+def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
     """Limits of all load-carrying parts: crane by crane, rig, lugs, other ropes."""
-    machines = [*builder.cranes, *mechanisms]
+    machines = builder.machines
     rows = [row for machine in machines for row in (*hook_limits(builder, machine), *rigging_limits(builder, machine))]
     lifting = any(machine.hooks for machine in machines)
     rows += [
-        *tandem_limits(builder, [*builder.machines, *mechanisms]),
+        *tandem_limits(builder),
         *_rig(builder),
         *lug_limits(builder),
         *_supports(builder, lifting),
     ]
-    return (*rows, *_ropes(builder, mechanisms))
+    return (*rows, *_ropes(builder))
 
 
-def scene_limits(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
+def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     """What counts for everything that is lifted."""
     limits, written_ = builder.scene.limits, "limits" in builder.scene.model_fields_set
     where = builder.source.where(("limits",)) if written_ or not builder.cranes else builder.cranes[0].where
-    hooks = bool(builder.cranes) or any(machine.hooks for machine in mechanisms)
+    hooks = bool(builder.cranes)
     keys = [hook for machine in builder.scene.machines.values() for hook in machine.hooks.values()]
     distances = {distance for distance in WAYS if not any(getattr(hook, distance) for hook in keys)}
     checked = {"ropes", "wind", "signals", *(limits.model_fields_set - distances if hooks else ())}
@@ -58,8 +50,8 @@ def scene_limits(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) ->
         yield RatedLimit(
             subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
         )
-    winds = tuple(f.name for m in mechanisms for f in m.system.forces if isinstance(f, Wind))
-    lifting = [machine for machine in (*builder.machines, *mechanisms) if machine.hooks]
+    winds = tuple(f.name for m in builder.machines for f in m.system.forces if isinstance(f, Wind))
+    lifting = [machine for machine in builder.machines if machine.hooks]
     if lifting or winds or limits.wind is not None:
         yield from wind_limits(builder, lifting, winds)
     for machine in lifting:
@@ -85,16 +77,15 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
         yield RatedLimit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 
 
-def _ropes(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
+def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
     """Ropes that the scene itself limits; those of a mechanism without a limit are unknown."""
-    rigged = {sling for m in mechanisms for slings in m.rigged.values() for sling in slings}
-    hooks = {hook.rope for m in mechanisms for hook in m.hooks}
-    free = [rope.name for m in mechanisms for rope in m.system.all_ropes]
-    for name in (name for name in free if name not in {*builder.scene.limits.ropes, *rigged, *hooks}):
+    slings = {tie.rope for machine in builder.machines for tie in machine.ties}
+    hooks = {hook.rope for machine in builder.machines for hook in machine.hooks}
+    known = [rope.name for machine in builder.machines for rope in machine.system.all_ropes]
+    for name in (name for name in known if name not in {*builder.scene.limits.ropes, *slings, *hooks}):
         where = builder.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
         yield RatedLimit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)
-    known = [*builder.ropes, *(tie.rope for tie in builder.slings()), *free]
     for name, given in builder.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)
         if name not in known:
@@ -113,7 +104,7 @@ def _rig(builder: SceneBuilder) -> Iterator[RatedLimit]:
     rig = builder.scene.rig
     if rig is None:
         return
-    beams = [machine for machine in builder.machines if machine.latches]
+    beams = builder.frames
     for beam in beams:
         slings, (cell,) = tuple(tie.rope for tie in beam.ties), beam.cells
         source = "the scene" if "capacity" in rig.beams[beam.name].model_fields_set else "assumed"

@@ -1,4 +1,4 @@
-"""Machines of a scene whose moves are known before, what hangs on them, and blocks; the fidelity of the scene."""
+"""Cranes with girders or with frames on their hooks, these frames, and blocks; the fidelity of the scene."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .beams import on_hook, placed
+from .environment.vessels import vessel_machine
 from .mechanism import build_mechanism
 from .rigging.slings import lugs_of
 from .scene_builder import SceneBuilder
@@ -23,9 +24,10 @@ from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
-    """Machines whose moves are known before, what hangs on them by `rig`, and the blocks below; what is wrong is added
-    to the faults of the source."""
+    """Cranes with girders or frames of `rig`, the frames and the blocks below; what is wrong is added to the faults of
+    the source."""
     builder = SceneBuilder(source, scene)
+    builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:
         _hang(builder, scene.rig)
     cranes = _staged(builder)
@@ -99,10 +101,10 @@ def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
             taken[words] = name
             crane, hook = words.split()
             given = builder.scene.machines[crane]
-            if other := [x.parent for x in given.joints.values() if x.parent not in (WORLD, *given.bodies)]:
-                builder.source.fault(
-                    path, f"{crane} stands on {other[0]}: hang `rigging` on its hooks, no frame of `rig`"
-                )
+            ground = (WORLD, *given.bodies, *builder.scene.vessels)
+            if other := [x.parent for x in given.joints.values() if x.parent not in ground]:
+                message = f"{crane} stands on {other[0]}: hang `rigging` on its hooks, no frame of `rig`"
+                builder.source.fault(path, message)
                 continue
             builder.hooks[name] = (crane, hook)
         if name in builder.scene.machines:
@@ -122,14 +124,15 @@ def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
 
 
 def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
-    """Machines whose moves are known before: those with girders, and those on whose hooks frames hang."""
+    """Cranes with girders, and those on whose hooks frames hang, without hooks."""
     scene, found = builder.scene, list[plan.Mechanism]()
     carrying = {crane for crane, _ in builder.hooks.values()}
     for name, given in scene.machines.items():
         if given.girders or name in carrying:
             keys = placed(builder, name, given).model_copy(update={"hooks": {}})
-            made = build_mechanism(builder.source, keys, scene.gravity, base=("machines", name), edges=scene.edges)
-            found.append(msgspec.structs.replace(made, levels=True))
+            lift, base = merge([vessel.system for vessel in builder.vessels], scene.gravity), ("machines", name)
+            made = build_mechanism(builder.source, keys, scene.gravity, lift, base, edges=scene.edges)
+            found.append(made)
     return found
 
 

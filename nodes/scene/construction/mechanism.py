@@ -11,12 +11,11 @@ from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
 
-from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.constraints.contact.pairs import check_contact
-from heavylift.kernel.description import forces as forces
-from heavylift.kernel.description import mechanics as k
-from heavylift.kernel.description.contacts import Contact
+from heavylift.kernel.description import forces as forces, mechanics as k
 from heavylift.kernel.description.flexible import Beam, Flexible, check_flexible
+from heavylift.kernel.description.forces import Contact
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.table import check_force
@@ -43,6 +42,7 @@ WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or m
 BREAKS = 0.02  # strain at which steel wire has broken: 1770 MPa over 105 GPa is 1.7 %
 NO_LIFT = k.System()
 SLICES = 6  # as which a body that bends is drawn and collides
+LEVEL = 1e-9  # of an axis that is level or vertical
 TOUCH = 1e-9  # a rope or support this close carries [m]
 
 
@@ -100,6 +100,7 @@ class _Assembly(Checking):
         whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
             self.checked((*self.base, "joints"), kinematics.poses, whole)
+            self._yielding(made)
         hung = hang(self, whole, tree, gravity) if given.hooks and not self.source.faults else Hung()
         if given.hooks:
             own = k.System(tuple(hung.bodies), tuple(hung.joints), ropes=tuple(hung.ropes), forces=tuple(hung.reevings))
@@ -143,6 +144,19 @@ class _Assembly(Checking):
         if body.box and any(body.inertia):
             self.fault((*path, "box"), "a body has either 'inertia' or the moments of its 'box'", on_key=True)
         return k.Body(name, body.mass or 0.0, body.com, moments(body), made)
+
+    def _yielding(self, made: tuple[k.Joint, ...]) -> None:
+        """Check that no weight acts on prescribed drives with a stiffness, which a level models as servos at rest."""
+        joints = {joint.name: joint for joint in made}
+        for name, drive in self.given.drives.items():
+            joint = joints.get(drive.joint)
+            if drive.type != "prescribed" or not drive.stiffness or joint is None:
+                continue
+            x, y, z = product(self.start()[joint.parent][1].tolist(), product(joint.R_PJ, joint.axis))
+            if max((abs(z),) if joint.kind == "prismatic" else (abs(x), abs(y))) > LEVEL:
+                message = "weight acts on this drive, which would begin to move: only one that slides level, or turns "
+                path = (*self.base, "drives", name, "stiffness")
+                self.fault(path, f"{message}about a vertical axis, is prescribed and has a stiffness", on_key=True)
 
     def _heavy(self, ropes: Mapping[str, mechanics.RopeKeys]) -> Iterator[Heavy]:
         for name, rope in ropes.items():

@@ -17,7 +17,7 @@ from heavylift.nodes.statics.static_path import at_rest
 
 from .beams import placed
 from .environment.obstacles import obstacles_machine
-from .environment.vessels import afloat, check_decks, vessel_machine
+from .environment.vessels import afloat, check_decks
 from .machines import load_cells, with_hooks
 from .mechanism import build_mechanism
 from .rigging.tree import RiggingTree
@@ -43,15 +43,16 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
     if not bases and scene.wind is None and not (scene.rigging or scene.blocks or scene.vessels or fixed):
         return ()
     check_decks(builder)
-    if lift.machines:
+    stands = (*builder.vessels, *lift.machines)
+    if stands:
         raise_faults(source, source.faults)
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
-    around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
-    built = [vessel_machine(builder, name) for name in scene.vessels]
-    built += [block_machine(builder, ("blocks", name)) for name in scene.blocks] if not done else []
+    around = system(msgspec.structs.replace(lift, fidelity=held, machines=stands)) if stands else System()
+    blocks = [block_machine(builder, ("blocks", name)) for name in scene.blocks] if not done else []
+    built = [*builder.vessels, *blocks]
     if source.faults:
         return tuple(built)
-    around = merge([around, *(block.system for block in built)], scene.gravity) if built else around
+    around = merge([around, *(block.system for block in blocks)], scene.gravity) if blocks else around
     if fixed:
         built.append(obstacles_machine(builder, around))
         around = merge([around, built[-1].system], scene.gravity)

@@ -5,7 +5,6 @@ Two orders of one action for the same actor contradict each other and are refuse
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from importlib import import_module
 
 import msgspec
@@ -30,17 +29,17 @@ ROUNDING = 1e-9  # relative, of a speed
 TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
-def build_actions(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
+def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
     """The action list of the plan; faults are added to those of the scene."""
-    resolver = _Resolver(builder, mechanisms)
+    resolver = _Resolver(builder)
     return tuple(x for i, action in enumerate(builder.scene.actions) for x in resolver.listed(i, action))
 
 
 def build_orders(
-    builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism], path: Path, target: str, phrase: phrases.OrderPhrase
+    builder: SceneBuilder, path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
     """Orders to a target; faults are added to those of the source."""
-    resolver = _Resolver(builder, mechanisms)
+    resolver = _Resolver(builder)
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
     return tuple(resolver.orders(path, words, phrase))
 
@@ -48,11 +47,11 @@ def build_orders(
 class _Resolver:
     """Resolves the action list in order."""
 
-    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
+    def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.source = builder, builder.source
-        self.targets = targets(builder, mechanisms)
+        self.targets = targets(builder)
         self.lugs = lugs_of(builder.scene)
-        self.conditions = Conditions(builder, mechanisms)
+        self.conditions = Conditions(builder)
         self.condition = self.conditions.read
         self.levelling = Levelling(builder, self.conditions)
         self.turned = ""  # the block that is
@@ -79,7 +78,7 @@ class _Resolver:
 
     def _brakes(self, path: Path, found: tuple[OrderTarget, ...]) -> tuple[actions.Order, ...]:
         """Brakes to engage after a stop by `hold`."""
-        systems = [(machine.name, machine.system) for machine in self.conditions.moving]
+        systems = [(machine.name, machine.system) for machine in self.yard.machines]
         names = {actor.name for actor in found}
         joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
         brakes = [(name, brake.name) for name, system in systems for brake in system.brakes if brake.joint in joints]
@@ -95,7 +94,7 @@ class _Resolver:
                 message = f"'{actor.name}' holds its height while its boom luffs: let it luff in the same action"
                 self.source.fault(path, message)
                 continue
-            kept = follow(self.conditions.moving, move, actor.name, self.source.where(path))
+            kept = follow(self.yard.machines, move, actor.name, self.source.where(path))
             if isinstance(kept, str):
                 self.source.fault(path, kept)
                 continue
@@ -285,7 +284,7 @@ class _Resolver:
         self, path: Path, found: tuple[OrderTarget, ...], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
         slings = [s for actor in found for s in self._slings_of(actor)]
-        held = {rope.name: rope.lines[-1].b.body for machine in self.yard.machines for rope in machine.system.ropes}
+        held = {rope.name: rope.lines[-1].b.body for frame in self.yard.frames for rope in frame.system.ropes}
         if found[0].kind == "rope":
             if phrase.lugs:
                 self.source.fault(path, f"'{found[0].name}' is hooked where its end is: write 'hook' without lugs")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from heavylift.kernel.description import forces as forces
-from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.description import forces as forces, mechanics as k
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force

@@ -19,11 +19,12 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 @dataclass
 class SceneBuilder:
-    """The machines of a scene built so far; faults are collected by the source."""
+    """The machines of a scene built so far, in the order of their nodes; faults are collected by the source."""
 
     source: Source
     scene: schema.Scene
-    machines: list[plan.Mechanism] = field(default_factory=list)  # whose moves are known before, and what they lift
+    machines: list[plan.Mechanism] = field(default_factory=list)
+    vessels: list[plan.Mechanism] = field(default_factory=list)
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # frame -> (machine, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> frames
     interlocks: tuple[plan.Interlock, ...] = ()
@@ -35,9 +36,9 @@ class SceneBuilder:
         return [machine for machine in self.machines if machine.hooks or machine.girders]
 
     @property
-    def ropes(self) -> list[str]:
-        """Their hook ropes."""
-        return [hook.rope for crane in self.cranes for hook in crane.hooks]
+    def frames(self) -> list[plan.Mechanism]:
+        """What hangs on hooks by `rig`."""
+        return [machine for machine in self.machines if machine.name in self.hooks]
 
     @property
     def tandem(self) -> bool:
@@ -52,9 +53,8 @@ class SceneBuilder:
         return [cargo for machine in self.machines for cargo in machine.cargo]
 
     def slings(self, *beams: str) -> list[plan.Tie]:
-        """The slings of beams, or of all."""
-        own = (machine for machine in self.machines if not beams or machine.name in beams)
-        return [tie for machine in own for tie in machine.ties]
+        """The slings of frames, or of all."""
+        return [tie for frame in self.frames if not beams or frame.name in beams for tie in frame.ties]
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:

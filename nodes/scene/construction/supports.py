@@ -100,7 +100,6 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
         closed=tuple(s.name for s in stands),
         shapes=tuple(plan.Shape(body=name, centre=centre, size=size) for centre, size in boxes),
         cargo=(cargo,),
-        levels=alone,
         where=where,
     )
 

@@ -5,10 +5,10 @@ One table, so that an unknown target is answered with the nearest known one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from heavylift.kernel.description.name_order import natural
+from heavylift.kernel.description.units import natural
 from heavylift.nodes.models.commander.turn_law import traversing
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
@@ -50,11 +50,11 @@ class OrderTarget:
         return self.kind in verb.kinds and own and fits
 
 
-def targets(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[OrderTarget, ...]]:
+def targets(builder: SceneBuilder) -> dict[str, tuple[OrderTarget, ...]]:
     """All targets of a scene with their actors."""
     table: dict[str, tuple[OrderTarget, ...]] = {}
     on_hook = {".".join(words): frame for frame, words in builder.hooks.items()}
-    for machine in (*builder.cranes, *mechanisms):
+    for machine in builder.machines:
         _of_machine(table, machine, on_hook)
     for plural in (plural for called in CALLED.values() if (plural := f"{called}s") in table):
         every = plural.rpartition(" ")[2]
@@ -64,7 +64,7 @@ def targets(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict
     for beam in builder.hooks:
         for tie in builder.slings(beam):
             table[tie.rope] = (OrderTarget("sling", beam, tie.rope, beam=beam),)
-    turns = any(traversing(m, hook) for m in (*builder.cranes, *mechanisms) for hook in m.hooks)
+    turns = any(traversing(m, hook) for m in builder.machines for hook in m.hooks)
     for name in builder.scene.all_blocks:
         table[name] = (OrderTarget("block", name, "turn") if turns else OrderTarget("load", name, "level"),)
     for interlock in builder.interlocks:

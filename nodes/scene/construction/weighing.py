@@ -18,17 +18,14 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 def weighed(built: Plan) -> Plan:
     """The plan with start loads of its machines made of parts."""
-    free = any(machine.heavy or machine.bends or machine.ties for machine in built.mechanisms)
-    if not free and all(row.below for machine in built.levelled for row in machine.heavy):
-        return built
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (
         msgspec.structs.replace(
             machine,
-            heavy=tuple(row if machine.levels and row.below else start.hanging(machine, row) for row in machine.heavy),
+            heavy=tuple(row if row.below else start.hanging(machine, row) for row in machine.heavy),
             bends=tuple(start.bent(row) for row in machine.bends),
-            ties=machine.ties if machine.levels else tuple(start.tied(tie) for tie in machine.ties),
+            ties=tuple(start.tied(tie) if tie.rigging else tie for tie in machine.ties),
         )
         for machine in built.machines
     )

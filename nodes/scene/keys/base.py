@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar, TypeVar, cast
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.points import Matrix, Vector
+from heavylift.kernel.description.units import Matrix, Vector
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.units import Length, Number
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict

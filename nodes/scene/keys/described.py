@@ -17,9 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_
 
 import msgspec
 from heavylift.kernel.description.forces import InputSignal
-from heavylift.kernel.description.points import Matrix, Point
-from heavylift.kernel.description.units import Direction as UnitVector
-from heavylift.kernel.description.units import Unit
+from heavylift.kernel.description.units import Direction as UnitVector, Matrix, Point, Unit
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field, create_model
 

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
+from heavylift.kernel.description.mechanics import IDENTITY, Matrix, MethodName, RemovedMethod, Vector
 from heavylift.nodes.devs.execution.rules import LIMIT
-from heavylift.nodes.plan import factors as f
-from heavylift.nodes.plan import plan
+from heavylift.nodes.plan import factors as f, plan
 from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
 from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
@@ -219,6 +218,12 @@ class Scene(Base):
     def all_blocks(self) -> dict[str, Block]:
         """All blocks by name."""
         return {**({"block": self.block} if self.block else {}), **self.blocks}
+
+    def put(self, name: str) -> tuple[Vector, Matrix]:
+        """Where a block is put: its middle in the world [m], and its axes."""
+        block = self.all_blocks[name]
+        deck = self.vessels.get(block.on)
+        return (deck.place(block.at), deck.attitude) if deck else (block.at, IDENTITY)
 
     @property
     def step_tolerance(self) -> float:

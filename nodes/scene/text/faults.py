@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from heavylift.kernel.errors import SceneError
-from heavylift.kernel.errors import closest as closest
+from heavylift.kernel.errors import PlacedFault, SceneError, closest as closest
 
 from .source import Fault, Mark, Path, Source, shown
 
@@ -24,7 +23,14 @@ def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
     if texts:
         number = f"more than {MOST}" if len(marked) > MOST else f"{len(texts)}"
         count = f"{number} error{'s' if len(marked) > 1 else ''} in {source.name}"
-        raise SceneError("\n".join([*texts, count]))
+        error = SceneError("\n".join([*texts, count]))
+        error.faults = tuple(dict.fromkeys(_placed(source, mark, fault) for mark, fault in marked[:MOST]))
+        raise error
+
+
+def _placed(source: Source, mark: Mark, fault: Fault) -> PlacedFault:
+    path = shown(source.written(fault.path))
+    return PlacedFault(mark.file, mark.line, mark.column, path, fault.sentence, fault.hint)
 
 
 def _mark(source: Source, fault: Fault) -> Mark:

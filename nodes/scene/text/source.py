@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import TypeAlias
 
-from heavylift.kernel.description.name_order import natural
+from heavylift.kernel.description.units import natural
 from heavylift.kernel.errors import SPACES, printable
 from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer

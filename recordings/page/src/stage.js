@@ -19,9 +19,7 @@ const AROUND = 0.9; // of its own length: room on each side of what is followed
 
 export class Stage {
   constructor(host, run) {
-    this.run = run;
     this.host = host;
-    this.scene = new Scene();
     const soft = software();
     this.gl = new WebGLRenderer({ antialias: !soft });
     this.quality = new Quality(soft, () => this.ask());
@@ -32,6 +30,20 @@ export class Stage {
     this.controls = new OrbitControls(this.camera, this.gl.domElement);
     this.controls.addEventListener("start", () => (this.view = null));
     this.controls.addEventListener("change", () => this.ask());
+    this.view = "corner";
+    this.aspect = 1;
+    this.load(run);
+  }
+
+  // Show a run in place of the one before; who has turned the picture keeps his view.
+  load(run) {
+    this.scene?.traverse((x) => {
+      x.geometry?.dispose();
+      x.material?.dispose();
+    });
+    const on = this.labels?.on;
+    this.labels?.canvas.remove();
+    Object.assign(this, { run, pads: null, grid: null, scene: new Scene() });
     this.scene.add(new AmbientLight(0xffffff, 1.3));
     const sun = new DirectionalLight(0xffffff, 2.2);
     sun.position.set(-120, -200, 300);
@@ -44,15 +56,15 @@ export class Stage {
     }
     for (const box of run.boxes) this.addShape(box);
     this.ropes = new Ropes(this.scene, run);
-    this.labels = new Labels(host, run, (body) => (this.frames.get(body) ?? this.scene).matrixWorld);
+    this.labels = new Labels(this.host, run, (body) => (this.frames.get(body) ?? this.scene).matrixWorld);
+    if (on) this.labels.on = on;
     this.ground = new Mesh(new PlaneGeometry(1, 1), new MeshLambertMaterial());
     this.scene.add(this.ground);
-    this.view = "corner";
-    this.aspect = 1;
     this.at = { i: 0, j: 0, w: 0 };
     this.rig = [];
     this.followed = null;
     this.frame();
+    if (on) this.resize();
   }
 
   addShape({ body, centre, size, colour, turn, kind }) {
@@ -189,6 +201,13 @@ export class Stage {
     this.scene.updateMatrixWorld();
     this.ropes.hang(now, at, (body) => (frames.get(body) ?? this.scene).matrixWorld);
     this.pads.grow();
+    this.ask();
+  }
+
+  // Bodies were put elsewhere by hand: ropes follow.
+  moved() {
+    this.scene.updateMatrixWorld();
+    this.ropes.hang(0, this.at, (body) => (this.frames.get(body) ?? this.scene).matrixWorld);
     this.ask();
   }
 

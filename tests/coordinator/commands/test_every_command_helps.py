@@ -12,7 +12,7 @@ import pytest
 import typer
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.commands.common import completing
+from heavylift.coordinator.commands.common import recording_files, scene_names
 from heavylift.nodes.scene import bundled
 
 COMMANDS = typer.main.get_command(app).commands
@@ -137,11 +137,11 @@ def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: py
         (tmp_path / name).touch()
     (tmp_path / "yard").mkdir()
     (tmp_path / "yard" / "west.mcap").touch()
-    assert completing.scenes("tur") == ["turnover-untuned", "turnover", "turn.yaml"]
-    assert completing.scenes("") == [*bundled(), "turn.yaml", "yard/"]
-    assert completing.recordings("") == ["cut.mcap.part", "run.mcap", "yard/"]
-    assert completing.recordings("yard/w") == ["yard/west.mcap"]
-    assert completing.recordings("nowhere/") == []
+    assert scene_names("tur") == ["turnover-untuned", "turnover", "turn.yaml"]
+    assert scene_names("") == [*bundled(), "turn.yaml", "yard/"]
+    assert recording_files("") == ["cut.mcap.part", "run.mcap", "yard/"]
+    assert recording_files("yard/w") == ["yard/west.mcap"]
+    assert recording_files("nowhere/") == []
 
 
 @pytest.mark.parametrize(

@@ -13,11 +13,7 @@ x509 = pytest.importorskip("cryptography.x509", reason="no package 'cryptography
 
 from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1  # noqa: E402
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID  # noqa: E402
-from heavylift.coordinator.hosts import (  # noqa: E402
-    Credentials,
-    library,
-    make_certificates,
-)
+from heavylift.coordinator.hosts import Credentials, library, make_certificates  # noqa: E402
 
 
 def extension(path: Path, kind: type) -> object:

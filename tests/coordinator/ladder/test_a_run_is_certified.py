@@ -13,7 +13,7 @@ from heavylift.coordinator.run import run
 from heavylift.nodes.plan import ASKABLE, Fidelity
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
-from heavylift.recordings.read.info import info
+from heavylift.recordings.read import info
 
 MASS = "mechanism.bodies.load.mass"
 

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.live import Order, order
+from heavylift.coordinator.live import RunOrder, order
 from running import HEAVYLIFT, PATIENCE_s, command, found, going, said
 from sledge import SLEDGE
 
@@ -24,7 +24,7 @@ def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5"):
         run = found(tmp_path / "sledge.mcap")
-        at = order(run, Order("pause")).removeprefix("paused at ")
+        at = order(run, RunOrder("pause")).removeprefix("paused at ")
         message = f"the run is paused at {at}; the command takes effect there when it goes on\n"
 
         code, out, errors = said(tmp_path, "command", "sledge.mcap", WORDS, "--wait", "0.2 s")
@@ -37,7 +37,7 @@ def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
 
         with command(tmp_path, "command", "sledge.mcap", WORDS, "--json") as waiting:
             assert first_line(waiting).startswith("the run is paused at ")
-            assert order(run, Order("step", by_ns=10**9)).startswith("paused at ")
+            assert order(run, RunOrder("step", by_ns=10**9)).startswith("paused at ")
             out, errors = waiting.communicate(timeout=PATIENCE_s)
         assert waiting.returncode == 1
         answer = json.loads(out)
@@ -46,10 +46,10 @@ def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
         assert f"refused: command: {BUSY}" in answer["said"]
         assert errors == f"heavylift: {answer['said']}\n"
 
-        assert order(run, Order("step", by_ns=4 * 10**9)).startswith("paused at ")
+        assert order(run, RunOrder("step", by_ns=4 * 10**9)).startswith("paused at ")
         with command(tmp_path, "command", "sledge.mcap", WORDS) as waiting:
             assert first_line(waiting).startswith("the run is paused at ")
-            order(run, Order("continue"))
+            order(run, RunOrder("continue"))
             out, errors = waiting.communicate(timeout=PATIENCE_s)
         assert (waiting.returncode, errors) == (0, "")
         assert out.startswith(f"{WORDS}: began at ")
@@ -59,7 +59,7 @@ def test_a_command_reports_that_the_run_has_ended_before_it_was_answered(tmp_pat
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5") as process:
         run = found(tmp_path / "sledge.mcap")
-        order(run, Order("pause"))
+        order(run, RunOrder("pause"))
         with command(tmp_path, "command", "sledge.mcap", WORDS) as waiting:
             assert first_line(waiting).startswith("the run is paused at ")
             process.send_signal(signal.SIGINT)

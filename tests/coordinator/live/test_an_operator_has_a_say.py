@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.live import AnnouncedRun, Order, journal_of, observe, operator_commands, order
+from heavylift.coordinator.live import AnnouncedRun, RunOrder, journal_of, observe, operator_commands, order
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision import read
 from heavylift.coordinator.transport import OBSERVER, OPERATOR, Hub, guest_session, key
@@ -44,17 +44,17 @@ def test_a_replay_repeats_the_actions_of_an_operator(tmp_path: Path) -> None:
     with going(tmp_path, "run", "sledge.yaml", "--rate", "2") as process:
         run_ = found(recorded)
         list(islice(observe(run_), 1))
-        paused = said_s(order(run_, Order("pause")))
+        paused = said_s(order(run_, RunOrder("pause")))
         assert paused < OUT_s
         with pytest.raises(ProtocolError, match=r"^command: there is no 'puller' to give an order to\n.*\n.*'pusher'"):
-            order(run_, Order("command", text="puller: drive 6 m/min by 1 m"))
+            order(run_, RunOrder("command", text="puller: drive 6 m/min by 1 m"))
         words = "pusher: drive 6 m/min by 50 mm"
-        assert order(run_, Order("command", text=words)).endswith(" s, when the run goes on")
+        assert order(run_, RunOrder("command", text=words)).endswith(" s, when the run goes on")
         assert len(list(read(journal_of(recorded)))) == 1
         code, out, _ = said(tmp_path, "step", "sledge.mcap", "--by", f"{REST_s - paused:.9f} s")
         assert (code, out) == (0, f"paused at {REST_s:.9f} s\n")
-        assert order(run_, Order("command", text=words)) == f"{words}: at {REST_s:.9f} s, when the run goes on"
-        assert said_s(order(run_, Order("step"))) == pytest.approx(REST_s, abs=1e-8)  # the command is an event
+        assert order(run_, RunOrder("command", text=words)) == f"{words}: at {REST_s:.9f} s, when the run goes on"
+        assert said_s(order(run_, RunOrder("step"))) == pytest.approx(REST_s, abs=1e-8)  # the command is an event
         assert said(tmp_path, "continue", "sledge.mcap")[:2] == (0, "goes on\n")
         _, errors = process.communicate(timeout=PATIENCE_s)
         assert process.returncode == 0, errors
@@ -80,10 +80,10 @@ def test_a_command_is_answered_and_a_stop_completes_the_recording(tmp_path: Path
     with going(tmp_path, "run", "sledge.yaml", "--rate", "20") as process:
         run_ = found(tmp_path / "sledge.mcap")
         wait_for(run_, "stage", "rest")
-        given = order(run_, Order("command", text="pusher: drive 6 m/min by 1 m"))
+        given = order(run_, RunOrder("command", text="pusher: drive 6 m/min by 1 m"))
         busy = r"refused: command: pusher gets an order while its drive \(an operator's command\) is not done"
         with pytest.raises(ProtocolError, match=busy):
-            order(run_, Order("command", text="pusher: drive 6 m/min by 1 m"))
+            order(run_, RunOrder("command", text="pusher: drive 6 m/min by 1 m"))
         code, out, _ = said(tmp_path, "stop", "sledge.mcap")
         assert (code, out.split(" at ")[0]) == (0, "ends")
         output, errors = process.communicate(timeout=PATIENCE_s)
@@ -100,8 +100,8 @@ def test_a_command_outlives_a_killed_coordinator(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
     with going(tmp_path, "run", "sledge.yaml", "--rate", "1") as process:
         run_ = found(tmp_path / "sledge.mcap")
-        order(run_, Order("pause"))
-        order(run_, Order("command", text="pusher: drive 6 m/min by 1 m"))
+        order(run_, RunOrder("pause"))
+        order(run_, RunOrder("command", text="pusher: drive 6 m/min by 1 m"))
         process.send_signal(signal.SIGKILL)
         process.wait(PATIENCE_s)
     (given,) = operator_commands(tmp_path / "sledge.mcap")

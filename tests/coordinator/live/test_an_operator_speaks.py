@@ -8,15 +8,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes import drive
 from heavylift.nodes.devs import seconds
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts import (
-    Done,
-    Finished,
-    Lifted,
-    OperatorAnswer,
-    OperatorCommand,
-    Order,
-    Stage,
-)
+from heavylift.nodes.models.parts import Done, Finished, Lifted, OperatorAnswer, OperatorCommand, Order, Stage
 from heavylift.nodes.plan import BrakeOrder, EndOrder, Move, located
 from heavylift.nodes.scene import load, parse, spoken
 from sledge import SLEDGE

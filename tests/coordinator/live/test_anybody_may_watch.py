@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.live import Ended, find, observe
+from heavylift.coordinator.live import RunEnded, find, observe
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Recording
@@ -112,7 +112,7 @@ def test_a_killed_run_is_reported_to_those_who_watch_it(frozen_run) -> None:  # 
         _, error = watching.communicate(timeout=PATIENCE_s)
     seen = [event for _, event in observer]
     assert len(seen) >= 40
-    assert observer.ended == Ended("failed", seen[-1].t * 1e-9, "its coordinator was killed")
+    assert observer.ended == RunEnded("failed", seen[-1].t * 1e-9, "its coordinator was killed")
     assert watching.returncode == 1
     assert error == f"heavylift: the run has failed at {seen[-1].t * 1e-9:.6f} s: its coordinator was killed\n"
 

@@ -47,7 +47,7 @@ def test_the_mass_of_the_load_is_estimated_and_written(tmp_path: Path) -> None:
     assert [str(x) for x in uncertain_inputs(load(found.scene))] == ["{} {} +- {}".format(MASS, *found.estimates[MASS])]
     assert text.startswith("# A rope over sheaves: a tackle of four falls")
     assert "end: 15 s" in text  # which was laid over the scene for the run
-    assert load(found.scene).plan.mechanisms[0].system.bodies[0].mass == pytest.approx(1e3 * value)
+    assert load(found.scene).plan.machines[0].system.bodies[0].mass == pytest.approx(1e3 * value)
 
 
 @pytest.mark.large

@@ -38,7 +38,7 @@ def test_the_configuration_of_a_machine_does_not_grow_with_the_yard() -> None:
 
 def test_a_commander_of_one_action_list_receives_that_lift_only() -> None:
     lists = build(yard(9))["commander"].children
-    assert {len(lists[f"l{i}"].plan.mechanisms) for i in range(9)} == {2}
+    assert {len(lists[f"l{i}"].plan.machines) for i in range(9)} == {2}
     assert [lists[f"l{i}"].plan.first for i in range(3)] == [0, 7, 14]
     assert [action.stage for action in lists["l8"].plan.actions][:2] == ["l8: take up", "l8: lift off"]
     assert {*lists["l8"].owners.values()} == {"l8-hall"}

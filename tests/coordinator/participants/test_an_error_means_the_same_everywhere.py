@@ -11,7 +11,7 @@ from heavylift.coordinator.participants import built
 from heavylift.coordinator.replay import recorded_models
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Simulator
-from heavylift.recordings.read.info import info
+from heavylift.recordings.read import info
 
 MODEL = """
 from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, seconds

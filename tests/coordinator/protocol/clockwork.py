@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 
 from heavylift.coordinator.protocol import Coupling, Hello, Node
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
-from heavylift.nodes.devs import encode as encode_value
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag, encode as encode_value
 
 
 class Word(Message):

@@ -9,10 +9,20 @@ from typing import Any
 
 import msgspec
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Delay, Done, Grant, Hello, Matrix, Node, NodeState, distance
-from heavylift.coordinator.protocol import core as core_module
-from heavylift.coordinator.protocol import distance as known_module
-from heavylift.coordinator.protocol import node as node_module
+from heavylift.coordinator.protocol import (
+    Coordinator,
+    Delay,
+    Done,
+    Grant,
+    Hello,
+    Matrix,
+    Node,
+    NodeState,
+    core as core_module,
+    distance,
+    distance as known_module,
+    node as node_module,
+)
 from heavylift.nodes.devs import FOREVER, Event, Tag, after, succ
 
 Patch = pytest.MonkeyPatch

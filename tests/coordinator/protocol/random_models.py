@@ -14,9 +14,17 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 from cut_grants import Cut
-from heavylift.coordinator.protocol import Bye, Coordinator, Coupling, Node, RunEnd, Stop, run_in_memory
-from heavylift.coordinator.protocol import core as core_module
-from heavylift.coordinator.protocol import node as node_module
+from heavylift.coordinator.protocol import (
+    Bye,
+    Coordinator,
+    Coupling,
+    Node,
+    RunEnd,
+    Stop,
+    core as core_module,
+    node as node_module,
+    run_in_memory,
+)
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Model, Port, Simulator, Tag, Transition
 from heavylift.nodes.devs.execution import Wire
 

@@ -18,9 +18,9 @@ from heavylift.coordinator.protocol import (
     Node,
     decode,
     encode,
+    node as node_module,
     run_in_memory,
 )
-from heavylift.coordinator.protocol import node as node_module
 from heavylift.nodes.devs import Atomic, Event, Message, Out, Simulator, Tag
 from random_models import END, Logs, distributed, parts
 

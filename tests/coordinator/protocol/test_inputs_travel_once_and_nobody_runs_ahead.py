@@ -9,8 +9,17 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.protocol import AHEAD, SPOKEN, TAGS, Coordinator, Done, Grant, Node, answer
-from heavylift.coordinator.protocol import core as core_module
+from heavylift.coordinator.protocol import (
+    AHEAD,
+    SPOKEN,
+    TAGS,
+    Coordinator,
+    Done,
+    Grant,
+    Node,
+    answer,
+    core as core_module,
+)
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 from heavylift.nodes.devs.execution import SILENT, Wire

@@ -17,17 +17,16 @@ from heavylift.coordinator.protocol import (
     Node,
     NodeState,
     RunEnd,
+    core as core_module,
     distance,
     run_in_memory,
     together,
 )
-from heavylift.coordinator.protocol import core as core_module
 from heavylift.kernel import HeavyliftError
 from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Model, Simulator, Tag
-from heavylift.nodes.devs.execution import Wire, flatten, lookahead
+from heavylift.nodes.devs.execution import Wire, flatten, transitions
 from mutants import changed
-from random_models import Run, build, build_ring, distributed, flat
-from random_models import told as results
+from random_models import Run, build, build_ring, distributed, flat, told as results
 
 MODELS = range(24)
 MANY = range(150)  # at most, for a mutant; most are reported by the first few
@@ -122,16 +121,16 @@ def only_the_first_model_of_a_node_hears(patch: Patch) -> None:
 
 
 def a_node_is_quiet_for_ever_if_its_next_tag_is(patch: Patch) -> None:
-    patch.setattr(lookahead.Border, "quiet", lambda border, tag: Tag(2**63 - 1))
+    patch.setattr(transitions.Border, "quiet", lambda border, tag: Tag(2**63 - 1))
 
 
 def inner_ports_are_on_no_way(patch: Patch) -> None:
-    def begin(original: Callable[..., None], border: lookahead.Border, roots: Any, atomics: list[Atomic]) -> None:
+    def begin(original: Callable[..., None], border: transitions.Border, roots: Any, atomics: list[Atomic]) -> None:
         original(border, roots, atomics)
-        inner = [exit for m in atomics for port in lookahead.outs(m) for exit, _ in port.inner]
+        inner = [exit for m in atomics for port in transitions.outs(m) for exit, _ in port.inner]
         border.lookahead |= {f"{port.owner.name}.{port.name}": NEVER for port in inner}
 
-    changed(patch, lookahead.Border, "__init__", begin)
+    changed(patch, transitions.Border, "__init__", begin)
 
 
 def one_coupling_brings_what_others_say(patch: Patch) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from heavylift.coordinator.live import Order
+from heavylift.coordinator.live import RunOrder
 from heavylift.coordinator.protocol import messages as m
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Event, Tag
@@ -58,4 +58,4 @@ def test_nonsense_in_messages_of_the_time_protocol_is_refused(message: m.AnyMess
 )
 def test_nonsense_in_commands_of_an_operator_is_refused(order: dict[str, object]) -> None:
     with pytest.raises(msgspec.ValidationError):
-        msgspec.msgpack.decode(msgspec.msgpack.encode(order), type=Order)
+        msgspec.msgpack.decode(msgspec.msgpack.encode(order), type=RunOrder)

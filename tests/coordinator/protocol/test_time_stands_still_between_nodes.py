@@ -6,21 +6,7 @@ from random import Random
 import pytest
 from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
 from heavylift.kernel import ModelError
-from heavylift.nodes.devs import (
-    Atomic,
-    Bag,
-    Coupled,
-    Event,
-    In,
-    Message,
-    Out,
-    Simulator,
-    Slack,
-    Tag,
-    encode,
-    ms,
-    succ,
-)
+from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Out, Simulator, Slack, Tag, encode, ms, succ
 from heavylift.nodes.devs.execution import LONGER
 
 LIMIT = 200

@@ -144,10 +144,10 @@ def test_a_signal_waits_until_the_process_that_is_being_started_is_known():
 AGAIN = """
 import atexit, signal
 from heavylift.coordinator import cli
-from heavylift.coordinator.commands.common import ending
+from heavylift.coordinator.commands.common import app
 
 atexit.register(signal.raise_signal, signal.NUMBER)
-ending.carry_out = lambda: signal.raise_signal(signal.SIGINT)
+app.carry_out = lambda: signal.raise_signal(signal.SIGINT)
 cli.main()
 """
 

@@ -17,8 +17,7 @@ from heavylift.nodes.models import build
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 from heavylift.recordings.documents import report
-from heavylift.recordings.read import info_data
-from heavylift.recordings.read.info import info
+from heavylift.recordings.read import info, info_data
 
 SECOND = 10**9
 HEAD = "heavylift: 1\nname: hung\nend: 4 s\nsamples: 20 Hz\n"

@@ -10,8 +10,7 @@ import threading
 import pytest
 from heavylift.coordinator.protocol import Alive
 from heavylift.coordinator.run import run_models
-from heavylift.coordinator.supervision import StallDetector, Succession
-from heavylift.coordinator.supervision import os_limits as vigil
+from heavylift.coordinator.supervision import StallDetector, Succession, os_limits as vigil
 from trouble import MODELS, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")

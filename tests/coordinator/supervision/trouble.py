@@ -11,8 +11,7 @@ from typing import Any, ClassVar
 from unittest import mock
 
 from heavylift.coordinator.run import ModelRun, RunObserver, conversation, run_models
-from heavylift.coordinator.supervision import Succession
-from heavylift.coordinator.supervision import failover as succession
+from heavylift.coordinator.supervision import Succession, failover as succession
 
 MODELS = str(Path(__file__).with_name("doomed_models.py"))
 Act = Callable[[Succession], None]

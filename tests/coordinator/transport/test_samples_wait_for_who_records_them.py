@@ -6,8 +6,7 @@ from threading import Thread
 from typing import Any
 
 import pytest
-from heavylift.coordinator.transport import BATCHES, Hub
-from heavylift.coordinator.transport import hub as hub_module
+from heavylift.coordinator.transport import BATCHES, Hub, hub as hub_module
 
 
 def test_a_sender_waits_until_batches_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:

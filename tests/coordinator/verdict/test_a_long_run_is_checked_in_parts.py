@@ -15,20 +15,19 @@ from heavylift.coordinator.verdict import (
     Collector,
     Moving,
     Stretches,
+    clearances as looking,
+    history as kept,
     history_of,
     intervals,
     verdict_of,
     whole,
 )
-from heavylift.coordinator.verdict import clearances as looking
-from heavylift.coordinator.verdict import history as kept
 from heavylift.coordinator.verdict.moving import moving
 from heavylift.nodes.limits import SignalColumns, uses_of
 from heavylift.nodes.plan import RatedLimit, Shapes
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, SampleLayout
-from heavylift.recordings.format import SampleChannel
-from heavylift.recordings.format import digest as spool
+from heavylift.recordings.format import SampleChannel, digest as spool
 
 ROPE = "crane.H1"
 LIMITS = (

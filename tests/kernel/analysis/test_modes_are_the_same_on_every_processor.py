@@ -24,8 +24,14 @@ from heavylift.kernel.algebra import (
 )
 from heavylift.kernel.algebra.eigenvalues import product
 from heavylift.kernel.description import Beam, Flexible, Nodal
-from heavylift.kernel.multibody.flexible import beam_matrices, modes_of, nodes_of, reduced, rigid_motions
-from heavylift.kernel.multibody.flexible import track as track_of
+from heavylift.kernel.multibody.flexible import (
+    beam_matrices,
+    modes_of,
+    nodes_of,
+    reduced,
+    rigid_motions,
+    track as track_of,
+)
 from numpy.polynomial import chebyshev
 from scipy.interpolate import make_interp_spline
 

@@ -8,19 +8,7 @@ import pinocchio as pin
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import mobility
-from heavylift.kernel.description import (
-    WORLD,
-    Beam,
-    Body,
-    Drive,
-    Flexible,
-    Joint,
-    Line,
-    Lock,
-    Point,
-    RigidRope,
-    System,
-)
+from heavylift.kernel.description import WORLD, Beam, Body, Drive, Flexible, Joint, Line, Lock, Point, RigidRope, System
 from heavylift.kernel.model import Program
 from linkages import looped, windows
 from random_trees import pinocchio_model, random_system

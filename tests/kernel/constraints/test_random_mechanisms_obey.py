@@ -12,8 +12,7 @@ from heavylift.kernel.analysis import equilibrium, momentum, reactions
 from heavylift.kernel.description import JOINTS, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.multibody.formulations import FORMULATIONS
 from heavylift.kernel.simulation import Simulation
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from random_trees import random_system
 from small_scenes import SECOND, imbalance, started
 

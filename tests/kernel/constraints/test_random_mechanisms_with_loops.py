@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, System
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, Phase, given, settings, strategies as st
 from random_mechanisms import CLOSES, LOOPS, has_loops, mechanism, outcome
 from small_scenes import SECOND, G, hand_over, imbalance, started
 

@@ -6,13 +6,7 @@ from math import inf, nan
 import numpy as np
 import pytest
 from bad_commands import COMMANDS, driven
-from bad_descriptions import (
-    DESCRIPTIONS,
-    GUIDE,
-    ONE,
-    diagonal,
-    with_,
-)
+from bad_descriptions import DESCRIPTIONS, GUIDE, ONE, diagonal, with_
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import (  # fmt: skip
     Ball,

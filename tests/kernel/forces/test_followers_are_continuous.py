@@ -5,18 +5,7 @@ from math import cos, radians, sin
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import (
-    Body,
-    Drive,
-    Joint,
-    JointSpring,
-    Line,
-    Master,
-    Measured,
-    Point,
-    Rope,
-    System,
-)
+from heavylift.kernel.description import Body, Drive, Joint, JointSpring, Line, Master, Measured, Point, Rope, System
 from small_scenes import EA, SECOND, G, X, cube, hand_over, hung, slider, started
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.forces.friction import friction
+from heavylift.kernel.forces import friction
 from scipy.optimize import brentq
 
 CONTINUOUS = 1e-4  # of the limit that the force may jump; rests are exact to 1e-6 of the loads

@@ -12,21 +12,7 @@ from heavylift.kernel.description import Body, Joint, Measured, System, merge
 from heavylift.kernel.islands import Islands, islands_of, simulate
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import labels
-from two_loads import (
-    SECOND,
-    TIED,
-    TOLERANCE,
-    TWO,
-    UP,
-    G,
-    assert_alike,
-    bodies,
-    grid,
-    islands,
-    lift,
-    one,
-    played,
-)
+from two_loads import SECOND, TIED, TOLERANCE, TWO, UP, G, assert_alike, bodies, grid, islands, lift, one, played
 
 # ---- what ties ----------------------------------------------------------------------------------------------
 

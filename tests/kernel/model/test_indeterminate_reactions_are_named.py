@@ -6,19 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, reactions, statics_data, statics_text
-from heavylift.kernel.description import (
-    WORLD,
-    Ball,
-    Body,
-    Contact,
-    Joint,
-    Line,
-    Plane,
-    Point,
-    RigidRope,
-    Rope,
-    System,
-)
+from heavylift.kernel.description import WORLD, Ball, Body, Contact, Joint, Line, Plane, Point, RigidRope, Rope, System
 from small_scenes import SECOND, G, X, Y, cube, hand_over, started
 from test_degrees_of_freedom_by_rank import four_bar, link, sarrus
 

@@ -16,7 +16,6 @@ from heavylift.kernel.description import (
     JointType,
     System,
     field_types,
-    joint_table,
     mechanics,
 )
 from heavylift.kernel.model import Program
@@ -34,7 +33,7 @@ GIMBAL = JointType(
 def _gimbal(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     names = (*get_args(mechanics.JointKind), "gimbal")
     monkeypatch.setattr(mechanics, "JointKind", Literal[names])
-    monkeypatch.setitem(joint_table.JOINTS, "gimbal", GIMBAL)  # type: ignore[misc]
+    monkeypatch.setitem(JOINTS, "gimbal", GIMBAL)  # type: ignore[misc]
     monkeypatch.setitem(INTO_MUJOCO, "gimbal", lambda axes: [("hinge", axis) for axis in axes])
     field_types._hints.cache_clear()
     yield

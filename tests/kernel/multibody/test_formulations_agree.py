@@ -8,8 +8,7 @@ from heavylift.kernel import KernelError
 from heavylift.kernel.multibody import build_graph, cut
 from heavylift.kernel.multibody.formulations import FORMULATIONS
 from heavylift.kernel.simulation import Simulation
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from random_trees import GRAVITY, KINDS, random_state, random_system
 from small_scenes import SECOND, hand_over, hung, started
 from test_the_four_link_arm import WANT, arm

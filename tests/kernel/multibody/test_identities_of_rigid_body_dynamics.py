@@ -11,8 +11,7 @@ from heavylift.kernel.analysis import inverse_dynamics
 from heavylift.kernel.multibody import build_graph, composites, cut, energies, joint_space_inertia
 from heavylift.kernel.multibody.dynamics import dynamics
 from heavylift.kernel.multibody.kinematics import kinematics
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from random_trees import GRAVITY, pinocchio_model, random_state, random_system
 
 EVERY = settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))

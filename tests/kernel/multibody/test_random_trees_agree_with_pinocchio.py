@@ -5,8 +5,7 @@ import pinocchio as pin
 import pytest
 from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.simulation import Simulation
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from random_trees import pinocchio_model, random_state, random_system
 
 DECADES = 3.0  # masses 100 kg to 100 t

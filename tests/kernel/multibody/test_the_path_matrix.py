@@ -7,8 +7,7 @@ import numpy as np
 from heavylift.kernel.description import WORLD, Body, Joint, System
 from heavylift.kernel.equations import equations
 from heavylift.kernel.multibody import build_graph, children_of, path_matrix
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())
 C19A = next(x for x in FORMS if x["id"] == "C19a")

@@ -216,7 +216,7 @@ mechanism:
 
 
 def test_only_written_coordinates_of_a_scene_are_given():
-    (mechanism,) = parse(SCENE).plan.mechanisms
+    (mechanism,) = parse(SCENE).plan.machines
     s = Simulation(mechanism.system, native=False)
     s.start()
     assert degrees(s.state[0]) == pytest.approx(50.0, abs=1e-9)
@@ -226,7 +226,7 @@ def test_only_written_coordinates_of_a_scene_are_given():
 
 def test_a_written_zero_counts_as_given():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
-    (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.mechanisms
+    (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]
 
 

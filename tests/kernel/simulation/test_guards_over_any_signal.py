@@ -7,8 +7,19 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, ScalarSignal, System, Wind, guard_of
-from heavylift.kernel.description import InputSignal as Driven
+from heavylift.kernel.description import (
+    Body,
+    Drive,
+    InputSignal as Driven,
+    Joint,
+    Line,
+    Point,
+    Rope,
+    ScalarSignal,
+    System,
+    Wind,
+    guard_of,
+)
 from heavylift.kernel.model import scalar
 from heavylift.kernel.simulation.native import reader
 from scipy.optimize import lsq_linear

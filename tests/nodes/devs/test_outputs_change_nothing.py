@@ -10,7 +10,7 @@ import pytest
 from devs_stories import Item, Relay, coupled
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Out, Simulator, Tag
-from heavylift.nodes.devs.execution import purity
+from heavylift.nodes.devs.execution import rules
 
 
 class Clock(Atomic):
@@ -87,7 +87,7 @@ def test_an_output_that_changes_state_is_reported_with_the_attribute(
 ) -> None:
     message = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
     assert ran(45, Clock("a"), Clock("b", spoil)) == message
-    monkeypatch.setattr(purity.Witness, "after", lambda witness, tag, seen: None)
+    monkeypatch.setattr(rules.Witness, "after", lambda witness, tag, seen: None)
     assert ran(15, Clock("a"), Clock("b", spoil)) != message, "nobody else sees it"
 
 
@@ -99,7 +99,7 @@ def test_an_output_that_starts_to_change_state_later_is_found_soon(after: int) -
     assert "r.late at (" in message, message
     assert "it changed n" in message
     seen = round(float(message.split("(")[1].split(" s")[0]) * 1e9)
-    assert 0 <= seen - 10 * (after + 1) < 20 * purity.EVERY  # [ns]
+    assert 0 <= seen - 10 * (after + 1) < 20 * rules.EVERY  # [ns]
 
 
 def test_output_without_changes_is_accepted() -> None:

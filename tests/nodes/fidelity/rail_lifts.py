@@ -136,7 +136,7 @@ def lift_of(plan: Plan) -> Lift:
 
 
 def _read(plan: Plan) -> Lift:
-    parts = [m for m in plan.machines if m.levels]
+    parts = [m for m in plan.machines if m.girders or m.latches or m.cargo]
     cranes, loaders = [m for m in parts if m.girders], [m for m in parts if m.latches]
     eyes = {f"{m.name}.upper" for m in loaders}
     known = all(m.system.joints[0].name == f"{m.name}.gantry" for m in cranes)
@@ -151,7 +151,7 @@ def _read(plan: Plan) -> Lift:
         loaders=tuple(_loader(m) for m in loaders),
         rig=Rig(tuple(sorted(ropes, key=lambda rope: order[rope.carries])), slings),
         block=blocks[0] if len(blocks) == 1 and not plan.lists else None,
-        tied=any(any(m.system.outside) for m in plan.machines if not m.levels),
+        tied=any(any(m.system.outside) for m in plan.machines if m not in parts),
     )
 
 

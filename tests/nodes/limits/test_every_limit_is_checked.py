@@ -9,8 +9,17 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import Conduct, History, verdict_of_run
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import KINDS, READERS, WORDS, RatedLimit, Use, signals_of, uses_of, uses_on_path
-from heavylift.nodes.limits import findings_of as judged
+from heavylift.nodes.limits import (
+    KINDS,
+    READERS,
+    WORDS,
+    RatedLimit,
+    Use,
+    findings_of as judged,
+    signals_of,
+    uses_of,
+    uses_on_path,
+)
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
 from lifting import cranes

@@ -113,7 +113,7 @@ def test_each_type_presses_with_its_weights_and_its_load(
     found = resultant(plan, machine, signals)
     assert found is not None
     bodies = {body.name: body for m in plan.machines for body in m.system.bodies if body.mass}
-    assert standing(machine) < {*bodies} or machine.levels
+    assert standing(machine) < {*bodies} or machine.girders
     free = [k for k in range(len(signals.t)) if "up" in signals.named[k]]
     assert free
     p0, R0 = (x[free[-1]] for x in signals.poses[machine.footing.body])

@@ -9,7 +9,7 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import verdict_of
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import drum_end_factor, lead_factor
-from heavylift.nodes.scene import check
+from heavylift.nodes.scene import check, load
 from heavylift.recordings import Recording
 from lifting import bare, cranes
 
@@ -123,3 +123,19 @@ def test_however_a_rope_is_modelled_its_rows_are_the_same(ropes: str, tmp_path: 
         rows.append([float(cells[quantity]) for quantity in ("hook load", "rope factor", "drum pull")])
     assert rows[0] == pytest.approx(rows[1], rel=0.01), "the ramp of the winch adds a little more where ropes stretch"
     assert rows[0][0] == pytest.approx(20.3, abs=0.2), "[t] of the loader below its hook block"
+
+
+@pytest.mark.parametrize("name", ["jib", "crawler", "hall", "spreader", "floating", "lift"])
+def test_the_rope_of_every_crane_has_a_weight_and_a_rating(name: str) -> None:
+    """What its drum end pulls is the lead part of what hangs there, and the own weight of a fall."""
+    scene = load(name)
+    pulls = {use.limit.subject: use.value for use in scene.uses if use.limit.quantity == "drum pull"}
+    hooks = [hook for machine in scene.plan.machines for hook in machine.hooks if hook.rope in pulls]
+    assert hooks
+    for hook in hooks:
+        lead = drum_end_factor(hook.falls, hook.drum_ends, hook.efficiency, hoisting=True) / hook.falls
+        lengths = {rope.name: rope.L0 for machine in scene.plan.machines for rope in machine.system.ropes}
+        most = max(state.tensions[hook.rope] for state in scene.statics.states)
+        own = hook.line / hook.falls * G * lengths[hook.rope]
+        assert lead * most + 0.1 * own < pulls[hook.rope] < lead * most + 2.0 * own
+        assert hook.rated > most

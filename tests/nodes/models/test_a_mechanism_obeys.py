@@ -2,8 +2,7 @@
 
 from heavylift.kernel.description import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System, Threshold
 from heavylift.nodes.models.parts import Finished, Limit, Reached, SetBrake, SetProfile, StateEvent, Touched, Watch
-from heavylift.nodes.plan import Actuator, Mechanism, Plan
-from heavylift.nodes.plan import actions as a
+from heavylift.nodes.plan import Actuator, Mechanism, Plan, actions as a
 from yard import Yard
 
 SYSTEM = System(

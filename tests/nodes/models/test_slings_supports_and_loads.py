@@ -21,8 +21,7 @@ from heavylift.nodes.models.parts import (
     Unhooked,
     Watch,
 )
-from heavylift.nodes.plan import BrakeOrder, Hookup
-from heavylift.nodes.plan import UnhookSling as Release
+from heavylift.nodes.plan import BrakeOrder, Hookup, UnhookSling as Release
 from yard import Bench, turnover
 
 RATED = Watch("loader-3.load", 2.6e6, True)

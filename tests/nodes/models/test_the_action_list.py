@@ -34,9 +34,9 @@ from heavylift.nodes.plan import (
     MovesDone,
     SlingsCondition,
     Turn,
+    UnhookSling as UnhookAction,
     Wait,
 )
-from heavylift.nodes.plan import UnhookSling as UnhookAction
 from yard import HOOKS, Yard, turnover
 
 CRANES = ("west", "east")

@@ -48,7 +48,7 @@ def written(bends: str, places: tuple[float, ...] = (-12.0, 12.0)) -> str:
     """The block on a hall crane above each of these places along it."""
     lugs, cranes, rigging = ({} for _ in range(3))
     for i, x in enumerate(places):
-        lugs[f"L{i}"] = f"[{x} m, 0 m, 0 m]"
+        lugs[f"L{i}"] = f"[{x} m, 0 m, 1.5 m]"
         cranes[f"c{i}"] = f"{{type: overhead-100, at: {x} m, trolley: 12 m}}"
         rigging[f"r{i}"] = f"{{on: c{i} main, to: [L{i}], length: 4 m, slack: 0.1 m}}"
     words = (f"{{{', '.join(f'{k}: {v}' for k, v in x.items())}}}" for x in (lugs, cranes, rigging))
@@ -158,7 +158,7 @@ def test_modes_come_from_a_table(tmp_path: Path) -> None:
     (tmp_path / "modes.csv").write_text(rows)
     (tmp_path / "scene.yaml").write_text(written("modes from: modes.csv#B17"))
     modal = body(load(tmp_path / "scene.yaml").plan, "block").flexible.modal
-    assert modal.nodes == ((-12.0, 0.0, 0.0), (12.0, 0.0, 0.0), (-14.0, -2.0, -1.5))
+    assert modal.nodes == ((-12.0, 0.0, 1.5), (12.0, 0.0, 1.5), (-14.0, -2.0, -1.5))
     assert modal.shapes == (((0, 0, 1), (0, 0, 0.9), (0, 0, 0)), ((0, 0, 0), (0, 0, 0), (0, 0.1, 1)))
     assert (modal.frequency, modal.mass, modal.damping) == ((1.5, 4.0), (37.5e3, 20e3), (0.02, 0.0))
     (tmp_path / "modes.csv").write_text(rows.replace("0.9,,,", "0.9,1.6,,"))

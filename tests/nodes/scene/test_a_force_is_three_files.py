@@ -59,7 +59,7 @@ from heavylift.coordinator.ladder.in_memory import play
 text = sys.stdin.read()
 try:
     scene = parse(text)
-    print(scene.plan.mechanisms[0].system.forces[0])
+    print(scene.plan.machines[0].system.forces[0])
     played = play(scene.plan)
     print(played.rows[-1, played.layout.find('joint/velocity').start])
 except HeavyliftError as error:
@@ -89,7 +89,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         kernel / "description" / "forces.py",
         ("\nForce = ", DESCRIPTION),
         ("from typing import Literal", "from typing import Annotated, Literal"),
-        ('    "Bushing",', '    "Bushing",\n    "EddyBrake",'),
+        ('"Bushing",', '"Bushing", "EddyBrake",'),
     )
     (kernel / "forces" / "eddy_brake.py").write_text(LAW)
     row = ("    kinds.Load: LoadLaw(),", "    kinds.Load: LoadLaw(),\n    kinds.EddyBrake: EddyBrakeLaw(),")

@@ -79,7 +79,7 @@ def test_a_contact_with_the_block_is_no_support() -> None:
     """The block is lifted when its supports are free, though it rubs along a wall."""
     wall = "{body: block, at: [0, 8 m, 0], against: {at: [40 m, 83 m, 0], normal: [0, -1, 0]}, friction: 0.2}"
     scene = lift(f"  contacts: {{wall: {wall}}}\n")
-    assert scene.plan.mechanisms[0].closed == ("wall",)
+    assert scene.plan.machines[-1].closed == ("wall",)
     assert scene.statics.known
     assert [scene.states[i].grounded for i in (0, -1)] == [True, False]
 

@@ -24,7 +24,7 @@ actions:
 
 
 def test_a_four_bar_linkage_is_written_as_its_joints() -> None:
-    (mechanism,) = parse(FOUR_BAR).plan.mechanisms
+    (mechanism,) = parse(FOUR_BAR).plan.machines
     s = Simulation(mechanism.system, tolerance=1e-9)
     s.start()
     assert [j.name for j in s.program.graph.loops] == ["d"]
@@ -40,8 +40,8 @@ TURNED = TURNED.replace("{type: revolute, child: rocker,", "{type: revolute, par
 def test_joints_may_be_written_towards_the_world() -> None:
     """Then the axes point the other way, and what turned forwards turns backwards."""
     text = TURNED.replace("at: [1 m, 0, 0], axis", "at child: [1 m, 0, 0], axis")
-    (mechanism,) = parse(text.replace("speed: 1 rad/s", "speed: -1 rad/s")).plan.mechanisms
-    there, back = (Simulation(x, tolerance=1e-9) for x in (parse(FOUR_BAR).plan.mechanisms[0].system, mechanism.system))
+    (mechanism,) = parse(text.replace("speed: 1 rad/s", "speed: -1 rad/s")).plan.machines
+    there, back = (Simulation(x, tolerance=1e-9) for x in (parse(FOUR_BAR).plan.machines[0].system, mechanism.system))
     for s in (there, back):
         s.start()
         s.run(1_000_000_000)

@@ -81,7 +81,7 @@ def test_conditions_have_their_own_thresholds() -> None:
 
 
 def test_actuators_know_their_start_and_ends() -> None:
-    mechanism = parse(SCENE).plan.mechanisms[0]
+    mechanism = parse(SCENE).plan.machines[0]
     message = {a.name: (a.start, a.accel, a.lower, a.upper) for a in mechanism.actuators}
     assert message == {
         "trolley": (2.0, 0.05, -10.0, 60.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from heavylift.nodes.plan import decode, encode
 from heavylift.nodes.scene import load
 
 LOAD = """
@@ -57,3 +59,11 @@ def test_a_scene_of_several_files_is_read_again(tmp_path: Path, monkeypatch: pyt
     assert load(scene).plan.samples_hz == 5.0
     base.write_text("extends: lift\nsamples: 4 Hz\n")
     assert load(scene).plan.samples_hz == 4.0
+
+
+def test_a_plan_recorded_by_an_older_version_is_read_without_what_machines_no_longer_have() -> None:
+    plan = load("lift").plan
+    older = json.loads(encode(plan))
+    for machine in older["machines"]:
+        machine["levels"] = True
+    assert decode(json.dumps(older).encode()) == plan

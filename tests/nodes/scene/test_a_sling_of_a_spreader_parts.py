@@ -63,7 +63,7 @@ def linear(scene: LoadedScene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     A member with tension T has the stiffness k n n' + T / l (1 - n n') between its ends, and a turn moves ends that are
     off the middle of a body to the second order, too.
     """
-    ropes = {rope.name: rope for machine in scene.plan.mechanisms for rope in machine.system.ropes}
+    ropes = {rope.name: rope for machine in scene.plan.machines for rope in machine.system.ropes}
     length = scene.statics.states[-1].references
     before, up = shares(LUGS), np.array([0.0, 0.0, 1.0])
     weight = (W + 30e3 * G) / 2

@@ -156,7 +156,7 @@ def test_one_of_several_blocks_has_a_shape_too(tmp_path: Path) -> None:
     mesh.export(tmp_path / "hull.stl")
     text = SCENE.replace("block:", "blocks:\n ship:").replace("\n  ", "\n    ") % ("hull.stl", "mass: 60 t")
     (tmp_path / "shaped.yaml").write_text(text)
-    machine = next(m for m in load(tmp_path / "shaped.yaml").plan.mechanisms if m.name == "ship")
+    machine = next(m for m in load(tmp_path / "shaped.yaml").plan.machines if m.name == "ship")
     assert len(machine.shapes) == 12
     centre, size = around([(x.centre, x.size) for x in machine.shapes])
     assert centre == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)

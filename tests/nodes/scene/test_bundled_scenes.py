@@ -135,7 +135,7 @@ def test_a_centre_of_mass_off_the_middle_shifts_the_loads() -> None:
 
 
 def test_the_arm_stands_as_in_the_paper() -> None:
-    system = load("arm").plan.mechanisms[0].system
+    system = load("arm").plan.machines[0].system
     at = poses(system)
     tip = at["link-4"][0] + at["link-4"][1] @ (1.0, 0.0, 0.0)
     angles = (0.3, -0.4, 0.1)
@@ -169,7 +169,7 @@ mechanism:
     pad: {body: post, height: 0 m, stiffness: 10 MN/m}
     beside: {body: load, height: 0 m, stiffness: 10 MN/m}
 """)
-    mechanism = scene.plan.mechanisms[0]
+    mechanism = scene.plan.machines[0]
     assert (mechanism.taut, mechanism.closed) == (("taut",), ("pad",))
     assert place(mechanism.system.ropes[0].lines[0].b, poses(mechanism.system)) == pytest.approx((0, 0, 5))
 

@@ -106,3 +106,19 @@ def test_a_sling_is_hooked_to_one_block_only() -> None:
         parse(TWO + "  - one: unhook\n  - one: hook [b.P, b.Q]\n")
     with pytest.raises(SceneError, match="the slings of one hook hang on one block"):
         parse(TWO.replace("lugs: [a.P, a.Q]", "lugs: [a.P, b.Q]").replace("lugs: [b.P, b.Q]", "lugs: [b.P, a.Q]"))
+
+
+def test_the_only_block_of_a_list_needs_no_name() -> None:
+    one = "\n".join(line for line in TWO.splitlines() if not line.startswith(("  b:", "    two:", "  - two:")))
+    assert carried(one.replace("until a lifted", "until lifted")) == pytest.approx({"west.H1": 150.0}, rel=1e-6)
+
+
+def test_slings_beside_a_beam_are_those_of_all_slings() -> None:
+    plan = scene(MIXED).plan
+    first = plan.actions[0].orders[0].until
+    assert {*first.names} == {"one.sling-1", "one.sling-2", "legs.sling-1", "legs.sling-2"}
+
+
+def test_a_lug_that_a_beam_holds_carries_no_other_sling() -> None:
+    with pytest.raises(SceneError, match=r"the lug a\.P already carries a sling of one"):
+        scene(MIXED.replace("to: [b.P, b.Q]", "to: [a.P, b.Q]"))

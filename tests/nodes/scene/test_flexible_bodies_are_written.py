@@ -29,7 +29,7 @@ mechanism:
 
 
 def test_written_flexible_bodies_reach_the_kernel_unchanged() -> None:
-    system = parse(SCENE).plan.mechanisms[0].system
+    system = parse(SCENE).plan.machines[0].system
     assert system.bodies[0].flexible == Flexible(4, Beam(30.0, 200.0, 9e8, 4e8), loads=(30.0,))
     assert (system.bodies[0].mass, system.bodies[1].flexible) == (0.0, None)
     rail, tip = system.joints[1:]
@@ -53,7 +53,7 @@ def test_matrices_come_from_files_beside_the_scene(tmp_path: Path, form: str) ->
     lines[12] = ""  # a slider needs a beam
     text = "\n".join(line for line in lines if "trolley" not in line).replace("25 m", "22.5 m")
     (tmp_path / "scene.yaml").write_text(text)
-    flexible = load(tmp_path / "scene.yaml").plan.mechanisms[0].system.bodies[0].flexible
+    flexible = load(tmp_path / "scene.yaml").plan.machines[0].system.bodies[0].flexible
     assert flexible is not None
     assert flexible.nodal is not None
     assert np.array_equal(np.array(flexible.nodal.mass), M)

@@ -69,7 +69,7 @@ def written(tmp_path, code_allowed):
 
 
 def test_every_type_of_force_is_built(written, tmp_path):
-    forces = {force.name: force for force in load(str(written())).plan.mechanisms[0].system.forces}
+    forces = {force.name: force for force in load(str(written())).plan.machines[0].system.forces}
     jib, cart, k6 = Point("jib"), Point("cart"), (1e3, 1e3, 5e3, 0.0, 0.0, 7.0)
     K, D = (
         tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(d)) for d in (k6, (1.0, *(0.0,) * 5))
@@ -136,4 +136,4 @@ def test_a_law_that_branches_is_refused_when_the_scene_is_read(written, tmp_path
 
 def test_a_scene_without_a_file_needs_no_folder():
     text = SCENE[: SCENE.index("    own:")]
-    assert len(parse(text).plan.mechanisms[0].system.forces) == 6
+    assert len(parse(text).plan.machines[0].system.forces) == 6

@@ -59,7 +59,7 @@ actions:
 
 def test_a_scene_with_every_type_of_joint():
     built = parse(SCENE).plan
-    (mechanism,) = built.mechanisms
+    (mechanism,) = built.machines
     s = mechanism.system
     joints = {j.name: j for j in s.joints}
     assert {j.kind for j in s.joints} == set(JOINTS) - {"prismatic", "slider"}

@@ -85,18 +85,18 @@ def test_invalid_arithmetic_is_reported_with_its_column(text: str, column: int, 
 
 def test_a_type_file_of_its_own_folder_makes_a_machine(tmp_path: Path) -> None:
     scene = load(own(tmp_path))
-    (crane,) = scene.plan.mechanisms
+    (crane,) = scene.plan.machines
     (boom,) = crane.system.bodies
     assert (crane.name, boom.name, boom.mass, boom.com[0]) == ("crane", "crane.boom", 2400.0, 6.0)
     assert boom.inertia[1][1] == 2400.0 / 12 * (12.0 * 12.0 + 1.0)
     again = parse(scene.merged, "own.yaml")  # in a recording stands all that a run needs
     assert plan.encode(again.plan).replace(b"own.yaml", b"") != b""
-    assert again.plan.mechanisms[0].system == crane.system
+    assert again.plan.machines[0].system == crane.system
 
 
 def test_a_setting_overrides_a_parameter(tmp_path: Path) -> None:
     scene = load(own(tmp_path), ["cranes.crane.boom=15 m"])
-    assert scene.plan.mechanisms[0].system.bodies[0].mass == 3000.0
+    assert scene.plan.machines[0].system.bodies[0].mass == 3000.0
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def test_slings_keep_everything_below_a_key() -> None:
 def test_instances_are_like_each_other() -> None:
     first = "a: {extends: jib, at: [9 m, 0 m], block: {mass: 10 t}}"
     text = f"heavylift: 1\nname: two\nlifts: {{{first}, b: {{like: a, at: [0 m, 99 m]}}}}\n"
-    machines = parse(text, passing=True).plan.mechanisms
+    machines = parse(text, passing=True).plan.machines
     assert {m.name: m.system.bodies[0].mass for m in machines if "block" in m.name} == {
         "a-block": 10e3,
         "b-block": 10e3,

@@ -28,10 +28,10 @@ def test_the_rigging_tree_hangs_at_rest_from_the_start() -> None:
     links = dict.fromkeys(("links.sling-1", "links.sling-2"), 9e3 * G)
     hooks = {"crane.H1": 21e3 * G, "crane.H2": 21e3 * G, "crane.H3": 12e3 * G}
     assert carried == pytest.approx(hooks | links, rel=1e-6)
-    placed = {joint.child: joint.q0[:3] for m in spreader().plan.mechanisms for joint in m.system.joints}
+    placed = {joint.child: joint.q0[:3] for m in spreader().plan.machines for joint in m.system.joints}
     for body in ("beam", "crane.H1", "crane.H3"):
         assert placed[body] == pytest.approx(first.poses[body][0], abs=1e-12)
-    assert {m.name: m.taut for m in spreader().plan.mechanisms}["links"] == tuple(sorted(links))
+    assert {m.name: m.taut for m in spreader().plan.machines}["links"] == tuple(sorted(links))
 
 
 def test_an_equalised_pair_makes_three_hooks_determinate() -> None:

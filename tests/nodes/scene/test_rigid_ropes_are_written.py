@@ -32,7 +32,7 @@ actions:
 
 def test_a_rigid_rope_has_a_length_and_nothing_else():
     parsed = parse(SCENE)
-    (mechanism,) = parsed.plan.mechanisms
+    (mechanism,) = parsed.plan.machines
     load = Point("load", (0.0, 0.0, 1.0))
     lines = (Line(Point("world"), load), Line(load, Point("world")))
     spare = RigidRope("spare", (Line(Point("world"), Point("load")),), 9.0, hooked=False)

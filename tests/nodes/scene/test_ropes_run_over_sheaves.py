@@ -32,7 +32,7 @@ SHEAVES = "at: [0.2 m, 0, 0], axis: [0, 2, 0], radius: 0.2 m, friction: 0.1, eff
 
 
 def mechanism(sheave):
-    return parse(SCENE.replace(", SHEAVE", f", {sheave}" if sheave else "")).plan.mechanisms[0]
+    return parse(SCENE.replace(", SHEAVE", f", {sheave}" if sheave else "")).plan.machines[0]
 
 
 def test_points_make_lines_of_one_tension():

@@ -61,7 +61,8 @@ def read():
         path = ("command",)
         source.keys[path] = source.values[path] = Mark("scene.yaml", 1, 1, words)
         builder = build_machines(source, scenes[name].scene)
-        term = Conditions(builder, scenes[name].plan.mechanisms).read(path, read_condition(words))
+        builder.machines = [*scenes[name].plan.machines]
+        term = Conditions(builder).read(path, read_condition(words))
         return [f"{f.sentence}: {f.hint}" for f in source.faults] or term
 
     return found

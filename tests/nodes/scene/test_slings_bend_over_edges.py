@@ -142,7 +142,7 @@ def test_a_rope_passes_on_the_outer_side_of_an_edge(turned: bool) -> None:
     """Whichever end of the edge is named first; a rope over it is one over a sheave, and can be taken off."""
     ends = "from: [0, -1 m, 0], to: [0, 1 m, 0]"
     text = ROPE.replace(ends, "from: [0, 1 m, 0], to: [0, -1 m, 0]") if turned else ROPE
-    (rope,) = parse(text, passing=True).plan.mechanisms[0].system.reevings
+    (rope,) = parse(text, passing=True).plan.machines[0].system.reevings
     (edge,) = rope.edges
     assert (edge.axis[1], *edge.span) == (1.0, 0.0, 2.0) if not turned else (1.0, -2.0, 0.0)
     assert (edge.edge, edge.radius, edge.friction, rope.hooked) == ("quay", 0.2, 0.1, True)
@@ -243,7 +243,7 @@ def test_a_sling_bends_over_an_obstacle() -> None:
     wall = "heel: {on: wall, from: [-5 m, 0.5 m, 3 m], to: [5 m, 0.5 m, 3 m]"
     text = TEXT.replace("heel: {on: block, from: [-5 m, -9.7 m, 2.7 m], to: [5 m, -9.7 m, 2.7 m]", wall)
     text = text.replace("edges:\n", "obstacles: {wall: {box: [10 m, 1 m, 6 m], at: [0 m, 32.5 m, 3 m]}}\n\nedges:\n")
-    machines = parse(text.split("  - stage: take up")[0] + "  - wait: 1 s\n", passing=True).plan.mechanisms
+    machines = parse(text.split("  - stage: take up")[0] + "  - wait: 1 s\n", passing=True).plan.machines
     edges = [edge for machine in machines for rope in machine.system.reevings for edge in rope.edges]
     assert [(x.at.body, x.axis, x.span) for x in edges] == [("wall", (-1.0, 0.0, 0.0), (-10.0, 0.0))] * 2
 

@@ -18,7 +18,7 @@ SCATTER = 0.1  # of a spectrum's mean over a band, of so many hours
 
 
 def test_the_wind_acts_on_the_sides_of_the_block() -> None:
-    wind = load("lift", [ALONG]).plan.mechanisms[0].system.forces
+    wind = load("lift", [ALONG]).plan.machines[-1].system.forces
     assert [(x.name, x.at.body) for x in wind] == [("wind.block", "block")]
     assert isinstance(wind[0], Wind)
     assert (wind[0].sides, wind[0].drag, wind[0].direction) == ((128.0, 160.0, 320.0), 1.2, (1.0, 0.0, 0.0))
@@ -54,7 +54,7 @@ def test_a_turbulent_wind_has_its_mean_deviation_and_spectrum() -> None:
 def test_the_seed_of_the_scene_draws_the_gusts() -> None:
     def history(seed: int) -> tuple[float, ...]:
         settings = [ALONG, "wind.turbulence=15 %", f"seed={seed}"]
-        force = load("lift", settings).plan.mechanisms[0].system.forces[0]
+        force = load("lift", settings).plan.machines[-1].system.forces[0]
         assert isinstance(force, Wind)
         return force.signal.values
 

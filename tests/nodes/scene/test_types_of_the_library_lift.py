@@ -61,7 +61,7 @@ def lift(name: str, mass: float | None = None, more: str = "", near: bool = Fals
 def test_a_machine_made_of_parts_lifts_a_block(name: str) -> None:
     scene = lift(name)
     last = scene.statics.states[-1]
-    dead = next(hook.block_mass for machine in scene.plan.mechanisms for hook in machine.hooks)
+    dead = next(hook.block_mass for machine in scene.plan.machines for hook in machine.hooks)
     assert not last.grounded
     assert last.tensions["crane.main"] == pytest.approx((LIFTS[name][0] * 1e3 + dead) * scene.plan.gravity, rel=1e-6)
     assert scene.statics.known

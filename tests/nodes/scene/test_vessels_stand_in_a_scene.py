@@ -218,7 +218,7 @@ def test_instances_share_one_sea(tmp_path: Path) -> None:
     (tmp_path / "sea.yaml").write_text(GIVEN + "actions: [{wait: 1 s}]\n")
     (tmp_path / "yard.yaml").write_text("heavylift: 1\nname: yard\nlifts: {a: {extends: sea.yaml, at: [5 m, 90 m]}}\n")
     alone = parse(GIVEN.replace("[40 m, -30 m, 0 m]", "[45 m, 60 m, 0 m]") + "actions: [{wait: 1 s}]\n").plan
-    (one,), (other,) = load(tmp_path / "yard.yaml").plan.mechanisms, alone.mechanisms
+    (one,), (other,) = load(tmp_path / "yard.yaml").plan.machines, alone.machines
     assert one.system.joints[0].p_PJ == other.system.joints[0].p_PJ
     phases = [[drive.wave.phase for drive in machine.system.drives if drive.wave] for machine in (one, other)]
     assert len(phases[0]) == 6

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from heavylift.kernel.description.points import WORLD
+from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Touch
 from heavylift.nodes.plan.shapes import Shapes

@@ -88,18 +88,13 @@ def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
 
 
 def check_decks(builder: SceneBuilder) -> None:
-    """Blocks stand on vessels that are there, and no frames of `rig` lift them."""
+    """Blocks stand on vessels that are there."""
     scene = builder.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
-        if block.on == WORLD:
-            continue
-        if block.on not in scene.vessels:
+        if block.on not in (WORLD, *scene.vessels):
             message = f"there is no vessel '{block.on}'"
             builder.source.fault((*base, "on"), message, closest(block.on, [WORLD, *scene.vessels]))
-        elif builder.cranes:
-            message = "what hangs on hooks by `rig` lifts from the ground: let `rigging` of another crane lift it"
-            builder.source.fault((*base, "on"), message)
 
 
 def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
@@ -145,6 +140,7 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
     scene = builder.scene
     blocks = scene.all_blocks
     load = sum(block.mass for block in blocks.values() if block.on == name)
+    built = [*builder.machines, *built]
     around = System(joints=tuple(j for machine in built for j in machine.system.joints))
     on = _bodies(name, around)
     lines = [line for machine in built for hook in machine.hooks for r in machine.system.all_ropes for line in r.lines
@@ -152,6 +148,7 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
     if any(line.a.body in on for line in lines):
         load += sum(block.mass for block in blocks.values() if block.on != name)
         load += sum(frame.mass for frame in scene.rigging.values() if isinstance(frame, Frame))
+        load += sum(b.mass for m in builder.machines if m.name in builder.hooks for b in m.system.bodies)
     if load > MOST * displacement:
         message = (
             f"a load of {load / 1e3:.6g} t is more than {MOST:.0%} of its displacement of {displacement / 1e3:.6g} t"

@@ -10,7 +10,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import cross, dot, norm
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
-from heavylift.kernel.description.points import Vector
+from heavylift.kernel.description.units import Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.nodes.scene.keys.base import unit

@@ -13,7 +13,7 @@ from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Quantity, RatedLimit
-from heavylift.nodes.plan.mechanism import carried_hooks, is_root
+from heavylift.nodes.plan.mechanism import beneath, carried_hooks, is_root
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
@@ -203,7 +203,6 @@ def _travels(rows: _Rows) -> Iterator[RatedLimit]:
 
 def _straight(machine: plan.Mechanism, body: str) -> bool:
     """Whether only joints that slide or hold carry a body on the world."""
-    joint = next((joint for joint in machine.system.joints if joint.child == body), None)
-    return body == WORLD or (
-        joint is not None and joint.kind in ("prismatic", "fixed") and _straight(machine, joint.parent)
-    )
+    below = [*beneath(machine, body)]
+    stands = below[-1].parent == WORLD if below else body == WORLD
+    return stands and all(joint.kind in ("prismatic", "fixed") for joint in below)

@@ -9,7 +9,7 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import InputSignal, Reeving
-from heavylift.nodes.limits.reeving import ROLLING, drum_ends
+from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Heavy, Tie
 from heavylift.nodes.scene.construction.checking import Checking
@@ -20,6 +20,7 @@ from heavylift.nodes.scene.keys.parts.rigging import SlingKeys
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .edges import along_edges
+from .hook_ratings import rope_factor
 from .tree import RiggingTree
 
 TOUCH = 1e-9  # [m]
@@ -133,7 +134,7 @@ def _hang_one(
         _slings(found, key, given, name, hook, tree)
     other = ((0.0, 0.0, 0.0),) * (2 if hook.apart else 1)
     found.heavy.append(Heavy(rope=name, line=mass_of(hook), on=hook.on, beside=other))
-    found.hooks.append(hoist_of(name, hook, k.Point(name), where))
+    found.hooks.append(hoist_of(name, hook, k.Point(name), L0, gravity, where))
 
 
 def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, where: str) -> plan.Actuator:
@@ -144,13 +145,16 @@ def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, wh
     )  # fmt: skip
 
 
-def hoist_of(name: str, hook: HookKeys, eye: k.Point, where: str) -> plan.Hoist:
-    """A hook with what its type tells of it."""
+def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float, where: str) -> plan.Hoist:
+    """A hook with what its type tells of it; `L0`: length of its rope at the start [m]."""
+    ends, efficiency = drum_ends(hook.falls, hook.drum_ends), hook.sheave_efficiency or ROLLING
+    breaking, line = hook.fall_breaking or 0.0, mass_of(hook)
+    most = breaking / rope_factor(hook)[0] - line / hook.falls * gravity * L0  # of its most loaded part
     return plan.Hoist(
         rope=name, eye=eye, block_mass=hook.block, capacity=hook.capacity or 0.0,
         axis=k.Point(hook.radius_from) if hook.radius_from else None, chart=tuple(hook.chart or ()), on=hook.on,
-        falls=hook.falls, drum_ends=drum_ends(hook.falls, hook.drum_ends), efficiency=hook.sheave_efficiency or ROLLING,
-        breaking=hook.fall_breaking or 0.0, where=where,
+        falls=hook.falls, drum_ends=ends, efficiency=efficiency, breaking=breaking, line=line,
+        rated=max(hook.falls * most / lead_factor(hook.falls, ends, efficiency), 0.0), where=where,
     )  # fmt: skip
 
 
@@ -169,10 +173,11 @@ def _lines(name: str, hook: HookKeys) -> list[k.Line]:
 
 
 def _plumb(name: str, hook: HookKeys, tip: tuple[float, ...], tree: RiggingTree | None) -> float:
-    """Distance of a hook below its tip at the start: as written, as its slings require, or the minimum [m]."""
+    """Distance of a hook below its tip at the start: as written, as its slings require, or as high as it may be [m]."""
     asked = tree.height(name, lambda _: [tip[0], tip[1], 0.0]) if tree else None
     if hook.hangs is not None or asked is None:
-        return hook.hangs or hook.shortest
+        low = hook.shortest if hook.highest is None else tip[2] - hook.highest
+        return hook.hangs or max(hook.shortest, low)
     return tip[2] - asked - hook.height
 
 

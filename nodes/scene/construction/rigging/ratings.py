@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
@@ -17,14 +17,14 @@ from heavylift.nodes.scene.text.source import Path, shown
 from .slings import lugs_of, slings_of, terms
 
 
-def tandem_limits(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
+def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     """Reduced capacities of hooks of several machines that carry one load at the start."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
-    lugs, keys = lug_places(mechanisms), builder.scene.machines
+    lugs, keys = lug_places(builder.machines), builder.scene.machines
     rated = {name for name, x in keys.items() if any(cell.tandem < 1.0 for cell in x.load_cells.values())}
-    for machine in mechanisms:
+    for machine in builder.machines:
         for hook in machine.hooks:
-            for tie in ties_on(mechanisms, hook):
+            for tie in ties_on(builder.machines, hook):
                 if tie.lug and (held := tie.lower or lugs.get(tie.lug)):
                     lifting.setdefault(held.body, {}).setdefault(machine.name, []).append(hook)
     seen, own = set[str](), builder.scene.factors.tandem

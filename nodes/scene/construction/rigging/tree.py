@@ -102,7 +102,8 @@ class RiggingTree:
 
     def _check(self) -> None:
         """Check that all ends exist, and every lug and lower point is held once."""
-        used: dict[str, str] = {}
+        beams = self.scene.rig.beams if self.scene.rig else {}
+        used = {lug: beam for beam, given in beams.items() for lug in given.lugs or ()}
         for name, given in self.rigging.items():
             here: Path = ("rigging", name)
             if name in self.taken:
@@ -199,7 +200,8 @@ class RiggingTree:
             if upper is not None and lower is not None:
                 lug = words.get(lower, "")
                 held, most = lug if sling.hooked else "", rated(given.sling, self.gravity)
-                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=most, rigging=name))
+                where = self.source.where(("rigging", name))
+                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=most, rigging=name, where=where))
         return found
 
     def carried(self, body: str) -> float:

@@ -9,10 +9,9 @@ from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import msgspec
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Point, System
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, Point, System
 from heavylift.kernel.description.signals import ScalarSignal, guard_of
-from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan import actions
 from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
@@ -30,11 +29,10 @@ LANDS = 1e-3  # [m] between a block and what it has landed on
 class Conditions:
     """Resolves conditions; each crossing gets a threshold with a unique name."""
 
-    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.source, self.mechanisms = builder, builder.source, mechanisms
-        self.moving = (*builder.cranes, *mechanisms)
-        self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
-        self.subjects = Subjects(builder, mechanisms)
+    def __init__(self, builder: SceneBuilder) -> None:
+        self.yard, self.source = builder, builder.source
+        self.rigged = {name: slings for m in builder.machines for name, slings in m.rigged.items()}
+        self.subjects = Subjects(builder)
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
@@ -81,8 +79,8 @@ class Conditions:
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
         """The names of a set of slings or ropes; empty sets are faults."""
-        slings, ropes = [tie.rope for tie in self.yard.slings()], [*self.yard.ropes]
-        ropes += [r.name for mechanism in self.mechanisms for r in mechanism.system.all_ropes]
+        slings = [tie.rope for tie in self.yard.slings()]
+        ropes = [r.name for m in self.yard.machines for r in m.system.all_ropes if r.name not in slings]
         rigged = [sling for names in self.rigged.values() for sling in names]
         sets: dict[str, Iterable[str]] = {}
         if noun == "one":
@@ -107,9 +105,9 @@ class Conditions:
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
         if self.yard.scene.block and test.of in ("", "block"):
             return "block"
-        own = [] if self.yard.scene.block else [cargo.body for cargo in self.yard.cargo]
-        standing = own + [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
-        blocks = own + [name for name in standing if name in self.yard.scene.blocks]
+        standing = [m.name for m in self.yard.machines if m.system.supports or m.system.contacts]
+        standing = [name for name in standing if not (self.yard.scene.block and name == "block")]
+        blocks = [name for name in standing if name in self.yard.scene.blocks]
         if test.of in standing:
             return test.of
         if test.of:
@@ -130,7 +128,7 @@ class Conditions:
         """Gap between a block and the thing it lands on, which requires a contact."""
         blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
-        pairs = [(c.a.body, c.b.body) for m in self.mechanisms for c in m.system.contacts]
+        pairs = [(c.a.body, c.b.body) for m in self.yard.machines for c in m.system.contacts]
         met = {a if b == block else b for a, b in pairs if block in (a, b)}
         known = {*(met & {*self.subjects.boxes}), *(["floor"] if WORLD in met and self.yard.scene.floor else [])}
         if test.on in known and (found := self.subjects.signal("gap", f"{block} {test.on}")):
@@ -155,8 +153,10 @@ class Conditions:
         if quantity in ("tension", "length"):
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):
-            along = {words: (m.name, *x) for m in self.moving for words, x in _coordinates(m.system).items()}
-            drives = [drive for m in self.moving for drive in m.system.drives if called_of(drive.name) == (m.name, "")]
+            along = {words: (m.name, *x) for m in self.yard.machines for words, x in _coordinates(m.system).items()}
+            drives = [
+                drive for m in self.yard.machines for drive in m.system.drives if called_of(drive.name) == (m.name, "")
+            ]
             along |= {called_of(drive.name)[0]: along[drive.joint] for drive in drives}
             known = [*along]
             if of in along:

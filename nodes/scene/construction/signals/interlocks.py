@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import msgspec
 from heavylift.kernel.algebra.dense import dot
 from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import guard_of
-from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.interlock import BarredActuator, Interlock
 from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -28,20 +25,19 @@ LENGTHS = ("height", "height difference", "gap")
 MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
-def build_interlocks(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Interlock, ...]:
+def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
     """Interlocks of the scene and its types, one in every machine that it stops."""
     if not yard.scene.interlocks:
         return ()
-    builder = _Builder(yard, mechanisms)
+    builder = _Builder(yard)
     return tuple(x for name, given in yard.scene.interlocks.items() for x in builder.built(name, given))
 
 
 class _Builder:
-    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.source, self.mechanisms = builder, builder.source, mechanisms
-        self.conditions = Conditions(builder, mechanisms)
+    def __init__(self, builder: SceneBuilder) -> None:
+        self.yard, self.source, self.conditions = builder, builder.source, Conditions(builder)
         self.moving: dict[str, dict[str, OrderTarget]] = {}
-        for actors in targets(builder, mechanisms).values():
+        for actors in targets(builder).values():
             for actor in (actor for actor in actors if actor.kind in MOVES):
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
 
@@ -105,7 +101,7 @@ class _Builder:
             return [msgspec.structs.replace(test, of=sling) for sling in slings]
         known = {*subjects.points, *subjects.hooks, *subjects.ropes, *subjects.boxes}
         known |= {*(subjects.ratings[test.quantity] if test.share else ())}
-        known |= {joint.name for m in self.mechanisms for joint in m.system.joints}
+        known |= {joint.name for m in self.yard.machines for joint in m.system.joints}
         words = [own if (own := f"{machine}.{word}") in known else word for word in test.of.split()]
         return [msgspec.structs.replace(test, of=" ".join(words))]
 
@@ -164,7 +160,7 @@ class _Builder:
 
     def _axis(self, actor: OrderTarget) -> tuple[list[float], Poses]:
         """World direction of a straight drive at the start, and positions of all machines."""
-        whole = merge([m.system for m in (*self.yard.machines, *self.mechanisms)], self.yard.scene.gravity)
+        whole = merge([m.system for m in self.yard.machines], self.yard.scene.gravity)
         moved = System(whole.bodies, whole.joints)
         at = poses(moved) if not any(moved.outside) else {}
         joints = {drive.name: joint for drive in whole.drives for joint in whole.joints if joint.name == drive.joint}

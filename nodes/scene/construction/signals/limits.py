@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import fields
 
 from heavylift.kernel.description.signals import ScalarSignal
-from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.scene.construction.limiting import rated_limits, scene_limits
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -19,15 +18,14 @@ from .conditions import Conditions, unit_of
 SIGNAL = tuple(x.name for x in fields(ScalarSignal))
 
 
-def build_limits(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
+def build_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
     """All limits, load-carrying parts first."""
-    rows = rated_limits(builder, mechanisms)
-    return (*rows, *_signals(builder, mechanisms), *_interlocks(builder), *scene_limits(builder, mechanisms))
+    return (*rated_limits(builder), *_signals(builder), *_interlocks(builder), *scene_limits(builder))
 
 
-def _signals(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
+def _signals(builder: SceneBuilder) -> Iterator[RatedLimit]:
     """Limits that the scene sets on signals, as conditions that must hold."""
-    conditions = Conditions(builder, mechanisms)
+    conditions = Conditions(builder)
     for i, phrase in enumerate(builder.scene.limits.signals):
         path: Path = ("limits", "signals", i)
         for test in phrase:

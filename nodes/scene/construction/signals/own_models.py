@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import HeavyliftError
@@ -27,9 +26,9 @@ from .conditions import Conditions
 LED_BY = {"drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
-def build_models(builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[UserModel, ...]:
+def build_models(builder: SceneBuilder) -> tuple[UserModel, ...]:
     """User models of the plan; faults are added to those of the scene."""
-    return _Models(builder, mechanisms).all()
+    return _Models(builder).all()
 
 
 def check_models(source: Source, built: plan.Plan) -> None:
@@ -44,10 +43,10 @@ def check_models(source: Source, built: plan.Plan) -> None:
 
 
 class _Models:
-    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
+    def __init__(self, builder: SceneBuilder) -> None:
         self.builder, self.source = builder, builder.source
-        self.targets = targets(builder, mechanisms) if builder.scene.models else {}
-        self.conditions = Conditions(builder, mechanisms)
+        self.targets = targets(builder) if builder.scene.models else {}
+        self.conditions = Conditions(builder)
         self.leaders: dict[str, str] = {}
 
     def all(self) -> tuple[UserModel, ...]:
@@ -62,8 +61,7 @@ class _Models:
 
     def one(self, name: str, given: Keys) -> UserModel:
         path: Path = ("models", name)
-        mechanisms = (mechanism.name for mechanism in self.conditions.mechanisms)
-        if name in (*self.builder.hooks, *self.builder.scene.machines, *mechanisms):
+        if name in (*self.builder.scene.machines, *(machine.name for machine in self.builder.machines)):
             self.source.fault(path, f"the name '{name}' is given twice: one of the machines has it, too", on_key=True)
         signals = {port: self.signal((*path, "signals", port), text) for port, text in given.signals.items()}
         leads = (self.led((*path, "orders", port), name, port, target) for port, target in given.orders.items())
@@ -113,7 +111,7 @@ class _Models:
 
     def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
         """Joint and coordinate that a drive moves."""
-        drives = (drive for m in self.conditions.moving for drive in m.system.drives)
+        drives = (drive for m in self.builder.machines for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:

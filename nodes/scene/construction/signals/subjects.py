@@ -10,7 +10,6 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import WORLD, Point, Quantity, Vector
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.limits.named import LOADS, signal_of
-from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.plan.spellings import BEAM_LOAD
@@ -28,26 +27,22 @@ EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as i
 class Subjects:
     """All subjects of signals in a scene by name, with the model that watches each."""
 
-    def __init__(self, builder: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.yard, self.mechanisms, self.gravity = builder, mechanisms, builder.scene.gravity
-        self.machines = machines = [*builder.machines, *mechanisms]
+    def __init__(self, builder: SceneBuilder) -> None:
+        self.yard, self.gravity, machines = builder, builder.scene.gravity, builder.machines
         self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
         self.ropes = {rope.name: m.name for m in machines for rope in m.system.all_ropes}
         own = {beam: f"{crane}.{hook}" for beam, (crane, hook) in builder.hooks.items()}
-        named = [
-            m for m in (*builder.cranes, *mechanisms) if not m.girders
-        ]  # whose parts are called by their own names
-        own |= {m.name: m.hooks[0].rope for m in named if len(m.hooks) == 1}
+        own |= {m.name: m.hooks[0].rope for m in machines if len(m.hooks) == 1}
         self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
         self.points = {cargo.body: (cargo.body, Point(cargo.body)) for cargo in builder.cargo}
-        self.points |= {body.name: (m.name, Point(body.name)) for m in named for body in m.system.bodies}
+        self.points |= {body.name: (m.name, Point(body.name)) for m in machines for body in m.system.bodies}
         of = self.ropes
         self.points |= {name: (of[x.rope], x.eye) for name, x in self.hooks.items() if name not in self.points}
         self.points |= {beam: (beam, self.hooks[beam].eye) for beam in builder.hooks if beam in self.hooks}
         bent = {rope.name for m in machines for rope in m.system.reevings}
         self.straight = [rope for rope in self.ropes if rope not in bent]
-        self.boxes = _boxes(builder, named)
-        self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
+        self.boxes = _boxes(builder)
+        self.winds = [(m.name, f) for m in machines for f in m.system.forces if isinstance(f, Wind)]
 
     def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
         """The model and signal of a quantity of hooks, ropes, points, boxes or wind; None if there is none."""
@@ -64,7 +59,7 @@ class Subjects:
             case "load" if hook:
                 return model, ScalarSignal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
             case "load" if (row := self.ratings[quantity].get(word)) and row.unit == "kg":
-                each = signal_of(row, self.machines, self.gravity)
+                each = signal_of(row, self.yard.machines, self.gravity)
                 return (self.ropes[row.elements[0]], each) if each else None
             case "radius" if hook and hook.axis:
                 return model, ScalarSignal(kind, point=hook.eye, origin=hook.axis)
@@ -85,7 +80,7 @@ class Subjects:
     @cached_property
     def ratings(self) -> dict[str, dict[str, RatedLimit]]:
         """The rows that shares of a quantity are of, by the words for their subjects."""
-        rows = self.yard.limits or rated_limits(self.yard, self.mechanisms)
+        rows = self.yard.limits or rated_limits(self.yard)
         found = {q: {x.subject.replace(" ", "."): x for x in rows if x.quantity in of} for q, of in RATINGS.items()}
         found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}
         return found
@@ -124,7 +119,7 @@ class Subjects:
         return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
 
 
-def _boxes(builder: SceneBuilder, named: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
+def _boxes(builder: SceneBuilder) -> dict[str, tuple[str, Point, Vector]]:
     """Boxes of loads, of portals, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     for cargo in builder.cargo:
@@ -137,8 +132,8 @@ def _boxes(builder: SceneBuilder, named: Sequence[plan.Mechanism]) -> dict[str, 
             found[crane.name] = crane.name, Point(girder.body, (com[0], com[1], size[2] / 2)), _half(size)
     if floor := builder.scene.floor:
         found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
-    for m in named:
-        for body in dict.fromkeys(shape.body for shape in m.shapes):
+    for m in builder.machines:
+        for body in dict.fromkeys(shape.body for shape in m.shapes if shape.body not in found):
             centre, size = around([(x.centre, x.size) for x in m.shapes if x.body == body])
             found[body] = m.name, Point(body, centre), _half(size)
     return found

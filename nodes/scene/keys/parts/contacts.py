@@ -7,8 +7,8 @@ A contact is that of a body with another one or, if none is named, with the grou
 from __future__ import annotations
 
 from heavylift.kernel.constraints.contact.pairs import gap
-from heavylift.kernel.description import contacts as c
-from heavylift.kernel.description.points import WORLD
+from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
+from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, quaternion_matrix
 from heavylift.nodes.scene.text.units import Extent, Ratio
 from pydantic import Field
@@ -41,20 +41,20 @@ class ContactKeys(_Side):
     restitution: Ratio = 0.0
 
 
-def built(name: str, x: ContactKeys) -> c.Contact:
+def built(name: str, x: ContactKeys) -> Contact:
     """The kernel's description."""
-    b: c.Shape = c.Plane(x.against.body, x.against.at, x.against.normal)
+    b: Shape = Plane(x.against.body, x.against.at, x.against.normal)
     if x.against.box or x.against.radius:
         b = _solid(x.against.body, x.against)
-    return c.Contact(name, _solid(x.body, x), b, x.friction, x.restitution)
+    return Contact(name, _solid(x.body, x), b, x.friction, x.restitution)
 
 
-def _solid(body: str, x: _Side) -> c.Ball | c.Box:
+def _solid(body: str, x: _Side) -> Ball | Box:
     if x.box:
-        return c.Box(body, x.box, x.at, quaternion_matrix(x.attitude))
-    return c.Ball(body, x.at, x.radius or 0.0)
+        return Box(body, x.box, x.at, quaternion_matrix(x.attitude))
+    return Ball(body, x.at, x.radius or 0.0)
 
 
-def touches(contact: c.Contact, at: Poses, width: float) -> bool:
+def touches(contact: Contact, at: Poses, width: float) -> bool:
     """Whether the shapes of a contact are closer than `width` [m]."""
     return gap(contact, at[contact.a.body], at[contact.b.body]) < width

@@ -16,6 +16,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 from heavylift.kernel.description import flexible as k
 from heavylift.nodes.scene.keys.base import Base
+from heavylift.nodes.scene.keys.described import keys_of
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.files import content, within
 from numpy.typing import NDArray
@@ -35,20 +36,15 @@ class Section(Base):
     J: u.SecondMoment = 0.0
 
 
-class Stiffness(Base):
+class Stiffness(keys_of(k.Beam, "length", "mass_per_length", "polar", "start")):  # type: ignore[misc]
     """Section stiffness of a uniform beam: EI, EA, GJ directly or from E, G and `section`; omitted ones are rigid."""
 
-    EI_y: u.Rigidity = 0.0  # bending about y: displacements along z
-    EI_z: u.Rigidity = 0.0
-    EA: u.Tension = 0.0
-    GJ: u.Rigidity = 0.0
     E: u.Modulus = 0.0
     G: u.Modulus = 0.0
     section: Section = Section()
     modes: int = Field(default=3, ge=0, le=30)
     damping: u.Ratio = 0.0
     loads: list[u.Length] = Field(default_factory=list)
-    elements: int = Field(default=32, ge=1, le=200)
 
     @property
     def stiffness(self) -> tuple[float, float, float, float]:

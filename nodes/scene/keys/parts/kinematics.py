@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Point, RigidRope, Rope, System
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.multibody.motion import axes_of, placement
 from heavylift.kernel.multibody.spanning_tree import spanning_tree
 from numpy.typing import NDArray

@@ -10,8 +10,8 @@ from math import inf
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from heavylift.kernel.description import laws as k
-from heavylift.kernel.description import points
 from heavylift.kernel.description.forces import Sheave
+from heavylift.kernel.description.units import Line
 from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, rising
 from heavylift.nodes.scene.keys.described import keys_of, one
 from heavylift.nodes.scene.language.grammar import read_ramp
@@ -86,7 +86,7 @@ class BodyKeys(Base):
     matrices: Matrices | None = None
 
 
-class LineKeys(keys_of(points.Line)):  # type: ignore[misc]
+class LineKeys(keys_of(Line)):  # type: ignore[misc]
     """A straight part of a rope, with its weight in the rope's length."""
 
 
@@ -160,8 +160,8 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
 class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
     """A drive of a joint controlled by the action list; with a `verb` its machine accepts the orders."""
 
-    stiffness: u.AnyStiffness = 0.0  # servo: per displacement
-    damping: u.AnyDamping = 0.0  # servo and speed: per velocity
+    stiffness: u.AnyStiffness = 0.0  # servo: per displacement; prescribed: where a level models elastic parts
+    damping: u.AnyDamping = 0.0  # servo and speed: per velocity; prescribed: likewise
     ramp: StrokeRamp  # or without swing: `one swing`, `0.1 m/s2 in two pulses`
     range: Range | None = None
     verb: Literal["travel", "traverse", "slew", "luff"] | None = None

@@ -4,11 +4,7 @@ from math import tan
 
 import numpy as np
 import pytest
-from contact_scenes import (
-    brick,
-    floating,
-    on_slope,
-)  # fmt: skip
+from contact_scenes import brick, floating, on_slope  # fmt: skip
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Ball, Box, Contact, Plane, System
 from scipy.spatial.transform import Rotation

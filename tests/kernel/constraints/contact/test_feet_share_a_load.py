@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from contact_scenes import (
-    on_three_feet,
-)  # fmt: skip
+from contact_scenes import on_three_feet  # fmt: skip
 from small_scenes import SECOND, G, column, started
 
 FINE = {"tolerance": 1e-10}

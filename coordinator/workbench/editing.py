@@ -1,0 +1,252 @@
+"""Changes of a scene file: only what is changed is written anew, so comments, order and layout of all else stay.
+
+An edit is a path of keys and numbers with the value as YAML, as after `--set`; without a value it removes the entry.
+It is made in the text at the marks of ruamel's nodes, then read back: all other values must be as before.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from copy import deepcopy
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene.text.files import content
+from heavylift.nodes.scene.text.source import Data, read, shown
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+from ruamel.yaml.nodes import CollectionNode, MappingNode, Node, SequenceNode
+
+Keys: TypeAlias = tuple[str | int, ...]
+
+
+def version_of(text: str) -> str:
+    """The version of a text, a hash."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
+    """The text with a value (YAML in one line) at a path, or without it; SceneError if that cannot be done."""
+    keys = tuple(path)
+    if not keys:
+        raise SceneError("name the key that is to be changed")
+    before = _data(text)
+    if value is None:
+        return _checked(text, _removed(text, keys), before, keys, None)
+    value = value.strip()
+    wanted = _value(value, keys)
+    for written in (value, _quoted(value)) if isinstance(wanted, str) else (value,):
+        changed = _written(text, keys, written)
+        with suppress(SceneError):
+            return _checked(text, changed, before, keys, wanted)
+    raise SceneError(f"{shown(keys)}: '{value}' cannot be written there; change the text")
+
+
+def reordered(text: str, path: Sequence[str | int], to: int) -> str:
+    """The text with an item of a list in block style, with its comments, as number `to` of that list."""
+    *above, at = keys = tuple(path)
+    nodes, known = _found(text, keys)
+    if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):
+        raise SceneError(f"{shown(keys)}: no item of a list")
+    items, before = nodes[-2].value, _data(text)
+    if nodes[-2].flow_style or not 0 <= to < len(items):
+        raise SceneError(f"{shown(keys)}: this list is reordered in the text only")
+    starts = [_line_start(text, int(item.start_mark.index)) for item in items]
+    starts[1:] = [_with_comment(text, start) for start in starts[1:]]
+    ends = [*starts[1:], min(_line_end(text, _end(items[-1])) + 1, len(text))]
+    parts = [text[start:end].rstrip("\n") + "\n" for start, end in zip(starts, ends, strict=True)]
+    parts.insert(to, parts.pop(at))
+    changed = text[: starts[0]] + "".join(parts) + text[ends[-1] :]
+    expected = deepcopy(before)
+    listed: Any = expected
+    for key in above:
+        listed = listed[key]
+    listed.insert(to, listed.pop(at))
+    if _data(changed) != expected:
+        raise SceneError(f"{shown(keys)}: this list is reordered in the text only")
+    return changed
+
+
+def write(path: Path, text: str, version: str) -> None:
+    """Replace a file whose present text has this version, at once or not at all; SceneError if it has another."""
+    if version_of(present(path)) != version:
+        raise SceneError(f"{path.name} was changed elsewhere meanwhile")
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+        with suppress(OSError):
+            os.chmod(name, path.stat().st_mode)
+        os.replace(name, path)
+    except OSError:
+        with suppress(OSError):
+            os.unlink(name)
+        raise
+
+
+def present(path: Path) -> str:
+    """The text of a scene file with its line ends; SceneError if it cannot be read."""
+    try:
+        return content(path).decode("utf-8")
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise SceneError(f"{path.name} cannot be read: {reason}") from None
+
+
+def _data(text: str) -> Data:
+    source = read(text, "scene.yaml")
+    if source.faults:
+        raise SceneError(f"line {source.faults[0].mark.line if source.faults[0].mark else 1}: mend the text first")
+    return source.data
+
+
+def _value(value: str, keys: Keys) -> Data:
+    """What a text means as a value of a flow collection or alone."""
+    if "\n" in value:
+        raise SceneError(f"{shown(keys)}: a value has one line")
+    source = read(f"value: {value or chr(39) * 2}\n", "value")
+    if value[:1] not in ("[", "{", "'", '"') and (source.faults or " #" in value):
+        return value
+    if source.faults:
+        raise SceneError(f"{shown(keys)}: '{value}': {source.faults[0].sentence}")
+    return source.data["value"]
+
+
+def _quoted(value: str) -> str:
+    return "'" + value.strip("'\"").replace("'", "''") + "'"
+
+
+def _checked(text: str, changed: str, before: Data, keys: Keys, wanted: Data) -> str:
+    """The changed text, if its data is as before but for the value."""
+    expected = deepcopy(before)
+    at: Any = expected
+    for key in keys[:-1]:
+        if isinstance(at, dict) and at.get(key) is None:
+            at[key] = {}
+        at = at[key]
+    if wanted is None:
+        del at[keys[-1]]
+    elif isinstance(at, list) and keys[-1] == len(at):
+        at.append(wanted)
+    else:
+        at[keys[-1]] = wanted
+    if _plain(_data(changed)) != _plain(expected):
+        raise SceneError(f"{shown(keys)}: this cannot be changed by a form; change the text")
+    return changed
+
+
+def _plain(data: Data) -> Data:
+    """Data in which an empty collection is as good as none."""
+    if isinstance(data, dict):
+        return {key: _plain(value) for key, value in data.items()} or None
+    return [_plain(value) for value in data] or None if isinstance(data, list) else data
+
+
+# ---- in the text ---------------------------------------------------------------------------------------------
+
+
+def _found(text: str, keys: Keys) -> tuple[list[Node], int]:
+    """The nodes along a path, the root first, as far as they are written, and how many of its keys are."""
+    try:
+        nodes = [YAML(typ="safe", pure=True).compose(text)]
+    except YAMLError:
+        raise SceneError("mend the text first") from None
+    for number, key in enumerate(keys):
+        child = _child(nodes[-1], key)
+        if child is None:
+            return nodes, number
+        nodes.append(child)
+    return nodes, len(keys)
+
+
+def _child(node: Node, key: str | int) -> Node | None:
+    if isinstance(node, MappingNode):
+        return next((x for k, x in node.value if k.value == key), None)
+    if isinstance(node, SequenceNode) and isinstance(key, int) and key < len(node.value):
+        child: Node = node.value[key]
+        return child
+    return None
+
+
+def _end(node: Node) -> int:
+    """Where what is written of a node ends."""
+    if not isinstance(node, CollectionNode) or node.flow_style:
+        return int(node.end_mark.index)
+    inner = [x for pair in node.value for x in (pair if isinstance(pair, tuple) else (pair,))]
+    return max((_end(x) for x in inner), default=int(node.start_mark.index))
+
+
+def _written(text: str, keys: Keys, value: str) -> str:
+    nodes, known = _found(text, keys)
+    node = nodes[-1]
+    start, end = int(node.start_mark.index), _end(node)
+    for key in reversed(keys[known + 1 :]):
+        value = "{" + f"{_key(key)}: {value}" + "}"
+    if known == len(keys):
+        return text[:start] + value + text[end:] if start < end else text[:start] + f" {value}" + text[start:]
+    key = keys[known]
+    if not isinstance(node, CollectionNode):  # nothing but a key is written of it yet
+        if not str(node.tag).endswith(":null"):
+            raise SceneError(f"{shown(keys)}: {shown(keys[:known])} is a value, which has no keys")
+        return f"{text[:start].rstrip(' ')} {{{_key(key)}: {value}}}{text[end:]}"
+    if key != len(node.value) if isinstance(node, SequenceNode) else not isinstance(key, str):
+        raise SceneError(f"{shown(keys)}: there is no such place")
+    entry = value if isinstance(node, SequenceNode) else f"{_key(key)}: {value}"
+    if node.flow_style:
+        comma = ", " if node.value else ""
+        inside = text[: end - 1].rstrip()
+        return f"{inside}{comma}{entry}{text[end - 1 :]}"
+    line = _line_end(text, end)
+    dash = "- " if isinstance(node, SequenceNode) else ""
+    return f"{text[:line]}\n{' ' * int(node.start_mark.column)}{dash}{entry}{text[line:]}"
+
+
+def _key(key: str | int) -> str:
+    text = str(key)
+    plain = text and text.strip() == text and not set(text) & set(":#,[]{}&*!|>'\"%@`")
+    return text if plain else _quoted(text)
+
+
+def _removed(text: str, keys: Keys) -> str:
+    nodes, known = _found(text, keys)
+    if known < len(keys):
+        raise SceneError(f"{shown(keys)}: nothing stands there")
+    parent, gone = nodes[-2], nodes[-1]
+    assert isinstance(parent, CollectionNode)
+    entries = [(pair[0], pair[1]) if isinstance(pair, tuple) else (pair, pair) for pair in parent.value]
+    number = next(i for i, (_, x) in enumerate(entries) if x is gone)
+    start, end = int(entries[number][0].start_mark.index), _end(gone)
+    if len(entries) == 1:
+        first = int(parent.start_mark.index)
+        return text[:first] + ("[]" if isinstance(parent, SequenceNode) else "{}") + text[_end(parent) :]
+    after = int(entries[number + 1][0].start_mark.index) if number + 1 < len(entries) else None
+    before = _end(entries[number - 1][1]) if number else None
+    if parent.flow_style:
+        return text[:start] + text[after:] if after is not None else text[:before] + text[end:]
+    line = _line_start(text, start)
+    lead = text[line:start]
+    if lead.strip() in ("", "-" if isinstance(parent, SequenceNode) else ""):
+        return text[:line] + text[min(_line_end(text, end) + 1, len(text)) :]
+    assert after is not None  # the first key behind a dash: the next one takes its place
+    return text[:start] + text[after:]
+
+
+def _line_start(text: str, at: int) -> int:
+    return text.rfind("\n", 0, at) + 1
+
+
+def _with_comment(text: str, start: int) -> int:
+    """Where the comment right above a line begins, or the line itself."""
+    while start and text[(above := _line_start(text, start - 1)) : start].lstrip().startswith("#"):
+        start = above
+    return start
+
+
+def _line_end(text: str, at: int) -> int:
+    found = text.find("\n", at)
+    return found if found >= 0 else len(text)

@@ -1,0 +1,271 @@
+"""The open scene: its files are watched, and each save goes to all pages, step by step of its preview.
+
+Of each kind of message pages need the last one only: who comes late or is slow misses nothing, and nothing piles up.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene.text.files import within
+from heavylift.nodes.scenes import bundled
+from watchfiles import Change, watch
+
+from .editing import edited, present, reordered, version_of, write
+from .picture import Picture
+from .preview import previewed
+from .runs import SceneRun
+
+SCENES = (".yaml", ".yml")
+WATCHED = (*SCENES, ".csv", ".xlsx", ".stl", ".glb", ".gltf", ".json", ".mtx", ".py")
+STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; after a change, for its last one
+MOST_FOLDERS = 200  # that are watched
+
+
+class Message(NamedTuple):
+    """A message for pages: its number in the order of all, its kind, its content as JSON."""
+
+    number: int
+    kind: str
+    data: bytes
+
+
+class OpenScene:
+    """A folder with its open scene, as a context manager; all methods may be called from any thread."""
+
+    def __init__(self, folder: Path, scene: Path | None) -> None:
+        self.folder, self.scene = folder.resolve(), scene
+        self.picture: tuple[int, Picture] | None = None
+        """The states that pages show, with their number."""
+        self.run = SceneRun(self.say)
+        self._lock = threading.RLock()
+        self._messages: dict[str, Message] = {}
+        self._number = 0
+        self._listeners: set[Callable[[], None]] = set()
+        self._changed, self._closing = threading.Event(), threading.Event()
+        self._seen = ""  # the state of the files that was previewed last
+        self._threads = [threading.Thread(target=x, daemon=True, name=x.__name__) for x in (self._look, self._work)]
+
+    def __enter__(self) -> OpenScene:
+        self._tell_scene()
+        self._changed.set()
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.run.end()
+        self._closing.set()
+        self._changed.set()
+        self._ring()
+
+    @property
+    def closing(self) -> bool:
+        """Whether pages are to be let go."""
+        return self._closing.is_set()
+
+    # ---- pages -------------------------------------------------------------------------------------------
+
+    def listen(self, ring: Callable[[], None]) -> None:
+        """Call this whenever there are new messages."""
+        with self._lock:
+            self._listeners.add(ring)
+
+    def forget(self, ring: Callable[[], None]) -> None:
+        """No longer."""
+        with self._lock:
+            self._listeners.discard(ring)
+
+    def since(self, number: int) -> list[Message]:
+        """The last message of each kind, those after a number in order."""
+        with self._lock:
+            return sorted(x for x in self._messages.values() if x.number > number)
+
+    def say(self, kind: str, data: dict[str, Any], picture: Picture | None = None) -> None:
+        """Send a message to all pages."""
+        with self._lock:
+            self._number += 1
+            if picture is not None:
+                self.picture = self._number, picture
+            self._messages[kind] = Message(self._number, kind, msgspec.json.encode(data | {"number": self._number}))
+        self._ring()
+
+    def _ring(self) -> None:
+        with self._lock:
+            listeners = list(self._listeners)
+        for ring in listeners:
+            ring()
+
+    def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
+        """Drawings of a state of the picture of this number; None if it is no longer shown."""
+        with self._lock:
+            found = self.picture
+        if found is None or found[0] != number or not 0 <= k < len(found[1].states):
+            return None
+        return found[1].drawings(k)
+
+    # ---- files -------------------------------------------------------------------------------------------
+
+    @property
+    def own(self) -> bool:
+        """Whether the scene is in the folder, so that it may be changed."""
+        return self.scene is not None and self.scene.resolve().is_relative_to(self.folder)
+
+    def open(self, name: str) -> None:
+        """Put another scene of the folder, or a bundled one, in place of this; SceneError if there is none."""
+        try:
+            path = within(self.folder, self.folder / name)
+        except ValueError as error:
+            raise SceneError(f"'{name}': {error}") from None
+        path = path if path.is_file() else bundled().get(name, path)
+        if not path.is_file() or path.suffix not in SCENES:
+            raise SceneError(f"'{name}' is no scene file (.yaml)")
+        with self._lock:
+            self.scene, self._seen = path, ""
+            for kind in ("picture", "checks", "faults", "proposal"):
+                self._messages.pop(kind, None)
+        self._tell_scene()
+        self._changed.set()
+
+    def scenes(self) -> Iterator[Path]:
+        """Scene files of the folder and its subfolders."""
+        for folder in self._folders():
+            yield from sorted(x for x in folder.iterdir() if x.suffix in SCENES and x.is_file() and _is_scene(x))
+
+    def save(self, text: str, version: str) -> str:
+        """Write the scene, if it still has this version; returns the new one."""
+        with self._lock:
+            path = self._writable()
+            write(path, text, version)
+            self._messages.pop("proposal", None)
+            self._tell_scene()
+        self._changed.set()
+        return version_of(text)
+
+    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> str:
+        """Change values of the scene, all or none, if it still has this version; returns the new one.
+
+        A number in place of a value: the item of a list at the path is to have that number.
+        """
+        text = present(self._writable())
+        if version_of(text) == version:
+            for path, value in edits:
+                text = reordered(text, path, value) if isinstance(value, int) else edited(text, path, value)
+        return self.save(text, version)
+
+    def _writable(self) -> Path:
+        if self.scene is None or not self.own:
+            name = self.scene.stem if self.scene else ""
+            raise SceneError(f"'{name}' is a bundled scene, which stays as it is: copy it into the folder first")
+        return self.scene
+
+    def copy(self, name: str) -> None:
+        """Write the open scene under another name into the folder, and open that."""
+        if self.scene is None or not name or set(name) & set("/\\\0") or name.startswith("."):
+            raise SceneError("give the copy a name, such as my-lift")
+        path = self.folder / f"{name.removesuffix('.yaml')}.yaml"
+        try:
+            with path.open("x", encoding="utf-8", newline="") as file:
+                file.write(present(self.scene))
+        except FileExistsError:
+            raise SceneError(f"{path.name} is there already; choose another name") from None
+        self.open(path.name)
+
+    def ask(self, do: str, text: str) -> str:
+        """`run` the open scene, `live` with a page of its own, `plan` it within a wall time, or order what goes on."""
+        if self.scene is None:
+            raise SceneError("choose a scene first")
+        if do in ("run", "live"):
+            self.run.start(self.scene, self.folder, do == "live")
+        elif do == "plan":
+            self.run.plan(self._writable(), self.folder, text)
+        else:
+            return self.run.order(do, text)
+        return ""
+
+    def _folders(self) -> list[Path]:
+        below = (x for x in self.folder.iterdir() if x.is_dir() and not x.is_symlink() and x.name[0] not in "._")
+        return [self.folder, *sorted(x for x in below if x.name != "node_modules")][:MOST_FOLDERS]
+
+    def _tell_scene(self) -> None:
+        """Send text and version of the scene, and the names of all."""
+        names = [x.relative_to(self.folder).as_posix() for x in self.scenes()]
+        message: dict[str, Any] = {"scenes": names, "bundled": sorted(bundled()), "file": ""}
+        if self.scene is not None:
+            text, own = present(self.scene), self.own
+            name = self.scene.resolve().relative_to(self.folder).as_posix() if own else self.scene.name
+            message |= {"file": name, "own": own, "text": text, "version": version_of(text)}
+        self.say("scene", message)
+
+    # ---- threads -----------------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        """Notice changes of files."""
+        folders = [*self._folders(), *([self.scene.resolve().parent] if self.scene and not self.own else [])]
+        changes = watch(
+            *folders, watch_filter=_watched, step=STEP_ms, debounce=QUIET_ms, stop_event=self._closing, recursive=False,
+            raise_interrupt=False,
+        )  # fmt: skip
+        for _ in changes:
+            self._changed.set()
+
+    def _work(self) -> None:
+        """Preview what was saved last, and leave off when something newer is there."""
+        while True:
+            self._changed.wait()
+            self._changed.clear()
+            if self.closing:
+                return
+            try:
+                self._preview()
+            except (HeavyliftError, OSError) as error:
+                self.say("faults", {"version": "", "faults": [_unread(self.scene or self.folder, error)]})
+
+    def _preview(self) -> None:
+        scene, seen = self.scene, self._state()
+        if scene is None:
+            return self._tell_scene()
+        if seen == self._seen:
+            return
+        self._seen, text = seen, present(scene)
+        version = version_of(text)
+        self._tell_scene()
+        self.say("busy", {"version": version, "busy": True})
+        for kind, data, picture in previewed(scene, text):
+            if self.closing or (self._changed.is_set() and self._state() != seen):
+                self._seen = ""
+                return
+            self.say(kind, {"version": version, **data}, picture)
+        self.say("busy", {"version": version, "busy": False})
+
+    def _state(self) -> str:
+        """Changes whenever a file does that the scene may read."""
+        if self.scene is None:
+            return ""
+        found = [version_of(present(self.scene))]
+        for folder in self._folders() if self.own else ():
+            files = sorted(x for x in folder.iterdir() if _watched(Change.modified, x.name))
+            found += [f"{x}{x.stat().st_mtime_ns}" for x in files if x != self.scene]
+        return " ".join(found)
+
+
+def _watched(_: Change, path: str) -> bool:
+    return path.endswith(WATCHED) and not Path(path).name.startswith(".")
+
+
+def _is_scene(path: Path) -> bool:
+    """Whether a file begins as a scene does."""
+    try:
+        with path.open("rb") as file:
+            return any(line.startswith(b"heavylift:") for line in file.read(1 << 14).splitlines())
+    except OSError:
+        return False
+
+
+def _unread(path: Path, error: Exception) -> dict[str, Any]:
+    return {"file": path.name, "line": 1, "column": 1, "path": "", "sentence": str(error), "hint": ""}

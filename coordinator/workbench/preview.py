@@ -1,0 +1,110 @@
+"""From the text of a scene to what pages show of it: the start pose at once, then the path at rest and its checks.
+
+The start pose needs no action to be carried out, so it is there also for lists that cannot be; where a list ends early,
+the path is shown as far as it leads.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+from heavylift.coordinator.participants.mechanics_at import check_steps
+from heavylift.coordinator.verdict.judging import near_at_rest
+from heavylift.kernel.description.findings import clock
+from heavylift.kernel.errors import HeavyliftError, PlacedFault, SceneError
+from heavylift.kernel.model.program import Program
+from heavylift.nodes.models import system
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene import LoadedScene, check as examine
+from heavylift.nodes.scene.building import build
+from heavylift.nodes.statics import StaticState, follow
+from heavylift.nodes.statics.static_path import first_rest
+from heavylift.recordings.sheets.page import table_html
+
+from .handles import handles
+from .picture import Picture
+
+Data = dict[str, Any]
+
+
+class Step(NamedTuple):
+    """A message for pages after a step of a preview, and the states that it shows, if it has new ones."""
+
+    kind: str  # "picture", "faults", "checks"
+    data: Data
+    picture: Picture | None = None
+
+
+def previewed(path: Path, text: str) -> Iterator[Step]:
+    """All steps of the preview of a scene's text; each fault is a message, none is raised."""
+    try:
+        first = build(path, path.name, text, (), followed=False)
+        grips = handles(text, first.plan)
+        yield _pictured(first.plan, [_start(first)], "start", grips)
+    except Exception as error:
+        yield _faulty(error, path)
+        return
+    try:
+        loaded = build(path, path.name, text, ())
+        yield Step("faults", {"faults": []})
+        yield from _path(loaded.plan, loaded.statics.states, grips)
+        check_steps(loaded)
+        yield _checked(loaded)
+    except Exception as error:
+        yield _faulty(error, path)
+        with suppress(HeavyliftError):
+            yield from _path(first.plan, follow(first.plan).states, grips)
+
+
+def _start(scene: LoadedScene) -> StaticState:
+    """Where everything stands at the start: a lift at rest, a mechanism as it is written."""
+    if scene.apart:
+        return scene.apart.states[0]
+    if scene.lifts:
+        return first_rest(scene.plan)
+    program = Program(system(scene.plan))
+    poses = {link.body.name: program.poses_at_start(link.body.name) for link in program.graph.links}
+    return StaticState(
+        0.0, 0, "at the start", "",
+        {rope.name: 0.0 for rope in program.system.all_ropes},
+        {support.name: 0.0 for support in program.system.supports},
+        {name: (tuple(p.tolist()), tuple(map(tuple, R.tolist()))) for name, (R, p) in poses.items()},
+        {}, {}, {}, {tie.rope: tie.lug for machine in scene.plan.machines for tie in machine.ties if tie.lug},
+        False, None,
+    )  # fmt: skip
+
+
+def _pictured(plan: Plan, states: Sequence[StaticState], what: str, grips: Data) -> Step:
+    picture = Picture(plan, states)
+    content = {"title": plan.name, "what": what, **picture.content(), "drawings": picture.drawings(0), **grips}
+    return Step("picture", content, picture)
+
+
+def _path(plan: Plan, states: Sequence[StaticState], grips: Data) -> Iterator[Step]:
+    if len(states) > 1:
+        yield _pictured(plan, states, "path", grips)
+
+
+def _checked(scene: LoadedScene) -> Step:
+    """Verdict, checks, findings and tables of the path at rest."""
+    report = examine(scene, near_at_rest(scene.plan, scene.statics))
+    checks = [msgspec.to_builtins(check) | {"word": check.word} for check in report.checks]
+    notes = [f"{clock(t, 1)}: {sentence}" for t, sentence in scene.statics.notes]
+    tables = [table_html(table) for table in report.tables]
+    found = {"state": report.state, "line": report.line, "checks": checks, "notes": notes, "tables": tables}
+    return Step("checks", found | {"ends": scene.statics.why})
+
+
+def _faulty(error: Exception, path: Path) -> Step:
+    """The faults of an error, each at its place; those without one stand at the first line."""
+    found = error.faults if isinstance(error, SceneError) else ()
+    if not isinstance(error, HeavyliftError):
+        traceback.print_exception(error)
+        found = (PlacedFault(path.name, 1, 1, "", f"internal error, {type(error).__name__}: {error}"),)
+    found = found or (PlacedFault(path.name, 1, 1, "", str(error)),)
+    return Step("faults", {"faults": [fault._asdict() for fault in found]})

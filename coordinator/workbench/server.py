@@ -1,0 +1,253 @@
+"""The workbench's server on 127.0.0.1: requests need the word in the address, and come from this machine's own page.
+
+GET of the word's folder is the page, of `events` in it the messages of the open scene as Server-Sent Events, of
+`drawings/NUMBER/STATE` the drawings of a state, of `schema` the JSON Schema of scenes; POST takes JSON.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import hmac
+import secrets
+import socket
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import uvicorn
+from heavylift import nodes
+from heavylift.kernel.cache import contents, read_cached, sources, write_cached
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene import bundled, json_schema
+from heavylift.nodes.scene.text.files import scene_file
+from heavylift.recordings.render.content import bundled as page_of
+from heavylift.recordings.render.server import HEADERS, HOST, PULSE, refusal
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from .open_scene import OpenScene
+from .runs import compared, recordings, result
+
+LARGEST = 1 << 20  # of a request [bytes]
+
+
+@cache
+def _schema() -> bytes:
+    """The JSON Schema of scenes, kept by the code that makes it."""
+    file = f"{hashlib.sha256(contents(Path(nodes.__file__).parent, '.py', '.yaml') + sources()).hexdigest()}.schema"
+    found = read_cached(file)
+    if not found:
+        found = msgspec.json.encode(json_schema())
+        write_cached(file, found)
+    return found
+
+
+class Guard:
+    """Lets requests through that name this host, come from no other site and know the word."""
+
+    def __init__(self, app: ASGIApp, word: str, port: int) -> None:
+        self._app, self._word, self._port = app, word, port
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            return
+        refused = refusal(Headers(scope=scope), self._port)
+        _, word, rest = (*str(scope["path"]).split("/", 2), "", "")[:3]
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                more = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+                message["headers"] = [*message["headers"], *more]
+            await send(message)
+
+        if refused:
+            return await PlainTextResponse(f"{refused}\n", 403)(scope, receive, with_headers)
+        if not hmac.compare_digest(word.encode(), self._word.encode()):
+            return await PlainTextResponse("no such page; copy the whole address\n", 404)(scope, receive, with_headers)
+        await self._app({**scope, "path": f"/{rest}", "raw_path": b""}, receive, with_headers)
+
+
+class Save(msgspec.Struct):
+    """A whole text, and the version that it replaces."""
+
+    text: str
+    version: str
+
+
+class Edit(msgspec.Struct):
+    """A value (YAML in one line; None: removed) at a path, or the new number of the item there."""
+
+    path: list[str | int]
+    value: str | int | None
+
+
+class Edits(msgspec.Struct):
+    """Several edits, and the version that they change."""
+
+    edits: list[Edit]
+    version: str
+
+
+class Asked(msgspec.Struct):
+    """What is to be done: see `OpenScene.ask`."""
+
+    do: str
+    text: str = ""
+
+
+class Named(msgspec.Struct):
+    """A scene."""
+
+    name: str
+
+
+def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
+    """The routes of an open scene behind the guard."""
+
+    async def page(_: Request) -> Response:
+        return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
+
+    async def schema(_: Request) -> Response:
+        return Response(await run_in_threadpool(_schema), media_type="application/json")
+
+    async def events(_: Request) -> Response:
+        return StreamingResponse(_stream(opened), media_type="text/event-stream")
+
+    async def drawings(request: Request) -> Response:
+        number, k = request.path_params["number"], request.path_params["k"]
+        found = await run_in_threadpool(opened.drawings, number, k)
+        return _json(found) if found is not None else _refused("these states are no longer shown", 404)
+
+    def posted(name: str, type_: type[Any], change: Callable[[Any], object]) -> Route:
+        async def answer(request: Request) -> Response:
+            return await _changed(request, type_, change)
+
+        return Route(f"/{name}", answer, methods=["POST"])
+
+    async def listed(_: Request) -> Response:
+        return _json(await run_in_threadpool(lambda: [*recordings(opened.folder)]))
+
+    async def shown(request: Request) -> Response:
+        given = request.path_params
+        words = [given[key] for key in (("kind", "name") if "kind" in given else ("a", "b"))]
+        try:
+            return HTMLResponse(await run_in_threadpool(result if "kind" in given else compared, opened.folder, *words))
+        except HeavyliftError as error:
+            return PlainTextResponse(f"{error}\n", 404)
+
+    routes = [
+        Route("/", page),
+        Route("/schema", schema),
+        Route("/events", events),
+        Route("/drawings/{number:int}/{k:int}", drawings),
+        Route("/recordings", listed),
+        Route("/result/{kind}/{name}", shown),
+        Route("/compare/{a}/{b}", shown),
+        posted("save", Save, lambda x: opened.save(x.text, x.version)),
+        posted("edit", Edits, lambda x: opened.edit([(each.path, each.value) for each in x.edits], x.version)),
+        posted("open", Named, lambda x: opened.open(x.name)),
+        posted("copy", Named, lambda x: opened.copy(x.name)),
+        posted("run", Asked, lambda x: opened.ask(x.do, x.text)),
+    ]
+    return Guard(Starlette(routes=routes), word, port)
+
+
+async def _changed(request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
+    """Carry out a request with a body of JSON; a sentence with 409 where it cannot be."""
+    if request.headers.get("Content-Type", "").partition(";")[0] != "application/json":
+        return _refused("send JSON", 415)
+    body = bytearray()
+    async for piece in request.stream():
+        body += piece
+        if len(body) > LARGEST:
+            return _refused("that is too long", 413)
+    try:
+        asked = msgspec.json.decode(bytes(body), type=type_)
+    except msgspec.MsgspecError as error:
+        return _refused(f"this request cannot be read: {error}", 400)
+    try:
+        return _json({"answer": await run_in_threadpool(change, asked)})
+    except HeavyliftError as error:
+        return _refused(str(error), 409)
+    except OSError as error:
+        return _refused(f"{error.filename}: {error.strerror}", 409)
+
+
+def _json(data: object) -> Response:
+    return Response(msgspec.json.encode(data), media_type="application/json")
+
+
+def _refused(sentence: str, status: int) -> Response:
+    return Response(msgspec.json.encode({"error": sentence}), status, media_type="application/json")
+
+
+async def _stream(opened: OpenScene) -> AsyncIterator[bytes]:
+    """The messages of an open scene from now on, first the last one of each kind."""
+    wake, loop, last = asyncio.Event(), asyncio.get_running_loop(), 0
+
+    def ring() -> None:
+        loop.call_soon_threadsafe(wake.set)
+
+    opened.listen(ring)
+    try:
+        while not opened.closing:
+            wake.clear()
+            for message in opened.since(last):
+                last = message.number
+                yield b"event: %s\ndata: %s\n\n" % (message.kind.encode(), message.data)
+            try:
+                await asyncio.wait_for(wake.wait(), PULSE)
+            except TimeoutError:
+                yield b": still here\n\n"
+    finally:
+        opened.forget(ring)
+
+
+class _Server(uvicorn.Server):
+    """Lets pages go when it is asked to end."""
+
+    def __init__(self, config: uvicorn.Config, opened: OpenScene) -> None:
+        super().__init__(config)
+        self._opened = opened
+
+    def handle_exit(self, sig: int, frame: Any) -> None:
+        """End."""
+        self._opened.__exit__()
+        super().handle_exit(sig, frame)
+
+
+@contextmanager
+def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[], None], uvicorn.Server]]:
+    """The address of a workbench, what serves it until it is asked to exit, and the server."""
+    word = secrets.token_urlsafe(24)
+    with socket.create_server((HOST, 0)) as listening, OpenScene(folder, scene) as opened:
+        port = listening.getsockname()[1]
+        settings = uvicorn.Config(
+            application(opened, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
+            server_header=False, timeout_graceful_shutdown=1,
+        )  # fmt: skip
+        server = _Server(settings, opened)
+        yield f"http://{HOST}:{port}/{word}/", lambda: server.run(sockets=[listening]), server
+
+
+def workbench(place: str, ready: Callable[[str], object]) -> None:
+    """Serve a folder, a scene file in its folder, or a bundled scene beside the working folder, until a signal ends it;
+    `ready` gets the address."""
+    folder, scene = Path(place), None
+    if not folder.is_dir():
+        scene = scene_file(place).resolve()
+        if not scene.is_file():
+            raise SceneError(f"there is no folder and no scene '{place}'")
+        folder = Path() if scene in bundled().values() else scene.parent
+    with served(folder, scene) as (url, run, _):
+        ready(url)
+        run()

@@ -1,0 +1,58 @@
+// What the server says and is asked.
+export type Path = (string | number)[];
+export interface Scene { scenes: string[]; bundled: string[]; file: string; own?: boolean; text?: string; version?: string; number: number }
+export interface Fault { file: string; line: number; column: number; path: string; sentence: string; hint: string }
+export interface State { t: number; action: number; stage: string; event: string; last: boolean }
+export interface Drawing { title: string; svg: string }
+export interface Handle { path: Path; bodies: string[]; at: number[]; free: "x" | "y" | "xy" | "xyz"; listed: boolean; lug?: string; body?: string }
+export interface Hook { name: string; body: string; p: [number, number, number] }
+export interface Picture { version: string; number: number; what: "start" | "path"; states: State[]; drawings: Drawing[]; title: string; block: object | null; moving: Handle[]; hooks: Hook[] }
+export interface Check {
+  state: string; word: string; quantity: string; subject: string; shown: string; allowed: string; use?: number; t?: number;
+  stage: string; basis: string; sentence: string; where: string; value?: number; why: string;
+}
+export interface Checks { version: string; state: string; line: string; checks: Check[]; notes: string[]; tables: string[]; ends: string }
+export interface RunMessage { running: boolean; lines: string[]; file: string; live: string; code?: number }
+export interface Proposal { number: number; file: string; text: string }
+export interface Recorded { name: string; state: string; line: string }
+export interface Messages {
+  scene: Scene;
+  busy: { version: string; busy: boolean };
+  faults: { version: string; faults: Fault[] };
+  picture: Picture;
+  checks: Checks;
+  run: RunMessage;
+  proposal: Proposal;
+}
+
+export function listen(heard: { [K in keyof Messages]: (data: Messages[K]) => void }, lost: (away: boolean) => void): void {
+  const source = new EventSource("events");
+  for (const kind of Object.keys(heard) as (keyof Messages)[]) {
+    source.addEventListener(kind, (e) => (heard[kind] as (data: unknown) => void)(JSON.parse((e as MessageEvent).data)));
+  }
+  source.onopen = () => lost(false);
+  source.onerror = () => lost(true);
+}
+
+export class Refused extends Error {}
+
+async function post(name: string, body: object): Promise<string> {
+  const answer = await fetch(name, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+  const data = await answer.json();
+  if (!answer.ok) throw new Refused(data.error);
+  return data.answer;
+}
+
+export const api = {
+  save: (text: string, version: string) => post("save", { text, version }),
+  edit: (edits: { path: Path; value: string | number | null }[], version: string) => post("edit", { edits, version }),
+  open: (name: string) => post("open", { name }),
+  copy: (name: string) => post("copy", { name }),
+  run: (act: string, text = "") => post("run", { do: act, text }),
+  recordings: async (): Promise<Recorded[]> => (await fetch("recordings")).json(),
+  schema: async () => (await fetch("schema")).json(),
+  async drawings(number: number, k: number): Promise<Drawing[] | null> {
+    const answer = await fetch(`drawings/${number}/${k}`);
+    return answer.ok ? answer.json() : null;
+  },
+};

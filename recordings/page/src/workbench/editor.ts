@@ -1,0 +1,225 @@
+// The text of the scene: YAML with the faults of the server, saved by itself when typing pauses; undo for all changes.
+import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from "@codemirror/autocomplete";
+import { defaultKeymap, history, historyKeymap, indentWithTab, redo, undo } from "@codemirror/commands";
+import { yaml } from "@codemirror/lang-yaml";
+import { bracketMatching, foldGutter, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
+import { type Diagnostic, lintGutter, setDiagnostics } from "@codemirror/lint";
+import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
+import { Compartment, EditorState, Transaction } from "@codemirror/state";
+import { getOriginalDoc, unifiedMergeView } from "@codemirror/merge";
+import { drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers } from "@codemirror/view";
+import { tags } from "@lezer/highlight";
+import { api, type Fault, Refused, type Scene } from "./api";
+import { button, element } from "./dom";
+import type { Schema } from "./schema";
+import { completions, explained } from "./complete";
+import type { Edit } from "./templates";
+import { words } from "./words";
+
+const PAUSE_ms = 350; // without a key until the text is saved
+
+const colours = HighlightStyle.define([
+  { tag: tags.comment, class: "tok-comment" },
+  { tag: [tags.propertyName, tags.definition(tags.propertyName)], class: "tok-key" },
+  { tag: [tags.string, tags.special(tags.string)], class: "tok-string" },
+  { tag: [tags.content, tags.literal, tags.number], class: "tok-value" },
+]);
+
+export class Editor {
+  readonly host = element("section", { id: "editor", "aria-label": words.text });
+  readonly view: EditorView;
+  schema: Schema | null = null;
+  private readonly status = element("span", { className: "status", role: "status" });
+  private readonly conflict = element("div", { id: "conflict", role: "alert", hidden: true });
+  private file = "";
+  private base = ""; // version of the file that the text comes from
+  private written: string | null = null; // what is being saved
+  private dirty = false;
+  private theirs: Scene | null = null;
+  private ending = "\n";
+  private proposing = false;
+  private readonly merge = new Compartment();
+  private readonly proposal = element("div", { id: "proposal", role: "alert", hidden: true });
+  private timer = 0;
+
+  constructor(private readonly moved: () => void) {
+    const tools = element("div", { className: "tools" }, button(words.undo, () => undo(this.view)), button(words.redo, () => redo(this.view)), this.status);
+    this.conflict.append(words.conflict, " ", button(words.keepMine, () => this.resolve(true)), button(words.takeTheirs, () => this.resolve(false)));
+    this.proposal.append(words.proposal, " ", button(words.acceptAll, () => this.settle(true)), button(words.refuseAll, () => this.settle(false)));
+    this.host.append(tools, this.conflict, this.proposal);
+    this.view = new EditorView({ parent: this.host, state: this.fresh("", true) });
+    this.view.scrollDOM.tabIndex = 0;
+  }
+
+  private fresh(doc: string, locked: boolean): EditorState {
+    return EditorState.create({
+      doc,
+      extensions: [
+        lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
+        highlightSelectionMatches(), lintGutter(), yaml(), syntaxHighlighting(colours), indentUnit.of("  "),
+        autocompletion({ override: [(context) => this.schema && completions(context, this.schema)] }),
+        hoverTooltip((view, at) => this.schema && explained(view, at, this.schema)),
+        keymap.of([
+          { key: "Mod-s", run: () => (void this.save(), true) },
+          ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...completionKeymap, indentWithTab,
+        ]),
+        EditorState.readOnly.of(locked),
+        this.merge.of([]),
+        EditorView.contentAttributes.of({ "aria-label": words.text }),
+        EditorView.updateListener.of((update) => {
+          if (update.docChanged && !update.transactions.some((x) => x.annotation(Transaction.remote))) this.typed();
+          if (update.docChanged || update.selectionSet) this.moved();
+        }),
+      ],
+    });
+  }
+
+  get text(): string {
+    return this.view.state.doc.toString();
+  }
+
+  get lines(): string[] {
+    return this.text.split("\n");
+  }
+
+  private typed(): void {
+    this.dirty = true;
+    this.status.textContent = words.unsaved;
+    clearTimeout(this.timer);
+    if (!this.proposing) this.timer = window.setTimeout(() => void this.save(), PAUSE_ms);
+  }
+
+  // What stands in the file now.
+  take(scene: Scene): void {
+    const text = (scene.text ?? "").replaceAll("\r\n", "\n");
+    this.ending = text === scene.text ? "\n" : "\r\n";
+    if (scene.file !== this.file) {
+      this.file = scene.file;
+      this.accept(scene.version!);
+      this.view.setState(this.fresh(text, !scene.own));
+      Object.assign(this, { proposing: false });
+      this.proposal.hidden = true;
+      this.moved();
+      this.status.textContent = scene.own ? "" : words.readOnly;
+      return;
+    }
+    if (scene.version === this.base || text === this.written) return;
+    if (text === this.text) this.accept(scene.version!);
+    else if (this.dirty) {
+      this.theirs = scene;
+      this.conflict.hidden = false;
+    } else this.put(text, scene.version!);
+  }
+
+  private accept(version: string): void {
+    this.base = version;
+    this.dirty = false;
+    this.conflict.hidden = true;
+    this.theirs = null;
+    this.status.textContent = words.saved;
+  }
+
+  // Only what differs is replaced, so that the cursor stays.
+  private put(text: string, version: string): void {
+    const old = this.text;
+    let from = 0;
+    while (from < old.length && from < text.length && old[from] === text[from]) from++;
+    let end = 0;
+    while (end < old.length - from && end < text.length - from && old[old.length - 1 - end] === text[text.length - 1 - end]) end++;
+    this.base = version;
+    this.conflict.hidden = true;
+    this.theirs = null;
+    this.view.dispatch({ changes: { from, to: old.length - end, insert: text.slice(from, text.length - end) }, annotations: Transaction.remote.of(true) });
+  }
+
+  private resolve(mine: boolean): void {
+    const { theirs } = this;
+    if (!theirs) return;
+    if (!mine) {
+      this.dirty = false;
+      this.put(theirs.text!.replaceAll("\r\n", "\n"), theirs.version!);
+      this.status.textContent = "";
+      return;
+    }
+    this.base = theirs.version!;
+    this.conflict.hidden = true;
+    this.theirs = null;
+    void this.save();
+  }
+
+  // Write what has been typed; true if the file has it.
+  async save(): Promise<boolean> {
+    clearTimeout(this.timer);
+    if (this.proposing) return false;
+    if (!this.dirty || this.theirs) return !this.theirs;
+    const text = this.text;
+    this.written = text;
+    try {
+      const version = await api.save(text.replaceAll("\n", this.ending), this.base);
+      if (this.text === text) this.accept(version);
+      else this.base = version;
+      return true;
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.status.textContent = error.message;
+      return false;
+    } finally {
+      this.written = null;
+    }
+  }
+
+  // Change values of the file: what has been typed first.
+  async edit(edits: Edit[]): Promise<string> {
+    if (!(await this.save())) return words.conflict;
+    try {
+      await api.edit(edits, this.base);
+      return "";
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      return error.message;
+    }
+  }
+
+  // Show another text as changes of this one, each to be accepted or refused; nothing is saved before.
+  propose(text: string): void {
+    const original = this.text;
+    if (text === original) return void (this.status.textContent = words.same);
+    this.proposing = true;
+    this.proposal.hidden = false;
+    this.view.dispatch({ effects: this.merge.reconfigure(unifiedMergeView({ original, mergeControls: true })) });
+    this.view.dispatch({ changes: { from: 0, to: original.length, insert: text }, annotations: Transaction.remote.of(true) });
+  }
+
+  private settle(accept: boolean): void {
+    const { state } = this.view;
+    if (!accept) {
+      const original = getOriginalDoc(state).toString();
+      this.view.dispatch({ changes: { from: 0, to: state.doc.length, insert: original }, annotations: Transaction.remote.of(true) });
+    }
+    this.proposing = false;
+    this.proposal.hidden = true;
+    this.view.dispatch({ effects: this.merge.reconfigure([]) });
+    this.dirty = true;
+    void this.save();
+  }
+
+  mark(faults: Fault[]): void {
+    const { doc } = this.view.state;
+    const own = this.file.split("/").at(-1);
+    const shown: Diagnostic[] = faults.filter((x) => x.file === own && x.line <= doc.lines).map((fault) => {
+      const line = doc.line(fault.line);
+      const from = Math.min(line.to, line.from + fault.column - 1);
+      const word = /^[^\s,\]}]+/.exec(doc.sliceString(from, line.to))?.[0].length ?? 0;
+      return { from, to: Math.max(from, Math.min(line.to, from + word)), severity: "error", message: [fault.sentence, fault.hint].filter(Boolean).join(" ") };
+    });
+    this.view.dispatch(setDiagnostics(this.view.state, shown));
+  }
+
+  go(line: number, column: number): void {
+    const { doc } = this.view.state;
+    if (line > doc.lines) return;
+    const at = Math.min(doc.line(line).to, doc.line(line).from + column - 1);
+    this.view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
+    this.view.focus();
+  }
+}

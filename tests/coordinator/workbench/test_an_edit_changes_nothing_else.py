@@ -1,0 +1,97 @@
+"""Edits of a scene's text: the value is there and all else stays, or a sentence says why not."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.workbench import edited, reordered, version_of, write
+from heavylift.kernel import SceneError
+from heavylift.nodes.scene import bundled
+from heavylift.nodes.scene.text import read
+
+LIFT = bundled()["lift"].read_text()
+VALUES = ("40.5 m", "[1 m, 2 m, 3 m]", "{a: 1, b: 2 t}", "lift: by hand", "it's #1", "true", "7")
+
+
+def comments(text: str) -> list[str]:
+    return [line.partition("#")[2] for line in text.splitlines() if "#" in line]
+
+
+def test_a_value_is_replaced_in_its_line() -> None:
+    changed = edited(LIFT, ["block", "mass"], "310 t")
+    assert changed == LIFT.replace("mass: 300 t", "mass: 310 t")
+    changed = edited(LIFT, ["cranes", "crane", "at"], "41 m")
+    assert changed == LIFT.replace("at: 40 m}  ", "at: 41 m}  ")
+
+
+def test_keys_are_added_and_removed_where_they_belong() -> None:
+    added = edited(LIFT, ["block", "com"], "[0 m, 0 m, 1 m]")
+    assert read(added, "x").data["block"] == {**read(LIFT, "x").data["block"], "com": ["0 m", "0 m", "1 m"]}  # type: ignore[dict-item]
+    assert added.splitlines()[23:25] == ["    R2: [2 m, 6 m, 4.3 m]", "  com: [0 m, 0 m, 1 m]"]
+    assert edited(added, ["block", "com"], None) == LIFT
+    assert edited(LIFT, ["rig", "loaders", "loader-2"], None) == LIFT.replace(
+        "    loader-2: {hook: crane H2, sling: 10 m, lugs: [Q1, Q2], capacity: 300 t}\n", ""
+    )
+    assert edited(LIFT, ["factors", "wind"], None) == LIFT.replace("wind: 10 m/s, ", "")
+    assert "    wait: 20 s\n  - {wait: 5 s}\n" in edited(LIFT, ["actions", 5], "{wait: 5 s}")
+
+
+@pytest.mark.parametrize("name", ["lift", "turnover", "in-turn"])
+def test_actions_are_reordered_with_their_comments(name: str) -> None:
+    text, rng = bundled()[name].read_text(), random.Random(name)
+    actions = read(text, "x").data["actions"]
+    assert isinstance(actions, list)
+    for _ in range(3):
+        at, to = rng.randrange(len(actions)), rng.randrange(len(actions))
+        changed = reordered(text, ["actions", at], to)
+        assert read(changed, "x").data["actions"] == [
+            *(rest := actions[:at] + actions[at + 1 :])[:to],
+            actions[at],
+            *rest[to:],
+        ]
+        assert sorted(filter(str.strip, changed.splitlines())) == sorted(filter(str.strip, text.splitlines()))
+        assert read(reordered(changed, ["actions", to], at), "x").data == read(text, "x").data
+
+
+@pytest.mark.parametrize("name", ["lift", "crawler", "jib", "linkage", "edge"])
+def test_random_edits_of_bundled_scenes_change_one_value(name: str) -> None:
+    text, rng = bundled()[name].read_text(), random.Random(name)
+    paths = [path for path in read(text, "x").values if path]
+    for path in rng.sample(paths, min(12, len(paths))):
+        value = rng.choice(VALUES)
+        changed = edited(text, path, value)  # which reads it back, and compares all other values
+        assert changed != text or value in text
+        gone = comments(edited(text, path, None))
+        assert set(gone) <= set(comments(text))
+        nested = [other for other in paths if other[: len(path)] == path and other != path]
+        if not nested:
+            assert [comment for comment in comments(text) if f"#{comment}" not in changed] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "why"),
+    [
+        (["block", "mass"], "[1 t,", "no"),
+        (["block", "mass"], "1 t\nname: other", "one line"),
+        (["block", "mass", "of"], "3 t", "is a value"),
+        (["actions", 17], "{wait: 5 s}", "no such place"),
+        (["block", "colour"], None, "nothing stands there"),
+        ([], "3", "name the key"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_in_a_sentence(path: list[str | int], value: str | None, why: str) -> None:
+    with pytest.raises(SceneError, match=why) as refused:
+        edited(LIFT, path, value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_has_changed_meanwhile_stays(tmp_path: Path) -> None:
+    path = tmp_path / "lift.yaml"
+    path.write_text(LIFT)
+    write(path, "heavylift: 1\n", version_of(LIFT))
+    with pytest.raises(SceneError, match="changed elsewhere"):
+        write(path, LIFT, version_of(LIFT))
+    assert path.read_text() == "heavylift: 1\n"
+    assert [x.name for x in tmp_path.iterdir()] == ["lift.yaml"], "nothing is left beside it"

@@ -1,0 +1,144 @@
+"""Requests: only with the word, from this machine's own page; writes only inside the folder, over a known version."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import msgspec
+import pytest
+
+pytest.importorskip("starlette")
+from heavylift.coordinator.workbench import OpenScene, application, runs, version_of
+from starlette.testclient import TestClient
+
+WORD, PORT = "word", 4711
+PATIENCE_s = 30.0
+HERE = f"http://127.0.0.1:{PORT}"
+
+
+@pytest.fixture
+def opened(folder: Path) -> OpenScene:
+    """An open scene whose threads are not at work: nothing is previewed."""
+    return OpenScene(folder, folder / "my-lift.yaml")
+
+
+@pytest.fixture
+def page(opened: OpenScene) -> TestClient:
+    return TestClient(application(opened, WORD, PORT), base_url=HERE)
+
+
+def test_the_page_needs_the_word(page: TestClient) -> None:
+    answer = page.get(f"/{WORD}/")
+    assert answer.status_code == 200
+    assert "default-src 'none'" in answer.text
+    assert (answer.headers["X-Frame-Options"], answer.headers["Cache-Control"]) == ("DENY", "no-store")
+    for path in ("/", "/other/", "/wordy/", "/events", "/save"):
+        assert page.get(path).status_code == 404
+    assert page.post("/other/save", json={}).status_code == 404
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Host": "evil.example"},
+        {"Host": "127.0.0.1:80"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_other_sites_are_refused(page: TestClient, folder: Path, headers: dict[str, str]) -> None:
+    before = (folder / "my-lift.yaml").read_text()
+    assert page.get(f"/{WORD}/", headers=headers).status_code == 403
+    body = {"text": "heavylift: 1\n", "version": version_of(before)}
+    assert page.post(f"/{WORD}/save", json=body, headers=headers).status_code == 403
+    assert (folder / "my-lift.yaml").read_text() == before
+
+
+def test_a_save_needs_the_version_that_it_replaces(page: TestClient, folder: Path) -> None:
+    path = folder / "my-lift.yaml"
+    before = path.read_text()
+    answer = page.post(f"/{WORD}/save", json={"text": "heavylift: 1\n", "version": version_of(before)})
+    assert answer.json() == {"answer": version_of("heavylift: 1\n")}
+    second = page.post(f"/{WORD}/save", json={"text": before, "version": version_of(before)})
+    assert second.status_code == 409
+    assert "changed elsewhere" in second.json()["error"]
+    assert path.read_text() == "heavylift: 1\n"
+
+
+def test_edits_of_a_form_are_all_made_or_none(page: TestClient, folder: Path) -> None:
+    path = folder / "my-lift.yaml"
+    before = path.read_text()
+    good = {"path": ["block", "mass"], "value": "310 t"}
+    bad = {"path": ["block", "mass", "of"], "value": "1"}
+    for edits, status in (([good, bad], 409), ([good], 200)):
+        answer = page.post(f"/{WORD}/edit", json={"edits": edits, "version": version_of(before)})
+        assert answer.status_code == status
+        assert path.read_text() == (before if status == 409 else before.replace("mass: 300 t", "mass: 310 t"))
+
+
+@pytest.mark.parametrize("name", ["../secret.yaml", "/etc/passwd", "sub/../../secret.yaml", "link.yaml", "notes.txt"])
+def test_nothing_outside_the_folder_is_opened(page: TestClient, opened: OpenScene, folder: Path, name: str) -> None:
+    (folder.parent / "secret.yaml").write_text("heavylift: 1\n")
+    (folder / "notes.txt").write_text("heavylift: 1\n")
+    (folder / "link.yaml").symlink_to(folder.parent / "secret.yaml")
+    assert page.post(f"/{WORD}/open", json={"name": name}).status_code == 409
+    assert opened.scene == folder / "my-lift.yaml"
+
+
+def test_a_bundled_scene_is_read_only_and_copied(page: TestClient, opened: OpenScene, folder: Path) -> None:
+    assert page.post(f"/{WORD}/open", json={"name": "jib"}).status_code == 200
+    assert opened.scene is not None
+    text = opened.scene.read_text()
+    assert page.post(f"/{WORD}/save", json={"text": "", "version": version_of(text)}).status_code == 409
+    for name in ("../out", "a/b", "", ".hidden", "my-lift"):
+        assert page.post(f"/{WORD}/copy", json={"name": name}).status_code == 409
+    assert page.post(f"/{WORD}/copy", json={"name": "my-jib"}).status_code == 200
+    assert (folder / "my-jib.yaml").read_text() == text
+    assert opened.own
+    assert {x.name for x in folder.iterdir()} == {"my-lift.yaml", "my-jib.yaml"}
+
+
+SLEEPER = """import signal, sys, time
+signal.signal(signal.SIGINT, lambda *_: sys.exit(130))
+print("    0.0 s  lift off", "watch it at http://127.0.0.1:8/word/", sep=chr(10), flush=True)
+time.sleep(60)
+"""
+
+
+def test_one_run_at_a_time_is_stopped(page: TestClient, opened: OpenScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    def ask(do: str) -> tuple[int, str]:
+        answer = page.post(f"/{WORD}/run", json={"do": do})
+        return answer.status_code, answer.json().get("error", "")
+
+    def said(key: str, value: object) -> None:
+        deadline = time.monotonic() + PATIENCE_s
+        while not any(m.kind == "run" and msgspec.json.decode(m.data).get(key) == value for m in opened.since(0)):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+
+    monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", SLEEPER])
+    assert ask("stop") == (409, "no run goes on")
+    assert ask("live") == (200, "")
+    said("live", "http://127.0.0.1:8/word/")
+    assert "a run goes on" in ask("run")[1]
+    assert "is no order" in ask("dance")[1]
+    assert ask("stop") == (200, "")
+    said("code", 130)
+    assert ask("stop") == (409, "no run goes on")
+
+
+@pytest.mark.parametrize(
+    ("body", "kind", "status"),
+    [
+        (b"{}", "application/json", 400),
+        (b"not JSON", "application/json", 400),
+        (b"{}", "text/plain", 415),
+        (b" " * (2 << 20), "application/json", 413),
+    ],
+)
+def test_what_is_no_request_is_refused(page: TestClient, body: bytes, kind: str, status: int) -> None:
+    assert page.post(f"/{WORD}/save", content=body, headers={"Content-Type": kind}).status_code == status
