@@ -27,8 +27,7 @@ from linkages import windows
 from random_trees import random_state, random_system
 from scipy.linalg import expm
 from small_scenes import G, X, Y, started
-from test_loops_rest_and_swing import LINK, M, swing
-from test_loops_rest_and_swing import L as LENGTH
+from test_loops_rest_and_swing import LINK, L as LENGTH, M, swing
 
 EXACT = 1e-12
 
