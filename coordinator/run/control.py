@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.table import steered
 from heavylift.kernel.simulation.commands import CommandTarget
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import Simulation
@@ -38,7 +39,7 @@ def _steer(s: CommandTarget, control: Control, period_ns: int) -> None:
     orders = control(now / 1e9, dict(zip(names, row.tolist(), strict=True)))
     if not isinstance(orders, Mapping):
         raise KernelError(f"control: {orders!r} at {now / 1e9:g} s; return a dict of values by name")
-    signals = s.program.signals
+    signals = steered(s.program.system)
     for name, value in orders.items():
         if name in signals:
             s.set_signal(name, float(value))

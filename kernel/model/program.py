@@ -225,12 +225,6 @@ class Program:
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
         return y
 
-    @property
-    def signals(self) -> frozenset[str]:
-        """Driven signals of forces, which may jump; the lengths of ropes may not."""
-        ropes = {r.name for r in self.system.all_ropes}
-        return frozenset(x.name for x in self.laws if x.signal and x.signal.driven and x.name not in ropes)
-
     @cached_property
     def axial(self) -> list[int]:
         """Flexible body of each number of `Evaluation.axial`."""

@@ -19,6 +19,7 @@ from heavylift.kernel.description.mechanics import Line, Point, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingAt, ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
+from heavylift.kernel.forces.table import steered
 from heavylift.kernel.model.instant import poses_of
 from heavylift.kernel.model.parameters import PROFILE
 from heavylift.kernel.model.program import Program
@@ -117,7 +118,7 @@ class CommandSwitches:
     def set_signal(self, name: str, value: float) -> None:
         """Set the driven signal of a force to a value; raises KernelError for what moves by profiles only."""
         self._standing("set_signal")
-        if name not in self._native.program.signals:
+        if name not in steered(self._native.program.system):
             raise KernelError(f"'{name}' is no driven signal of a force: move it by a profile")
         if not isfinite(value):
             raise KernelError(f"'{name}': {value!r} is no value of a signal")
