@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def run(
+    context: typer.Context,
     scene: o.Scene,
     output: Annotated[Path | None, o.written_to("recording; default NAME.mcap")] = None,
     force: o.Force = False,
@@ -62,12 +63,24 @@ def run(
     real_time: Annotated[
         float | None, typer.Option("--real-time", help="the same, so many times as fast as real time")
     ] = None,
+    replications: Annotated[
+        int, typer.Option("--replications", min=1, help="of a yard file: runs with drawn durations", show_default=False)
+    ] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="of the replications")] = 1,
+    report: Annotated[
+        Path | None, typer.Option("--report", help="of a yard file: .html, .pdf, .xlsx, .json or .txt")
+    ] = None,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
     verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
-    """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
+    """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap"""
+    own = {"output", "force", "sets", "in_process", "processes", "replications", "seed", "report"}
+    if o.yard_file(context, scene, own):
+        runs = replications, seed, report
+        _run_yard(scene, output, force, sets, in_process, processes, *runs, strict, fail_on, as_json)
+        return
     from heavylift.coordinator.participants import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
 
@@ -151,6 +164,29 @@ def run(
             crew.end()
     summary(loaded.plan, result, as_json, certificate, loaded.answer, verbose)
     _exit(result, strict, fail_on)
+
+
+def _run_yard(
+    file: str, output: Path | None, force: bool, sets: list[str] | None, in_process: bool, processes: int,
+    replications: int, seed: int, report: Path | None, strict: bool, fail_on: str, as_json: bool,
+) -> None:  # fmt: skip
+    """Run a yard file, print and write what is known then."""
+    from heavylift.coordinator.run.yards import run_yard
+
+    if replications and (output or in_process):
+        raise typer.BadParameter("--replications are not recorded, on all cores; leave out -o and --in-process")
+    recording = None if replications else output or Path(f"{Path(file).stem}.mcap")
+    count = 0 if processes == o.AUTO else processes
+    sheet, made = run_yard(file, sets or [], recording, in_process, count, force, replications, seed)
+    o.tell(sheet, as_json)
+    if report:
+        from heavylift.recordings.sheets.writing import write
+
+        typer.echo(f"wrote {write(sheet, report, 'a report', force)}", err=True)
+    if made:
+        typer.echo(f"wrote {made.recording}\ndigest {made.digest}", err=True)
+    if o.fails(sheet.state, strict, fail_on):
+        raise typer.Exit(1)
 
 
 @app.command()

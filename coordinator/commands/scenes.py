@@ -13,6 +13,7 @@ from heavylift.kernel.errors import SceneError
 
 @app.command()
 def check(
+    context: typer.Context,
     scene: o.Scene,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
@@ -22,22 +23,33 @@ def check(
 ) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift
 
-    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders.
+    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders. Of a yard
+    file: its schedules with expected durations.
     """
+    if o.yard_file(context, scene, {"sets"}):
+        from heavylift.nodes.yard.answers import examined
+        from heavylift.nodes.yard.reading import load as load_yard
+
+        sheet = examined(load_yard(scene, sets or []))
+        o.tell(sheet, as_json)
+        if o.fails(sheet.state, strict, fail_on or "red"):
+            raise typer.Exit(1)
+        return
     from heavylift.coordinator.ladder.choosing import known
     from heavylift.coordinator.participants.mechanics_at import check_steps
     from heavylift.coordinator.transport.placement import Placement
     from heavylift.coordinator.verdict.judging import near_at_rest
+    from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
     from heavylift.nodes.models import node_names
     from heavylift.nodes.plan.fidelity import percent
     from heavylift.nodes.scene import check as examine
 
-    loaded = o.scene_of(scene, sets)
+    loaded = with_worst_clearances(o.scene_of(scene, sets))
     check_steps(loaded)
     found, answer = examine(loaded, near_at_rest(loaded.plan, loaded.statics)), known(loaded)
     if as_json:
         message: dict[str, object] = msgspec.to_builtins(found)
-        own = {key: message.pop(key) for key in ("state", "line", "findings", "checks", "tables", "lines")}
+        own = {key: message.pop(key) for key in ("state", "line", "checks", "tables", "lines")}
         del own["lines"], message["brief"]
         message |= {"verdict": {"red": found.state == "red", **own}}  # as of a run
         message |= {"modelled": msgspec.to_builtins(answer) | {"told": str(answer)} if answer else None}

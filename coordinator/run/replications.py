@@ -108,14 +108,17 @@ def _once(task: tuple[int, str, float | None, str, int]) -> dict[str, float]:
         run = run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps)
     except HeavyliftError as error:
         raise type(error)(f"replication {number}, {reference}: {error}") from None
-    return {name: x for path, result in run.results.items() for name, x in _numbers(path, result)}
+    return {name: x for path, result in run.results.items() for name, x in numbers(path, result)}
 
 
-def _numbers(path: str, result: Message | msgspec.Struct) -> Iterator[tuple[str, float]]:
+def numbers(path: str, result: Message | msgspec.Struct) -> Iterator[tuple[str, float]]:
+    """The numbers of a result by "path.field"; of a tuple by "path.field[0]"."""
     for field in result.__struct_fields__:
         x = getattr(result, field)
         if isinstance(x, msgspec.Struct):
-            yield from _numbers(f"{path}.{field}", x)
+            yield from numbers(f"{path}.{field}", x)
+        elif isinstance(x, tuple):
+            yield from ((f"{path}.{field}[{i}]", float(y)) for i, y in enumerate(x) if isinstance(y, int | float))
         elif isinstance(x, int | float):
             yield f"{path}.{field}", float(x)
 

@@ -79,3 +79,6 @@ def prepare(folder: Path, scene: str) -> None:
     (folder / "my_laws").mkdir()
     (workshop,) = re.findall(r"^cat > workshop\.py <<'END'\n(.*?)^END$", HOWTO.read_text(), re.M | re.S)
     (folder / "my_models.py").write_text(workshop)
+    page = (ROOT / "nodes/yard/YARD.md").read_text()
+    for kind, name in (("yaml", "yard.yaml"), ("csv", "blocks.csv")):
+        (folder / name).write_text(re.findall(rf"^```{kind}\n(.*?)^```", page, re.M | re.S)[0])

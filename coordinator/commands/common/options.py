@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.watch import RunObserver
     from heavylift.nodes.scene import LoadedScene
     from heavylift.nodes.scene.text.units import Dimension
+    from heavylift.recordings.sheets.sheet import Sheet
 
 LEAST_s = 1.0  # that a process has for an answer
 AUTO = 1 << 30  # more processes than anybody has: as many as pay
@@ -147,6 +148,31 @@ def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
     from heavylift.nodes.scene import load
 
     return load(scene, sets or [])
+
+
+def yard_file(context: typer.Context, scene: str, allowed: Collection[str]) -> bool:
+    """Whether a file is one of a yard; refuses options that are not for what it is."""
+    from heavylift.nodes.yard.beginning import is_yard
+
+    found = is_yard(scene)
+    both, yards = {"scene", "strict", "fail_on", "as_json"}, {"replications", "seed", "report"}
+    for parameter in context.command.params:
+        name = str(parameter.name)
+        source = context.get_parameter_source(name)
+        if source and source.name == "COMMANDLINE" and (name not in {*both, *allowed} if found else name in yards):
+            kind = "scenes, and this is a yard file" if found else "yard files, and this is a scene"
+            raise typer.BadParameter(f"{parameter.opts[0]} is for {kind}; leave it out")
+    return found
+
+
+def tell(sheet: "Sheet", as_json: bool) -> None:
+    """Print a sheet as text or as JSON."""
+    import msgspec
+    from heavylift.recordings.sheets.sheet import data_of
+    from heavylift.recordings.sheets.terminal import part_text
+
+    lines = [f"{sheet.title}\n{sheet.state.upper()}: {sheet.lead}", *filter(None, map(part_text, sheet.parts))]
+    typer.echo(msgspec.json.encode(data_of(sheet)).decode() if as_json else "\n\n".join(lines))
 
 
 def browse(url: str) -> None:

@@ -1,0 +1,34 @@
+"""The run of a yard file: one with expected durations, which is recorded, or replications with drawn ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from heavylift.nodes.yard.answers import answered
+from heavylift.nodes.yard.reading import load
+from heavylift.recordings.sheets.sheet import Sheet
+
+from .models import ModelRun, run_models
+from .replications import numbers, replicate
+
+
+def run_yard(
+    file: str,
+    settings: Sequence[str] = (),
+    output: str | Path | None = None,
+    in_process: bool = False,
+    processes: int = 0,
+    force: bool = False,
+    replications: int = 0,
+    seed: int = 1,
+) -> tuple[Sheet, ModelRun | None]:
+    """What is known of a yard after a run, or after so many replications; raises HeavyliftError."""
+    yard = load(file, settings)
+    build = f"heavylift.nodes.yard.models:yard({str(file)!r}, {[*settings]!r})"
+    if replications:
+        values, run = replicate(build, replications, seed, workers=processes).values, None
+    else:
+        run = run_models(build, None, output, in_process, processes=processes, force=force)
+        values = {key: [x] for path, result in run.results.items() for key, x in numbers(path, result)}
+    return answered(yard, {key.partition(".")[2]: x for key, x in values.items()}), run

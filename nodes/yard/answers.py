@@ -1,0 +1,145 @@
+"""What `heavylift check` and `heavylift run` say of a yard, as a sheet, from the numbers of its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import timedelta
+from math import ceil, sqrt
+from statistics import fmean
+
+from heavylift.nodes.devs import NEVER, Simulator
+from heavylift.recordings.sheets.sheet import Cell, Marked, Notes, Part, Sheet, Table, columns
+
+from .calendars import DAY
+from .fields import at
+from .generation import chain, serial
+from .models import NO_SHIFT, NOT_READY, Dispatcher, coupled
+from .network import RULES, Yard, dates
+from .reading import DELIVERY
+
+Values = Mapping[str, Sequence[float]]  # of all runs, by "dispatcher.ends[3]"
+MOST = 20  # blocks that are listed
+
+
+def quantile(values: Sequence[float], part: float) -> float:
+    """The least value that so many of all do not exceed."""
+    return sorted(values)[max(0, ceil(part * len(values) - 1e-9) - 1)]
+
+
+def examined(yard: Yard) -> Sheet:
+    """A yard before it is run: both schemes with each rule, the critical path, what contract dates leave."""
+    known, path = dates(yard), chain(yard)
+    rows = list[tuple[Cell, ...]]()
+    for rule, short in RULES.items():
+        ends = [max(end for _, end in serial(yard, rule)) / 1e9] if not yard.holding else []
+        model = coupled(yard, 0, rule)
+        simulator = Simulator(model)
+        simulator.start()
+        simulator.run(NEVER - 1)
+        dispatcher = model.children["dispatcher"]
+        assert isinstance(dispatcher, Dispatcher)
+        ends.append(dispatcher.result().delivery)
+        texts = [x for end in ends for x in (_date(yard, end), end * 1e9 / DAY)]
+        rows.append((f"{rule} ({short})", *((None, None) if yard.holding else ()), *texts))
+    early = {DELIVERY: max(known.early_finish)}
+    for n, one in enumerate(yard.activities):
+        early[one.block] = max(early.get(one.block, 0), known.early_finish[n])
+    contract = [(key, _date(yard, early[key] / 1e9), str(day)) for key, day in yard.contract.items()]
+    late = [early[key] > _limit(yard, key) * 1e9 for key in yard.contract]
+    marked = [(a, Marked(b, "red") if x else b, c) for (a, b, c), x in zip(contract, late, strict=True)]
+    names, mean, spread = path
+    lines = [
+        " - ".join(yard.activities[n].name for n in names),
+        f"{mean / 3600:.6g} h of work, standard deviation {sqrt(spread) / 3600:.4g} h (PERT, this path alone)",
+    ]
+    unsaid = [step for step, source in yard.sources.items() if not source]
+    size = f"{len({x.block for x in yard.activities})} blocks, {len(yard.activities)} activities"
+    heads = columns("rule", "serial", "after [days] .2", "parallel, as run", "after [days] .2")
+    parts: list[Part] = [
+        Table("Schedules with expected durations", heads, tuple(rows)),
+        Notes("Critical path, resources aside", tuple(lines)),
+        Table("Contract", columns("of", "earliest", "contract"), tuple(marked)),
+    ]  # fmt: skip
+    if unsaid:
+        parts.append(Notes("Durations without a source", (", ".join(unsaid),)))
+    state = "red" if any(late) else "green"
+    lead = "a contract date is before the earliest possible one" if any(late) else "all contract dates are possible"
+    return Sheet(f"{yard.name}: {size}", lead if yard.contract else "no contract dates are given", state, tuple(parts))
+
+
+def answered(yard: Yard, values: Values) -> Sheet:
+    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too."""
+    runs = len(values["dispatcher.delivery"])
+    finishes: dict[str, Sequence[float]] = {DELIVERY: values["dispatcher.delivery"]}
+    for block in yard.contract:
+        own = [n for n, one in enumerate(yard.activities) if one.block == block]
+        if own:
+            finishes[block] = [max(row) for row in zip(*(values[f"dispatcher.ends[{n}]"] for n in own), strict=True)]
+    rows, missed = list[tuple[Cell, ...]](), list[str]()
+    for key, ends in finishes.items():
+        texts: list[Cell] = [_date(yard, quantile(ends, part)) for part in (0.1, 0.5, 0.9)]
+        chance = None
+        if key in yard.contract:
+            chance = 100 * sum(end <= _limit(yard, key) for end in ends) / runs
+            if quantile(ends, yard.quantile) > _limit(yard, key):
+                missed.append(key)
+        cell = Marked(chance, "red" if key in missed else "green") if chance is not None else None
+        rows.append((key, *(texts if runs > 1 else texts[:1]), str(yard.contract.get(key, "")), cell))
+    heads = ("P10", "P50", "P90") if runs > 1 else ("done",)
+    percent = f"{100 * yard.quantile:g} %"
+    parts: list[Part] = [
+        Table("Key dates", columns("of", *heads, "contract", "kept [%] .1"), tuple(rows)),
+        _waits(yard, values),
+        _use(yard, values),
+        _criticality(yard, values, runs) if runs > 1 else _schedule(yard, values),
+    ]
+    ok = f"contract dates are kept with at least {percent}" if runs > 1 else "contract dates are kept in this run"
+    no = f"late at P{100 * yard.quantile:g}: {', '.join(missed)}" if runs > 1 else f"late: {', '.join(missed)}"
+    lead = (no if missed else ok) if yard.contract else f"delivery {rows[0][1]}"
+    title = f"{yard.name}: {runs} replications" if runs > 1 else f"{yard.name}: one run with expected durations"
+    return Sheet(title, lead, "red" if missed else "green", tuple(parts))
+
+
+def _waits(yard: Yard, values: Values) -> Table:
+    """Mean waiting time of all activities by cause."""
+    causes = (NOT_READY, NO_SHIFT, *yard.capacities)
+    means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
+    rows = [(cause, mean) for cause, mean in zip(causes, means, strict=True) if mean]
+    return Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(rows))
+
+
+def _use(yard: Yard, values: Values) -> Table:
+    """Units of each resource, and how many are in use."""
+    rows = [
+        (name, units, fmean(values[f"resource-{name}.used"]), max(values[f"resource-{name}.most"]))
+        for name, units in yard.capacities.items()
+    ]
+    return Table("Resources", columns("resource", "units [1] .0", "mean use [1] .2", "most [1] .0"), tuple(rows))
+
+
+def _criticality(yard: Yard, values: Values, runs: int) -> Table:
+    """Share of the runs in which an activity was on the critical sequence."""
+    shares = [100 * sum(values[f"dispatcher.critical[{n}]"]) / runs for n in range(len(yard.activities))]
+    order = sorted(range(len(shares)), key=lambda n: (-shares[n], n))
+    rows = [(yard.activities[n].block, yard.activities[n].step, shares[n]) for n in order[:MOST] if shares[n]]
+    return Table("On the critical sequence", columns("block", "step", "of runs [%] .1"), tuple(rows))
+
+
+def _schedule(yard: Yard, values: Values) -> Table:
+    """Start and end of each activity."""
+    spans = [[values[f"dispatcher.{key}[{n}]"][0] for key in ("starts", "ends", "critical")] for n, _ in
+             enumerate(yard.activities)]  # fmt: skip
+    rows = [
+        (one.block, one.step, _date(yard, start), _date(yard, end), "yes" if critical else "")
+        for one, (start, end, critical) in zip(yard.activities, spans, strict=True)
+    ]
+    return Table("Schedule", columns("block", "step", "start", "end", "critical"), tuple(rows))
+
+
+def _date(yard: Yard, t: float) -> str:
+    return f"{at(yard.start, t):%Y-%m-%d %H:%M}"
+
+
+def _limit(yard: Yard, key: str) -> float:
+    """The end [s] of the day of a contract date."""
+    return (yard.contract[key] + timedelta(1) - yard.start).days * DAY / 1e9

@@ -1,0 +1,118 @@
+"""Working time [ns since 00:00 of the first day]: shifts, perhaps across midnight, of days that are no holidays."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date, timedelta
+from functools import lru_cache
+from itertools import accumulate
+
+from heavylift.kernel.errors import SceneError
+
+MINUTE = 60 * 10**9
+DAY = 24 * 60 * MINUTE
+YEARS = 10  # that a calendar covers
+WEEK = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
+
+Shift = tuple[int, int]  # [min after midnight]; the end of one across midnight is above 1440
+
+
+Windows = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]  # begins, ends, time worked before each
+
+
+@dataclass(frozen=True)
+class Calendar:
+    """Working time by a text that says when it is, so that copies stay small; by default all time is."""
+
+    key: str = ""
+
+    def open(self, t: int) -> int:
+        """The first working instant at t or after."""
+        if not self.key:
+            return t
+        begins, ends, _ = windows(self.key)
+        return max(t, begins[_within(bisect_right(ends, t), begins)])
+
+    def add(self, t: int, work: int) -> int:
+        """When work that begins at t is done."""
+        if not self.key or not work:
+            return t + work
+        begins, ends, worked = windows(self.key)
+        total = self._until(t) + work
+        n = bisect_left(worked, total) - 1
+        _within(n + (total > worked[n] + ends[n] - begins[n]), begins)
+        return begins[n] + total - worked[n]
+
+    def back(self, t: int, work: int) -> int:
+        """The latest begin of work that is done at t."""
+        if not self.key or not work:
+            return t - work
+        begins, _, worked = windows(self.key)
+        total = self._until(t) - work
+        n = bisect_right(worked, total) - 1
+        return begins[n] + total - worked[n]
+
+    def _until(self, t: int) -> int:
+        """Time worked until t."""
+        begins, ends, worked = windows(self.key)
+        n = bisect_right(begins, t) - 1
+        return worked[n] + min(t, ends[n]) - begins[n] if n >= 0 else 0
+
+
+def _within(n: int, begins: Sequence[int]) -> int:
+    if n >= len(begins):
+        raise SceneError(f"the work is not done {YEARS} years after the yard's start, where its calendar ends")
+    return n
+
+
+def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iterable[date]) -> Calendar:
+    """The calendar of shifts on days of the week (0: Monday) without the days `off`; a shift belongs to the day on
+    which it begins.  Raises SceneError where nothing is left."""
+    parts = [str(start)], map(str, days), (f"{a}-{b}" for a, b in shifts), map(str, sorted(off))
+    key = "/".join(" ".join(part) for part in parts)
+    if not windows(key)[0]:
+        raise SceneError("this calendar has no working day")
+    return Calendar(key)
+
+
+@lru_cache
+def windows(key: str) -> Windows:
+    """The windows of the calendar that a text describes."""
+    first, days, shifts, off = (part.split() for part in key.split("/"))
+    start, free = date.fromisoformat(first[0]), {date.fromisoformat(x) for x in off}
+    found = list[Shift]()
+    for n in range(-1, 365 * YEARS):
+        day = start + timedelta(n)
+        if str(day.weekday()) in days and day not in free:
+            minutes = ([int(x) for x in shift.split("-")] for shift in shifts)
+            found += ((n * DAY + a * MINUTE, n * DAY + b * MINUTE) for a, b in minutes)
+    merged = _merged((max(0, a), b) for a, b in sorted(found) if b > 0)
+    begins, ends = tuple(a for a, _ in merged), tuple(b for _, b in merged)
+    return begins, ends, (0, *accumulate(b - a for a, b in merged[:-1]))
+
+
+def _merged(windows: Iterable[Shift]) -> list[Shift]:
+    """Windows without overlaps."""
+    merged = list[Shift]()
+    for a, b in windows:
+        if merged and a <= merged[-1][1]:
+            merged[-1] = merged[-1][0], max(b, merged[-1][1])
+        else:
+            merged.append((a, b))
+    return merged
+
+
+@lru_cache
+def public_holidays(country: str, start: date) -> frozenset[date]:
+    """The public holidays of a country, or of a part of it, `DE-HH`; raises ValueError if there is none."""
+    try:
+        from holidays import country_holidays
+    except ImportError:
+        raise ValueError("public holidays need the package holidays: pip install 'heavylift[yard]'") from None
+    where, _, part = country.partition("-")
+    try:
+        return frozenset(country_holidays(where, part or None, years=range(start.year, start.year + YEARS + 1)))
+    except NotImplementedError:
+        raise ValueError(f"no holidays of '{country}' are known; write a code such as KR, or DE-HH") from None

@@ -1,0 +1,171 @@
+"""Dates, shifts, predecessors and durations as a yard file writes them; each raises ValueError where it is none."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from datetime import date, datetime, timedelta
+from functools import lru_cache
+
+from heavylift.kernel.errors import HeavyliftError, closest
+from heavylift.nodes.queueing.distributions import (
+    Distribution,
+    Erlang,
+    Exponential,
+    Fixed,
+    LogNormal,
+    Pert,
+    Table,
+    Triangular,
+    Uniform,
+)
+from heavylift.nodes.scene.text.spelling import NUMBER
+from heavylift.nodes.scene.text.units import TIME
+
+from .calendars import DAY, MINUTE, WEEK, Shift
+
+QUANTITY = re.compile(rf"{NUMBER}\s*[A-Za-z]+")
+CLOCK = re.compile(r"([01]?\d|2[0-4]):([0-5]\d)-([01]?\d|2[0-4]):([0-5]\d)")
+BEFORE = re.compile(rf"([^\s,;+]+)(?:\s*\+\s*({NUMBER}\s*[A-Za-z]+))?[\s,;]*")
+KINDS = {  # the words of each, and how many times
+    "fixed": ("fixed 4 h", 1),
+    "uniform": ("uniform 4 h 6 h", 2),
+    "exponential": ("exponential 4 h", 1),
+    "triangular": ("triangular 4 h 6 h 12 h", 3),
+    "pert": ("pert 4 h 6 h 12 h", 3),
+    "lognormal": ("lognormal mean 30 h sd 10 h", 2),
+    "erlang": ("erlang 3 phases mean 30 h", 1),
+    "table": ("table 4 h 5 h 5 h 9 h", 0),
+}
+
+
+@lru_cache(4096)  # blocks share what their steps take
+def duration(text: str) -> Distribution:
+    """A distribution of durations [s], such as `6 h` or `triangular 4 h 6 h 12 h`."""
+    word, _, rest = text.strip().partition(" ")
+    if QUANTITY.match(text.strip()):
+        word, rest = "fixed", text
+    if word not in KINDS:
+        raise ValueError(
+            f"'{text}' is no duration, such as '6 h' or '{KINDS['triangular'][0]}'; {closest(word, KINDS)}"
+        )
+    example, count = KINDS[word]
+    phases = re.fullmatch(r"(\d+) phases (.*)", rest) if word == "erlang" else None
+    body = re.sub(r"\b(mean|sd)\b", " ", phases[2] if phases else rest)
+    times = [TIME.read(found) for found in QUANTITY.findall(body)]
+    if QUANTITY.sub("", body).strip(" ,") or not times or (count and len(times) != count):
+        raise ValueError(f"'{text}': write it as '{example}'")
+    try:
+        match word:
+            case "fixed":
+                return Fixed(*times)
+            case "uniform":
+                return Uniform(*times)
+            case "exponential":
+                return Exponential(*times)
+            case "triangular":
+                return Triangular(*times)
+            case "pert":
+                return Pert(*times)
+            case "lognormal":
+                return LogNormal(*times)
+            case "erlang" if phases:
+                return Erlang(int(phases[1]), *times)
+            case "table":
+                return Table(times)
+    except HeavyliftError as error:
+        raise ValueError(f"'{text}': {error}") from None
+    raise ValueError(f"'{text}': write it as '{example}'")
+
+
+def variance(takes: Distribution) -> float:
+    """The variance [s2] of a duration; of PERT's beta that of its inventors, ((b - a) / 6)^2 (Malcolm et al. 1959)."""
+    match takes:
+        case Uniform():
+            return square(takes.high - takes.low) / 12
+        case Exponential():
+            return square(takes.mean)
+        case Erlang():
+            return square(takes.mean) / takes.phases
+        case Triangular():
+            a, m, b = takes.low, takes.mode, takes.high
+            return (a * a + m * m + b * b - a * m - a * b - m * b) / 18
+        case Pert():
+            return square((takes.high - takes.low) / 6)
+        case LogNormal():
+            return square(takes.deviation)
+        case Table():
+            return sum(square(x - takes.mean) for x in takes.times) / len(takes.times)
+    return 0.0
+
+
+def square(x: float) -> float:
+    """x times x."""
+    return x * x
+
+
+def day(text: object) -> date:
+    """A date, `2027-05-01`."""
+    try:
+        found = date.fromisoformat(str(text).removesuffix(" 00:00:00"))
+        if not 1900 <= found.year < 2200:
+            raise ValueError
+        return found
+    except ValueError:
+        raise ValueError(f"'{text}' is no date: write year, month and day, such as 2027-05-01") from None
+
+
+def days_off(text: object) -> Iterator[date]:
+    """A date, or all of a range with both ends, `2027-02-06..2027-02-10`."""
+    first, _, last = (part.strip() for part in str(text).partition(".."))
+    begin, end = day(first), day(last or first)
+    if end < begin:
+        raise ValueError(f"'{text}' ends before it begins")
+    return (begin + timedelta(n) for n in range((end - begin).days + 1))
+
+
+def weekdays(text: object) -> tuple[int, ...]:
+    """Days of the week, `mon-fri` or `mon wed sat`, from 0 for Monday."""
+    found = list[int]()
+    for part in str(text).lower().replace(",", " ").split():
+        first, _, last = part.partition("-")
+        for word in (first, last or first):
+            if word not in WEEK:
+                raise ValueError(f"'{word}' is no day of the week: write them as 'mon-fri' or 'mon wed sat'")
+        a, b = WEEK.index(first), WEEK.index(last or first)
+        found += [n % 7 for n in range(a, b + 1 if b >= a else b + 8)]
+    return tuple(sorted({*found}))
+
+
+def shift(text: object) -> tuple[Shift, ...]:
+    """Windows of a shift, `08:00-12:00 13:00-17:00`; one that ends before it begins ends on the next day."""
+    found = list[Shift]()
+    for part in str(text).replace(",", " ").split():
+        clock = CLOCK.fullmatch(part)
+        a, b = (int(clock[n]) * 60 + int(clock[n + 1]) for n in (1, 3)) if clock else (0, 0)
+        if not clock or max(a, b) > 1440:
+            raise ValueError(f"'{part}' is no shift: write it as '08:00-17:00', with breaks '08:00-12:00 13:00-17:00'")
+        found.append((a, b if b > a else b + 1440))
+    return tuple(found)
+
+
+def before(text: str) -> list[tuple[str, int]]:
+    """Predecessors with their lags [ns], `B1, B2 + 2 days`."""
+    found, at = list[tuple[str, int]](), 0
+    while at < len(text):
+        one = BEFORE.match(text, at)
+        if one is None:
+            raise ValueError(f"'{text}' lists no blocks: write them as 'B1, B2 + 2 days'")
+        found.append((one[1], round(TIME.read(one[2]) * 1e9) if one[2] else 0))
+        at = one.end()
+    return found
+
+
+def instant(start: date, when: date) -> int:
+    """The time [ns] at which a day begins."""
+    return (when - start).days * DAY
+
+
+def at(start: date, t: float) -> datetime:
+    """Date and time of day, to the minute, of a time [s]."""
+    return datetime(start.year, start.month, start.day) + timedelta(minutes=round(t * 1e9 / MINUTE))

@@ -1,0 +1,265 @@
+"""A yard as Parallel DEVS: a dispatcher, the steps that it sends work to, and the resources that tell of their use.
+
+The dispatcher is the parallel schedule generation scheme: whenever something ends, gets ready, or a shift begins, it
+starts all that may start, in the order of the rule.  A break interrupts work, and what the work has it keeps.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from heapq import heappop, heappush
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, TimeWeighted, seconds, stream
+
+from .network import Activity, Yard, ranks, successors
+from .reading import load
+
+NOT_READY, NO_SHIFT = "block not ready", "no shift"
+
+
+class ActivityStart(Message):
+    """An activity is to begin."""
+
+    activity: int
+
+
+class ActivityEnd(Message):
+    """An activity has ended."""
+
+    activity: int
+
+
+class UnitsInUse(Message):
+    """So many units of a resource are in use."""
+
+    used: int
+
+
+class YardSchedule(Message):
+    """When the yard is done, start and end of each activity [s], whether it is on the critical sequence (0, 1), and how
+    long activities waited for each cause [s]: the block, the shift, then the resources."""
+
+    delivery: float
+    starts: tuple[float, ...]
+    ends: tuple[float, ...]
+    critical: tuple[int, ...]
+    waits: tuple[float, ...]
+
+
+class ResourceUse(Message):
+    """YardResource of a resource in use: mean and most."""
+
+    used: float
+    most: int
+
+
+class Dispatcher(Atomic):
+    """Starts activities by their ranks as soon as their predecessors, block, shift and resources allow."""
+
+    done = In(ActivityEnd)
+
+    def __init__(self, name: str, activities: tuple[Activity, ...], capacities: dict[str, int],
+                 rank: list[int], after: list[list[tuple[int, int]]]) -> None:  # fmt: skip
+        super().__init__(name)
+        self.activities, self.capacities, self.rank, self.successors = activities, capacities, rank, after
+        self.ending: list[list[tuple[str, int]]] = [[] for _ in activities]  # what is free after each
+        for one in activities:
+            for need in one.needs:
+                self.ending[need.until].append((need.resource, need.units))
+        for step in dict.fromkeys(one.step for one in activities):
+            self.add_out(f"to-{step}", ActivityStart)
+        for resource in capacities:
+            self.add_out(f"use-{resource}", UnitsInUse)
+
+    def start(self) -> None:
+        """All is to be done."""
+        count = len(self.activities)
+        self.begin, self.end = [-1] * count, [-1] * count
+        self.ready = [one.ready for one in self.activities]
+        self.open = [len(one.after) for one in self.activities]  # predecessors that are not done
+        self.used, self.running, self.decided = dict.fromkeys(self.capacities, 0), 0, 0
+        self.freed = dict[str, None]()
+        self.pending = sorted((self.rank[n], n) for n in range(count) if not self.open[n])
+        self.causes = [""] * count  # why each waits
+        self.lacked = [""] * count  # the resource that each lacked last
+        self.waits = dict.fromkeys((NOT_READY, NO_SHIFT, *self.capacities), 0)
+        self.decide()
+
+    def output(self) -> None:
+        """Send what begins, and the use of resources."""
+        for n in self.begun:
+            self.ports[f"to-{self.activities[n].step}"].send(ActivityStart(n))  # type: ignore[attr-defined]
+        for resource in self.changed:
+            self.ports[f"use-{resource}"].send(UnitsInUse(self.used[resource]))  # type: ignore[attr-defined]
+
+    def external(self, e: int, x: Bag) -> None:
+        """Note what is done, then decide."""
+        unsent = self.begun, self.changed
+        self.note(x)
+        self.decide(*unsent)
+
+    def internal(self) -> None:
+        """What began was sent; decide once more."""
+        self.decide()
+
+    def confluent(self, x: Bag) -> None:
+        """Decide once, after all that happens now."""
+        self.note(x)
+        self.decide()
+
+    def note(self, x: Bag) -> None:
+        """Free what those that are done had, and let their successors wait for their turn."""
+        now = self._present.now[0]
+        for message in x[self.done]:
+            n = message.activity
+            self.end[n], self.running = now, self.running - 1
+            for resource, units in self.ending[n]:
+                self.used[resource] -= units
+                self.freed[resource] = None
+            for m, lag in self.successors[n]:
+                self.open[m] -= 1
+                self.ready[m] = max(self.ready[m], now + lag)
+                if not self.open[m]:
+                    insort(self.pending, (self.rank[m], m))
+
+    def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
+        """Start all that may start now, and wait for the next ready block or shift."""
+        now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
+        freed, self.freed = self.freed, {}
+        started = list(begun)
+        for rank, n in self.pending:
+            one = self.activities[n]
+            if cause := self.causes[n]:
+                self.waits[cause] += now - self.decided
+            cause, at = "", one.works.open(max(now, self.ready[n]))
+            if at > now:
+                cause, wake = NOT_READY if self.ready[n] > now else NO_SHIFT, min(wake, at)
+            else:
+                for need in one.needs:
+                    if self.used[need.resource] + need.units > self.capacities[need.resource]:
+                        cause = self.lacked[n] = need.resource
+                        break
+            self.causes[n] = cause
+            if cause:
+                kept.append((rank, n))
+                continue
+            self.begin[n], self.running = now, self.running + 1
+            started.append(n)
+            for need in one.needs:
+                self.used[need.resource] += need.units
+                freed[need.resource] = None
+        self.pending, self.decided = kept, now
+        self.begun, self.changed = tuple(started), tuple(sorted({**freed, **dict.fromkeys(changed)}))
+        if kept and wake == NEVER and not self.running:
+            waits = self.activities[kept[0][1]]
+            raise ModelError(
+                f"{waits.name} waits for ever for {self.causes[kept[0][1]]}, as blocks that keep it wait for others; "
+                "let an earlier step give it back, or have more of it"
+            )
+        self.hold_in(0 if self.begun or self.changed else wake if wake == NEVER else wake - now)
+
+    def result(self) -> YardSchedule:
+        """The schedule, and what held it up."""
+        critical = set(self.critical())
+        return YardSchedule(
+            max(self.end) / 1e9, tuple(t / 1e9 for t in self.begin), tuple(t / 1e9 for t in self.end),
+            tuple(int(n in critical) for n in range(len(self.end))), tuple(t / 1e9 for t in self.waits.values()),
+        )  # fmt: skip
+
+    def critical(self) -> list[int]:
+        """The critical sequence: back from the last end through what released each start."""
+        last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
+        found = [last]
+        while (n := self.releaser(found[-1])) >= 0:
+            found.append(n)
+        return found[::-1]
+
+    def releaser(self, n: int) -> int:
+        """The activity whose end let another one start; -1 if its own block did, or nothing."""
+        one, lacked = self.activities[n], self.lacked[n]
+        before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
+        if lacked:
+            for m, freed in enumerate(self.ending):
+                if m != n and 0 <= self.end[m] <= self.begin[n] and any(name == lacked for name, _ in freed):
+                    before.append((self.end[m], False, -m))
+        time, _, number = max(before, default=(-1, False, 1))
+        return -number if time >= one.ready and number <= 0 else -1
+
+
+class YardStep(Atomic):
+    """Carries out a step of all blocks, each for a time of its own in working time; expected times for seed 0."""
+
+    work, done = In(ActivityStart), Out(ActivityEnd)
+
+    def __init__(self, name: str, activities: dict[int, Activity], seed: int) -> None:
+        super().__init__(name)
+        self.activities, self.seed = activities, seed
+
+    def start(self) -> None:
+        """Draw the time of each block, whatever the order in which they come."""
+        self.due = list[tuple[int, int]]()
+        self.times = {
+            n: seconds(one.takes.draw(stream(self.seed, one.name))) if self.seed else one.expected
+            for n, one in self.activities.items()
+        }
+
+    def external(self, e: int, x: Bag) -> None:
+        """Begin."""
+        now = self._present.now[0]
+        for message in x[self.work]:
+            n = message.activity
+            heappush(self.due, (self.activities[n].works.add(now, self.times[n]), n))
+        self.hold_in(self.due[0][0] - now)
+
+    def output(self) -> None:
+        """Tell of those that end now."""
+        for t, n in sorted(self.due):
+            if t == self.due[0][0]:
+                self.done.send(ActivityEnd(n))
+
+    def internal(self) -> None:
+        """Forget them."""
+        now = self.due[0][0]
+        while self.due and self.due[0][0] == now:
+            heappop(self.due)
+        self.hold_in(self.due[0][0] - now if self.due else NEVER)
+
+
+class YardResource(Atomic):
+    """Measures the use of a resource."""
+
+    level = In(UnitsInUse)
+
+    def start(self) -> None:
+        """Nothing is in use."""
+        self.used = TimeWeighted()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Note the use."""
+        self.used.set(x[self.level][-1].used, self.now)
+
+    def result(self) -> ResourceUse:
+        """What was measured."""
+        return ResourceUse(self.used.mean(self.now), int(self.used.most))
+
+
+def coupled(yard: Yard, seed: int = 0, rule: str = "") -> Coupled:
+    """The model of a yard, by its own rule or another one; for seed 0 with expected durations."""
+    root = Coupled("yard")
+    dispatcher = root.add(
+        Dispatcher("dispatcher", yard.activities, yard.capacities, ranks(yard, rule), successors(yard))
+    )
+    for name in dict.fromkeys(one.step for one in yard.activities):
+        own = {n: one for n, one in enumerate(yard.activities) if one.step == name}
+        step = root.add(YardStep(f"step-{name}", own, seed))
+        root.connect(dispatcher.ports[f"to-{name}"], step.work)
+        root.connect(step.done, dispatcher.done)
+    for name in yard.capacities:
+        root.connect(dispatcher.ports[f"use-{name}"], root.add(YardResource(f"resource-{name}")).level)
+    return root
+
+
+def yard(file: str, settings: list[str] | tuple[str, ...] = (), seed: int = 0) -> Coupled:
+    """The model of a yard file with settings laid over it; raises SceneError for an invalid one."""
+    return coupled(load(file, settings), seed)

@@ -1,0 +1,155 @@
+"""Activities of a yard, their forward and backward pass, and the priority rules.
+
+Critical path method after Kelley and Walker (1959); rules as in Kolisch (1996), European Journal of Operational
+Research 90: each orders activities by a number, the lowest first, ties by the number of the activity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from graphlib import TopologicalSorter
+
+from heavylift.nodes.devs import seconds
+from heavylift.nodes.queueing.distributions import Distribution
+
+from .calendars import Calendar
+
+RULES = {
+    "earliest start": "EST", "latest start": "LST", "latest finish": "LFT", "minimum slack": "MSLK",
+    "most successors": "MTS",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Need:
+    """Units of a resource that an activity takes when it begins, until activity number `until` is done."""
+
+    resource: str
+    units: int
+    until: int
+
+
+@dataclass(frozen=True)
+class Activity:
+    """A step of a block: its duration [s], what it needs, predecessors with their lags [ns], when its block is ready
+    [ns], when it works."""
+
+    block: str
+    step: str
+    takes: Distribution
+    needs: tuple[Need, ...]
+    after: tuple[tuple[int, int], ...]
+    ready: int
+    works: Calendar
+
+    @property
+    def name(self) -> str:
+        """Block and step."""
+        return f"{self.block} {self.step}"
+
+    @property
+    def expected(self) -> int:
+        """Expected duration [ns]."""
+        return seconds(self.takes.mean)
+
+
+@dataclass(frozen=True)
+class Yard:
+    """Activities by number from 0, units of each resource, rule or order of blocks, contract dates of blocks or of the
+    `delivery`, which are to be kept with a probability."""
+
+    name: str
+    start: date
+    activities: tuple[Activity, ...]
+    capacities: dict[str, int]
+    rule: str
+    order: tuple[str, ...]
+    contract: dict[str, date]
+    quantile: float
+    sources: dict[str, str]  # of the durations of each step
+
+    @property
+    def holding(self) -> bool:
+        """Whether an activity keeps a resource beyond its own end."""
+        return any(need.until != n for n, one in enumerate(self.activities) for need in one.needs)
+
+
+@dataclass(frozen=True)
+class Dates:
+    """Early and late start and finish [ns] of each activity, as far as its predecessors allow."""
+
+    early_start: list[int]
+    early_finish: list[int]
+    late_start: list[int]
+    late_finish: list[int]
+
+    def critical(self, n: int) -> bool:
+        """Whether an activity has no slack."""
+        return self.late_start[n] <= self.early_start[n]
+
+
+def successors(yard: Yard) -> list[list[tuple[int, int]]]:
+    """Successors of each activity with their lags [ns]."""
+    found: list[list[tuple[int, int]]] = [[] for _ in yard.activities]
+    for n, one in enumerate(yard.activities):
+        for m, lag in one.after:
+            found[m].append((n, lag))
+    return found
+
+
+def dates(yard: Yard) -> Dates:
+    """Forward and backward pass in working time with expected durations, as if all resources were free."""
+    all_ = yard.activities
+    order = sequence(yard)
+    early, finish = [0] * len(all_), [0] * len(all_)
+    for n in order:
+        one = all_[n]
+        early[n] = one.works.open(max([one.ready, *(finish[m] + lag for m, lag in one.after)]))
+        finish[n] = one.works.add(early[n], one.expected)
+    late, end = [max(finish, default=0)] * len(all_), [max(finish, default=0)] * len(all_)
+    after = successors(yard)
+    for n in reversed(order):
+        end[n] = min([end[n], *(late[m] - lag for m, lag in after[n])])
+        late[n] = all_[n].works.back(end[n], all_[n].expected)
+    return Dates(early, finish, late, end)
+
+
+def sequence(yard: Yard) -> list[int]:
+    """Activities, none before its predecessors."""
+    return [*TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(yard.activities)}).static_order()]
+
+
+def ranks(yard: Yard, rule: str = "") -> list[int]:
+    """The place of each activity in the order of a rule, default the yard's own rule or order."""
+    numbers = range(len(yard.activities))
+    known, values = dates(yard), list[int]()
+    if not rule and yard.order:
+        places = {block: n for n, block in enumerate(yard.order)}
+        values = [places[one.block] for one in yard.activities]
+    else:
+        match RULES.get(rule or yard.rule, rule):
+            case "EST":
+                values = known.early_start
+            case "LST":
+                values = known.late_start
+            case "LFT":
+                values = known.late_finish
+            case "MSLK":
+                values = [late - early for late, early in zip(known.late_start, known.early_start, strict=True)]
+            case "MTS":
+                values = [-count for count in _followers(yard)]
+    found = [0] * len(numbers)
+    for place, n in enumerate(sorted(numbers, key=lambda n: (values[n], n))):
+        found[n] = place
+    return found
+
+
+def _followers(yard: Yard) -> Sequence[int]:
+    """How many activities must wait for each, directly or not."""
+    after, sets = successors(yard), [0] * len(yard.activities)  # bits of a whole number
+    for n in reversed(sequence(yard)):
+        for m, _ in after[n]:
+            sets[n] |= sets[m] | 1 << m
+    return [x.bit_count() for x in sets]

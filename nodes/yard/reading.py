@@ -1,0 +1,316 @@
+"""A yard file and its table of blocks, with every error at its file, row and column.
+
+The activities of a block follow each other by the steps' `after`; a block comes after another one where its step
+`begins` comes after that of the other one which `ends` the erection.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from datetime import date
+from functools import partial
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path as FilePath
+from re import fullmatch
+from typing import Any, TypeVar, cast
+
+from heavylift.kernel.errors import SceneError, closest, path_text
+from heavylift.nodes.queueing.distributions import Fixed
+from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.files import scene_text
+from heavylift.nodes.scene.text.overlay import override
+from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read
+from heavylift.nodes.scene.text.table_files import TableCell, table, with_unit
+from heavylift.nodes.scene.text.units import RATIO
+
+from . import fields
+from .beginning import HEAD
+from .calendars import Calendar, Shift, public_holidays, working
+from .network import RULES, Activity, Need, Yard
+
+KEYS = {
+    *(HEAD, "name", "start", "calendar", "resources", "blocks", "steps", "erection", "rule", "order", "contract"),
+    "quantile",
+}
+OF_CALENDAR, OF_STEP = (
+    {"days", "country", "holidays", "shifts"},
+    {"takes", "needs", "until", "after", "works", "source"},
+)
+REMARKS = {"mass", "size", "com", "lugs", "stage", "remark"}
+NAME = r"[A-Za-z0-9_-]+"
+DELIVERY = "delivery"
+T = TypeVar("T")
+
+
+def load(path: str | FilePath, settings: Sequence[str] = ()) -> Yard:
+    """Read a yard file with settings laid over it; raises SceneError with all its errors."""
+    name = path_text(path)
+    source = read(scene_text(FilePath(path), name), name, FilePath(path).parent)
+    raise_faults(source, source.faults)
+    for setting in settings:
+        override(source, setting, lambda *_: None)
+    raise_faults(source, source.faults)
+    yard = _Reading(source).yard()
+    raise_faults(source, source.faults)
+    assert yard is not None
+    return yard
+
+
+class _Reading:
+    """What is read of a source; errors become its faults."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.start = date.min
+
+    def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
+        """What `of` makes of the value at a path; `usual` where there is none, or a wrong one."""
+        value = self.source.at(path) if value is None else value
+        if value is None:
+            return cast(T, usual)
+        try:
+            return of(value)
+        except (ValueError, SceneError) as error:
+            self.source.fault(path, str(error), mark=mark)
+            return cast(T, usual)
+
+    def mapping(self, path: Path, known: set[str] | None = None) -> dict[str, Data]:
+        """A mapping with keys that are known."""
+        found = self.source.at(path)
+        if found is not None and not isinstance(found, dict):
+            self.source.fault(path, "write a mapping of keys here")
+        given = found if isinstance(found, dict) else {}
+        for key in given:
+            if known is not None and key not in known:
+                self.source.fault((*path, key), "this key is not known here", closest(key, sorted(known)), on_key=True)
+            elif known is None and not fullmatch(NAME, key):
+                self.source.fault((*path, key), "a name has letters, digits, _ and - only", on_key=True)
+        return given
+
+    def yard(self) -> Yard | None:
+        """The yard; None after a fault."""
+        given = self.mapping((), KEYS)
+        for key in (HEAD, "start", "resources", "blocks", "steps"):
+            if given.get(key) is None:
+                self.source.fault((), f"the yard has no '{key}'")
+        if given.get(HEAD) != 1:
+            self.source.fault((HEAD,), "this version reads 'heavylift yard: 1'")
+        self.start = self.take(("start",), fields.day, date(2000, 1, 1))
+        calendars = self.calendars()
+        capacities = {key: self.take(("resources", key), _units, 1) for key in self.mapping(("resources",))}
+        steps = self.steps(capacities, calendars)
+        rule = self.take(("rule",), _rule, next(iter(RULES)))
+        quantile = self.take(("quantile",), RATIO.read, 0.9)
+        if not 0 < quantile < 1:
+            self.source.fault(("quantile",), "a quantile is between 0 % and 100 %, such as '90 %'")
+        if self.source.faults:
+            return None
+        activities, blocks = self.activities(steps, capacities, calendars)
+        if self.source.faults:
+            return None
+        return Yard(
+            str(given.get("name") or FilePath(self.source.name).stem), self.start, activities, capacities, rule,
+            self.order(blocks), self.contract(blocks), quantile,
+            {step: str(self.source.at(("steps", step, "source")) or "") for step in steps},
+        )  # fmt: skip
+
+    def calendars(self) -> dict[str, tuple[Shift, ...]]:
+        """The windows of each shift; "" of all of them, which are the whole day if there are none."""
+        self.mapping(("calendar",), OF_CALENDAR)
+        shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in
+                  self.mapping(("calendar", "shifts"))}  # fmt: skip
+        return shifts | {"": tuple(w for windows in shifts.values() for w in windows) or ((0, 1440),)}
+
+    def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[Shift, ...]]) -> Calendar:
+        """The calendar of some of the shifts."""
+        if self.source.at(("calendar",)) is None:
+            return Calendar()
+        listed = self.source.at(("calendar", "holidays"))
+        off = set[date]()
+        for i, _ in enumerate(listed if isinstance(listed, list) else ()):
+            off.update(self.take(("calendar", "holidays", i), lambda x: [*fields.days_off(x)], []))
+        if listed is not None and not isinstance(listed, list):
+            self.source.fault(("calendar", "holidays"), "list days and ranges: [2027-02-06..2027-02-10]")
+        off |= self.take(("calendar", "country"), lambda x: public_holidays(str(x), self.start), frozenset())
+        days = self.take(("calendar", "days"), fields.weekdays, (0, 1, 2, 3, 4))
+        windows = tuple(w for word in words for w in shifts[word])
+        return self.take(path, lambda _: working(self.start, days, windows, frozenset(off)), Calendar(), value=1)
+
+    def steps(self, capacities: dict[str, int], shifts: dict[str, Any]) -> list[str]:
+        """The steps of a block, none before those that it comes after."""
+        given = self.mapping(("steps",))
+        for step in given:
+            at = ("steps", step)
+            self.mapping(at, OF_STEP)
+            for resource in self.mapping((*at, "needs")):
+                self.known((*at, "needs", resource), resource, capacities, "resource")
+                self.needed((*at, "needs", resource), resource, capacities)
+            for resource in self.mapping((*at, "until")):
+                self.known((*at, "until", resource), resource, self.mapping((*at, "needs")), "need")
+                self.known((*at, "until", resource), self.source.at((*at, "until", resource)), given, "step")
+            for key, among, what in (("after", given, "step"), ("works", shifts, "shift")):
+                for word in _words(self.source.at((*at, key))):
+                    self.known((*at, key), word, among, what)
+        for step in _words(self.source.at(("erection",))):
+            self.known(("erection",), step, given, "step")
+        try:
+            after = {s: _words(self.source.at(("steps", s, "after"))) for s in given}
+            order = [step for step in TopologicalSorter(after).static_order() if step in given]
+        except CycleError as error:
+            self.source.fault(("steps",), f"steps come after each other in a circle: {_circle(error)}")
+            return []
+        before: dict[str, set[str]] = {}
+        for step in order:
+            before[step] = {step}.union(*(before.get(x, set()) for x in after[step]))
+        for step in order:
+            for resource, until in self.mapping(("steps", step, "until")).items():
+                if step not in before.get(str(until), {step}):
+                    self.source.fault(("steps", step, "until", resource), f"'{until}' does not come after '{step}'")
+        return order
+
+    def known(self, path: Path, word: Data, among: Any, what: str) -> None:
+        """Complain of a name that does not exist."""
+        if word not in among:
+            self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
+
+    def needed(self, path: Path, resource: str, capacities: dict[str, int], cell: TableCell | None = None) -> int:
+        """Units of a resource that a step takes."""
+        mark, most = cell.mark if cell else None, capacities.get(resource, 0)
+        units = self.take(path, _units, 0, mark, cell.text if cell else None)
+        if resource in capacities and units > most:
+            self.source.fault(path, f"needs {units} of '{resource}', which has {most}", mark=mark)
+        return units
+
+    def activities(
+        self, steps: list[str], capacities: dict[str, int], shifts: dict[str, Any]
+    ) -> tuple[tuple[Activity, ...], list[str]]:
+        """All activities, block by block, and the blocks."""
+        self.mapping(("blocks",), {"from"})
+        file = self.source.at(("blocks", "from"))
+        try:
+            head, rows = table(self.source.root, str(file))
+        except (SceneError, ValueError) as error:
+            self.source.fault(("blocks", "from"), str(error))
+            return (), []
+        if not rows or not steps:
+            self.source.fault(("blocks", "from"), "a yard has at least one block and one step")
+        names = [f"{c.key} {c.axis}".strip() if c.key not in REMARKS else c.key for c in head]
+        columns = {"after", "ready", *steps, *(f"{s} {r}" for s in steps for r in capacities), *REMARKS}
+        for column, name in zip(head[1:], names[1:], strict=True):
+            if name not in columns:
+                self.source.fault(
+                    ("blocks",), f"there is no column '{name}'", closest(name, sorted(columns)), mark=column.mark
+                )
+        blocks = list[str]()
+        for row in rows:
+            if row[0].text in blocks:
+                self.source.fault(("blocks",), f"the block '{row[0].text}' is given twice", mark=row[0].mark)
+            blocks.append(row[0].text)
+        if self.source.faults:
+            return (), blocks
+        calendars = {
+            s: self.calendar(("steps", s), _words(self.source.at(("steps", s, "works"))) or [""], shifts) for s in steps
+        }
+        begins, ends = self.erection(steps)
+        number = {(block, step): i * len(steps) + j for i, block in enumerate(blocks) for j, step in enumerate(steps)}
+        made, marks, waits_for = list[Activity](), list[Mark](), dict[str, list[str]]()
+        for row in rows:
+            cells = {name: cell for name, cell in zip(names, row, strict=True) if cell.text}
+            units = {name: column.unit for name, column in zip(names, head, strict=True)}
+            block, at = row[0].text, ("blocks", row[0].text)
+            marks.append(cells["after"].mark if "after" in cells else row[0].mark)
+            predecessors = self.cell(cells, "after", at, fields.before, [])
+            waits_for[block] = [name for name, _ in predecessors]
+            for name, _ in predecessors:
+                if name not in blocks:
+                    self.source.fault(
+                        at, f"there is no block '{name}'", closest(name, blocks), mark=cells["after"].mark
+                    )
+            ready = self.cell(cells, "ready", at, lambda x: fields.instant(self.start, fields.day(x)), 0)
+            for step in steps:
+                text = self.source.at(("steps", step, "takes"))
+                if step in cells:
+                    read_one = partial(with_unit, unit=units[step])
+                    takes = self.cell(cells, step, at, lambda x: fields.duration(read_one(x)), Fixed(0))  # noqa: B023
+                else:
+                    takes = self.take(("steps", step, "takes"), lambda x: fields.duration(str(x)), Fixed(0))
+                    if text is None:
+                        self.source.fault(at, f"neither column nor step says what '{step}' takes", mark=row[0].mark)
+                after = [(number[block, s], 0) for s in _words(self.source.at(("steps", step, "after")))]
+                if step in begins:
+                    after += [(number[b, s], lag) for b, lag in predecessors if b in blocks for s in ends]
+                needs = self.needs(step, block, cells, capacities, number)
+                made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step]))
+        try:
+            TopologicalSorter(waits_for).prepare()
+            TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(made)}).prepare()
+        except CycleError as error:
+            first = error.args[1][-1]
+            mark = marks[blocks.index(first) if first in blocks else first // len(steps)]
+            circle = _circle(error) if first in blocks else " after ".join(made[n].name for n in error.args[1][::-1])
+            self.source.fault(("blocks",), f"blocks come after each other in a circle: {circle}", mark=mark)
+        return tuple(made), blocks
+
+    def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
+        """What `of` makes of a cell."""
+        found = cells.get(column)
+        return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
+
+    def erection(self, steps: list[str]) -> tuple[list[str], list[str]]:
+        """The steps that begin the erection of a block, and those that end it."""
+        given = _words(self.source.at(("erection",)))
+        if given and len(given) != 2:
+            self.source.fault(("erection",), "name the step that begins the erection and the one that ends it")
+        after = {s: _words(self.source.at(("steps", s, "after"))) for s in steps}
+        before = {x for xs in after.values() for x in xs}
+        return given[:1] or [s for s in steps if not after[s]], given[1:] or [s for s in steps if s not in before]
+
+    def needs(
+        self, step: str, block: str, cells: dict[str, TableCell], capacities: dict[str, int],
+        number: dict[tuple[str, str], int],
+    ) -> tuple[Need, ...]:  # fmt: skip
+        """What a step of a block takes, in the order of the resources."""
+        found = list[Need]()
+        for resource in capacities:
+            path = ("steps", step, "needs", resource)
+            units = self.needed(path, resource, capacities, cells.get(f"{step} {resource}"))
+            if units:
+                until = self.source.at(("steps", step, "until", resource)) or step
+                found.append(Need(resource, units, number[block, str(until)]))
+        return tuple(found)
+
+    def order(self, blocks: list[str]) -> tuple[str, ...]:
+        """The blocks in a given order, the others behind them."""
+        given = _words(self.source.at(("order",)))
+        for block in given:
+            self.known(("order",), block, blocks, "block")
+        return tuple(dict.fromkeys([*given, *blocks])) if given else ()
+
+    def contract(self, blocks: list[str]) -> dict[str, date]:
+        """Dates by block, or of the delivery."""
+        given = self.mapping(("contract",))
+        for key in given:
+            self.known(("contract", key), key, [DELIVERY, *blocks], "block")
+        return {key: self.take(("contract", key), fields.day, date.max) for key in given}
+
+
+def _words(data: Data) -> list[str]:
+    """One word, or several."""
+    return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
+
+
+def _units(value: object) -> int:
+    if isinstance(value, bool) or not fullmatch(r"\d+", str(value)):
+        raise ValueError(f"'{value}' is no number of units: write a whole number, such as 1")
+    return int(str(value))
+
+
+def _rule(value: object) -> str:
+    short = {word: rule for rule, word in RULES.items()}
+    if value not in RULES and value not in short:
+        raise ValueError(f"there is no rule '{value}': {closest(str(value), RULES)}")
+    return short.get(str(value), str(value))
+
+
+def _circle(error: CycleError) -> str:
+    return " after ".join(map(str, error.args[1][::-1]))

@@ -1,0 +1,122 @@
+"""Critical paths, PERT and a network of Patterson's: results that are published or computed by hand."""
+
+import random
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from heavylift.nodes.devs import NEVER, Simulator
+from heavylift.nodes.yard import RULES, chain, coupled, dates, load, probability, ranks, serial
+
+HERE = Path(__file__).parent
+DAY = 86400e9
+SERIAL = {"EST": 21, "LST": 19, "LFT": 20, "MSLK": 19, "MTS": 20}
+PARALLEL = {"EST": 21, "LST": 22, "LFT": 23, "MSLK": 22, "MTS": 23}
+PERT = {
+    "A": (20, 30, 40), "C": (50, 60, 100), "D": (30, 50, 100), "G": (25, 30, 35), "H": (10, 20, 30), "I": (20, 25, 60),
+    "L": (20, 25, 60),
+}  # fmt: skip
+
+
+def written(folder, rows, text):
+    (folder / "blocks.csv").write_text("\n".join(rows) + "\n")
+    (folder / "yard.yaml").write_text(f"heavylift yard: 1\nstart: 2027-01-04\nblocks: {{from: blocks.csv}}\n{text}\n")
+    return load(folder / "yard.yaml")
+
+
+def ran(yard, rule="", seed=0):
+    """The schedule of the dispatcher."""
+    model = coupled(yard, seed, rule)
+    simulator = Simulator(model)
+    simulator.start()
+    simulator.run(NEVER - 1)
+    return model.children["dispatcher"].result()
+
+
+def by_hand(yard, rule):
+    """Parallel schedule generation, as books write it, for a yard without calendar."""
+    rank, n = ranks(yard, rule), len(yard.activities)
+    ends, starts, t = {}, {}, 0
+    while len(starts) < n or any(end > t for end in ends.values()):
+        fits = True
+        while fits:
+            fits = False
+            for m in sorted(set(range(n)) - set(starts), key=rank.__getitem__):
+                one = yard.activities[m]
+                if one.ready > t or any(p not in ends or ends[p] + lag > t for p, lag in one.after):
+                    continue
+                active = [k for k in starts if ends[k] > t]
+                used = {r: sum(x.units for k in active for x in yard.activities[k].needs if x.resource == r)
+                        for r in yard.capacities}  # fmt: skip
+                if all(used[x.resource] + x.units <= yard.capacities[x.resource] for x in one.needs):
+                    starts[m], ends[m], fits = t, t + one.expected, True
+                    break
+        times = [
+            end + lag for end in ends.values() for lag in {0, *(lag for one in yard.activities for _, lag in one.after)}
+        ]
+        times += [one.ready for one in yard.activities]
+        t = min((x for x in times if x > t), default=t)
+    return [(starts[m], ends[m]) for m in range(n)]
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_network_of_patterson_takes_as_long_as_by_hand(rule):
+    yard = load(HERE / "pat1.yaml")
+    assert max(dates(yard).early_finish) == 18 * DAY
+    assert max(end for _, end in serial(yard, rule)) == SERIAL[RULES[rule]] * DAY
+    assert ran(yard, rule).delivery == PARALLEL[RULES[rule]] * DAY / 1e9
+
+
+def random_yard(folder, seed):
+    draw = random.Random(seed)
+    rows = ["block,after,ready,work [h],work r1,work r2"]
+    for n in range(25):
+        before = [f"B{m}" + draw.choice(["", "", " + 3 h"]) for m in range(max(0, n - 6), n) if draw.random() < 0.3]
+        ready = f"2027-01-{draw.randint(4, 8):02}"
+        rows.append(
+            f'B{n},"{", ".join(before)}",{ready},{draw.randint(0, 20)},{draw.randint(0, 3)},{draw.randint(0, 2)}'
+        )
+    return written(folder, rows, "resources: {r1: 4, r2: 2}\nsteps: {work: {}}")
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("rule", RULES)
+def test_the_dispatcher_is_parallel_schedule_generation(tmp_path, seed, rule):
+    yard = random_yard(tmp_path, seed)
+    schedule = ran(yard, rule)
+    assert [*zip(schedule.starts, schedule.ends, strict=True)] == [(a / 1e9, b / 1e9) for a, b in by_hand(yard, rule)]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_critical_sequence_leads_back_without_a_gap(tmp_path, seed):
+    yard = random_yard(tmp_path, seed)
+    schedule = ran(yard)
+    sequence = sorted((n for n in range(25) if schedule.critical[n]), key=lambda n: (schedule.ends[n], n))
+    assert schedule.ends[sequence[-1]] == schedule.delivery
+    for a, b in pairwise(sequence):
+        lags = [lag / 1e9 for m, lag in yard.activities[b].after if m == a]
+        assert schedule.starts[b] in {schedule.ends[a], *(schedule.ends[a] + lag for lag in lags)}
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("rule", RULES)
+def test_serial_generation_keeps_precedence_and_resources(tmp_path, seed, rule):
+    yard = random_yard(tmp_path, seed)
+    found = serial(yard, rule)
+    for (start, _), one in zip(found, yard.activities, strict=True):
+        assert start >= max([one.ready, *(found[m][1] + lag for m, lag in one.after)])
+        for resource, most in yard.capacities.items():
+            active = [n for n, (a, b) in enumerate(found) if a <= start < b]
+            assert sum(x.units for n in active for x in yard.activities[n].needs if x.resource == resource) <= most
+
+
+def test_a_chain_has_the_mean_and_variance_of_pert(tmp_path):
+    rows, last = ["block,after,work"], ""
+    for name, (a, m, b) in PERT.items():
+        rows.append(f"{name},{last},pert {a} h {m} h {b} h")
+        last = name
+    path, mean, spread = chain(written(tmp_path, rows, "resources: {}\nsteps: {work: {}}"))
+    assert len(path) == 7
+    assert mean / 3600 == pytest.approx(260)
+    assert spread / 3600**2 == pytest.approx(319.43, abs=0.02)
+    assert probability(mean, spread, 270 * 3600) == pytest.approx(0.712, abs=5e-4)

@@ -1,0 +1,178 @@
+"""Yard files: working time, what is read of them, what is wrong with them, and what a run of them answers."""
+
+import random
+from contextlib import suppress
+from datetime import date, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run_yard
+from heavylift.kernel import HeavyliftError, SceneError
+from heavylift.nodes.yard import Calendar, duration, examined, load, public_holidays, working, yard
+
+PAGE = Path(__file__).parents[3] / "nodes/yard/YARD.md"
+START = date(2027, 1, 4)  # a Monday
+HOUR = 3600 * 10**9
+DAY_SHIFT, NIGHT = (480, 1020), (1200, 1740)  # 08:00 to 17:00, 20:00 to 05:00
+
+
+@pytest.fixture
+def folder(tmp_path):
+    parts = PAGE.read_text().split("```")
+    for part in parts:
+        for kind, name in (("yaml\n", "yard.yaml"), ("csv\n", "blocks.csv")):
+            if part.startswith(kind):
+                (tmp_path / name).write_text(part.removeprefix(kind))
+    return tmp_path
+
+
+def changed(folder, name, old, new):
+    path = folder / name
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def test_a_night_shift_of_friday_ends_on_saturday():
+    calendar = working(START, (0, 1, 2, 3, 4), (NIGHT,), ())
+    friday = 4 * 24 * HOUR
+    assert calendar.open(friday + 12 * HOUR) == friday + 20 * HOUR
+    assert calendar.add(friday + 20 * HOUR, 9 * HOUR) == friday + 29 * HOUR
+    assert calendar.add(friday + 20 * HOUR, 10 * HOUR) == 7 * 24 * HOUR + 21 * HOUR
+
+
+def test_working_time_is_that_of_a_walk_hour_by_hour():
+    draw = random.Random(3)
+    off = {START + timedelta(n) for n in (3, 4, 16)}
+    calendar = working(START, (0, 1, 2, 3, 4, 5), (DAY_SHIFT, NIGHT), sorted(off))
+
+    def works(hour):
+        when = datetime(2027, 1, 4) + timedelta(hours=hour)
+        early = when - timedelta(days=1)
+        today, before = (x.weekday() < 6 and x.date() not in off for x in (when, early))
+        return (today and (8 <= when.hour < 17 or when.hour >= 20)) or (hour >= 24 and before and when.hour < 5)
+
+    for _ in range(50):
+        t, work = draw.randrange(500), draw.randrange(1, 200)
+        start = next(h for h in range(t, 2000) if works(h))
+        assert calendar.open(t * HOUR) == start * HOUR
+        hours = [h for h in range(start, 3000) if works(h)][:work]
+        end = calendar.add(start * HOUR, work * HOUR)
+        assert end == (hours[-1] + 1) * HOUR
+        assert calendar.back(end, work * HOUR) == start * HOUR
+
+
+def test_without_a_calendar_work_never_rests():
+    calendar = Calendar()
+    assert (calendar.open(5), calendar.add(5, 3), calendar.back(8, 3)) == (5, 8, 5)
+
+
+def test_public_holidays_are_those_of_the_country():
+    pytest.importorskip("holidays")
+    assert date(2027, 3, 1) in public_holidays("KR", START)
+    with pytest.raises(ValueError, match="no holidays of 'Atlantis' are known"):
+        public_holidays("Atlantis", START)
+
+
+@pytest.mark.parametrize(
+    ("text", "mean_h"),
+    [
+        *[("6 h", 6), ("fixed 90 min", 1.5), ("uniform 4 h 6 h", 5), ("triangular 4 h 6 h 11 h", 7)],
+        *[("pert 4 h 6 h 14 h", 7), ("lognormal mean 30 h sd 10 h", 30), ("erlang 3 phases mean 6 h", 6)],
+        *[("table 4 h 5 h 9 h", 6), ("exponential 2 days", 48)],
+    ],
+)
+def test_durations_are_read(text, mean_h):
+    assert duration(text).mean == pytest.approx(mean_h * 3600)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [
+        ("blocks.csv", "K1,,,410,", "K1,D1,,410,", r"blocks.csv:2:4: error: .*circle: "),
+        ("blocks.csv", "K2,K1,", "K2,K9,", r"blocks.csv:3:4: error: .*there is no block 'K9'"),
+        ("blocks.csv", "K2,K1,2027-01-06", "K2,K1,6.1.2027", r"blocks.csv:3:7: error: .*no date"),
+        ("blocks.csv", ",420,40", ",420,forty", r"blocks.csv:4:\d+: error: .*no duration"),
+        ("blocks.csv", "block,after", "block,affter", r"blocks.csv:1:7: error: .*no column 'affter'"),
+        ("blocks.csv", "K2,K1", "K1,K1", r"blocks.csv:3:1: error: .*given twice"),
+        ("yard.yaml", "needs: {fitters: 6}", "needs: {fitter: 6}", r"yard.yaml:13:\d+: error: .*no resource 'fitter'"),
+        ("yard.yaml", "needs: {fitters: 6}", "needs: {fitters: 60}", r"needs 60 of 'fitters', which has 12"),
+        ("yard.yaml", "fitters: 12", "fitters: -1", r"'-1' is no number of units"),
+        ("yard.yaml", "until: {goliath: fit-up}", "until: {goliath: lift}", r"there is no step 'lift'"),
+        ("yard.yaml", "after: erect", "after: weld", r"circle: "),
+        ("yard.yaml", "works: day", "works: dawn", r"there is no shift 'dawn'"),
+        ("yard.yaml", "days: mon-fri", "days: someday", r"yard.yaml:5:\d+: error: .*no day of the week"),
+        ("yard.yaml", "08:00-12:00", "8-12", r"'8-12' is no shift"),
+        ("yard.yaml", "2027-01-20..2027-01-21", "2027-01-20..2057-01-21", r"this calendar has no working day"),
+        ("yard.yaml", "minimum slack", "minimal slack", r"there is no rule 'minimal slack'"),
+        ("yard.yaml", "B2: 2027", "B7: 2027", r"there is no block 'B7'"),
+        ("yard.yaml", "from: blocks.csv", "from: other.csv", r"there is no table 'other.csv'"),
+        ("yard.yaml", "rule:", "rules:", r"yard.yaml:15:1: error: .*not known here"),
+        ("yard.yaml", "triangular 4 h 6 h 9 h", "triangular 4 h 6 h", r"write it as 'triangular 4 h 6 h 12 h'"),
+        ("yard.yaml", "triangular 4 h 6 h 9 h", "triangular 9 h 6 h 4 h", r"do not rise"),
+    ],
+)
+def test_bad_input_is_named_with_its_place(folder, file, old, new, message):
+    changed(folder, file, old, new)
+    if "2057" in new:
+        changed(folder, file, "2027-01-20", "2026-12-01")
+    with pytest.raises(SceneError, match=message):
+        load(folder / "yard.yaml")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_spoiled_files_end_in_one_sentence(folder, seed):
+    draw, whole = random.Random(seed), {name: (folder / name).read_text() for name in ("yard.yaml", "blocks.csv")}
+    for _ in range(5):
+        name = draw.choice(sorted(whole))
+        text, at = whole[name], draw.randrange(len(whole[name]))
+        cut = draw.choice(["", ":", "-", "9", "x", "{", ",", '"', "\n", "+ 1e30 h", "null", "[]"])
+        (folder / name).write_text(text[:at] + cut + text[at + draw.randrange(4) :])
+        with suppress(HeavyliftError):
+            assert examined(load(folder / "yard.yaml")).tables
+        (folder / name).write_text(text)
+
+
+def test_blocks_that_keep_a_place_for_ever_are_named(folder):
+    changed(folder, "yard.yaml", "erection: [erect, fit-up]", "erection: [fit-up, weld]")
+    changed(folder, "yard.yaml", "goliath: fit-up", "goliath: weld")
+    changed(folder, "blocks.csv", "K1,,,", "K1,K2,,")
+    changed(folder, "blocks.csv", "K2,K1,", "K2,,")
+    with pytest.raises(Exception, match=r"K\d erect waits for ever for goliath"):
+        examined(load(folder / "yard.yaml"))
+
+
+def test_more_cranes_are_never_idle_for_one_block_and_settings_apply(folder):
+    assert load(folder / "yard.yaml", ["resources.goliath=2"]).capacities["goliath"] == 2
+    assert load(folder / "yard.yaml", ["rule=LST"]).rule == "latest start"
+
+
+def test_a_run_is_recorded_and_equal_in_any_placement(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    sheet, alone = run_yard("yard.yaml", output="a.mcap", in_process=True)
+    assert sheet.state == "green"
+    assert alone.recording == Path("a.mcap")
+    assert run_yard("yard.yaml", processes=3)[1].digest == alone.digest
+
+
+def test_replications_tell_quantiles_and_the_probability_of_a_contract_date(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    sheet, _ = run_yard("yard.yaml", replications=12, seed=3)
+    (dates,) = [table for table in sheet.tables if table.title == "Key dates"]
+    delivery = dates.rows[0]
+    assert list(delivery[1:4]) == sorted(delivery[1:4])
+    again, _ = run_yard("yard.yaml", replications=12, seed=3)
+    assert again == sheet
+    late, _ = run_yard("yard.yaml", ["contract.B2=2027-01-13"], replications=12, seed=3)
+    assert late.state == "red"
+    assert "B2" in late.lead
+
+
+def test_times_do_not_depend_on_resources(folder):
+    """Common random numbers: a block takes as long whatever the plan is."""
+    one, two = (
+        yard(str(folder / "yard.yaml"), [f"resources.welders={n}"], seed=5).children["step-weld"] for n in (8, 24)
+    )
+    for step in (one, two):
+        step.start()
+    assert one.times == two.times
