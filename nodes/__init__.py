@@ -13,6 +13,7 @@ Beside them
     zoo        classic DEVS models
     yard       blocks, cranes, crews and calendars above the lifts: when the ship is delivered
     fmi        co-simulation units as models
+    mujoco_models   robots and rigs in MJCF or URDF as mechanics of the kernel
     testing    drives one model offline, so that a user's model can be tested in three lines
 """
 

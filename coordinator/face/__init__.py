@@ -3,6 +3,9 @@
 simulate(scene or system, until, ...) -> Result     a run as named arrays, in seconds
 sweep(scene, ["block.mass=200..400 t by 25 t"], into="study")      many variants of one scene, on any Executor
 load(scene, ["block.mass=200 t"])                    a scene with changed settings, for all functions that take scenes
+linearise(scene or system, inputs, outputs)         its matrices A, B, C, D, with names and units
+from_mujoco("arm.xml")                              a model in MJCF or URDF as a system, and what of it has no equal
+sensitivities(scene)                                which uncertain input moves which figure
 run(scene, "run.mcap"), Recording("run.mcap")        a recorded run; reading it
 run_models("my_models:build", ...)                   DEVS models of your own
 replicate("my_models:build", 30, ...)                a DEVS model with many seeds: means, confidence intervals
@@ -10,28 +13,37 @@ replicate("my_models:build", 30, ...)                a DEVS model with many seed
 
 TYPE_CHECKING = False  # as in `on_demand`
 if TYPE_CHECKING:
+    from heavylift.coordinator.ladder.sensitivities import sensitivities
+    from heavylift.coordinator.run.linear import linearise
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.run.simulate import Result, simulate
     from heavylift.coordinator.sweeps import sweep
     from heavylift.kernel.version import __version__
+    from heavylift.nodes.mujoco_models import from_mujoco
     from heavylift.nodes.scene import load
     from heavylift.recordings import Recording
 
 MODULES = {
     "Recording": "recordings",
     "Result": "coordinator.run.simulate",
+    "from_mujoco": "nodes.mujoco_models",
+    "linearise": "coordinator.run.linear",
     "load": "nodes.scene",
     "replicate": "coordinator.run.replications",
     "run": "coordinator.run.scene",
     "run_models": "coordinator.run.models",
+    "sensitivities": "coordinator.ladder.sensitivities",
     "simulate": "coordinator.run.simulate",
     "sweep": "coordinator.sweeps",
     "__version__": "kernel.version",
 }
 
-__all__ = ["Recording", "Result", "__version__", "load", "replicate", "run", "run_models", "simulate", "sweep"]
+__all__ = [
+    "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run", "run_models",
+    "sensitivities", "simulate", "sweep",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> object:

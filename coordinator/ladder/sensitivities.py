@@ -13,10 +13,11 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from math import hypot, sqrt
+from pathlib import Path
 
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError
-from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated, varied
 from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
@@ -109,12 +110,14 @@ class Moved:
 
 
 def sensitivities(
-    scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None,
+    scene: LoadedScene | str | Path, given: Sequence[str] = (), at_once: int | None = None,
     say: Callable[[str], None] = LOG.info,
 ) -> Sensitivities:  # fmt: skip
-    """Compute sensitivities with `at_once` parallel processes (default: one per core; 0: runs in this process).
-    `given`: uncertainties in addition to those of the scene, such as `block.mass +- 3 %`. Raises HeavyliftError."""
-    scene, inputs = chosen(scene, say), uncertain_inputs(scene, given)
+    """Compute sensitivities of a scene (loaded, its path or name) with `at_once` parallel processes (default: one per
+    core; 0: runs in this process). `given`: uncertainties in addition to those of the scene, such as
+    `block.mass +- 3 %`. Raises HeavyliftError."""
+    scene = chosen(loaded(scene), say)
+    inputs = uncertain_inputs(scene, given)
     if not inputs:
         raise ModelError(
             f"{scene.path.name}: states no uncertainty; write one behind a value, such as 'mass: 480 t +- 3 %', "

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -45,6 +46,7 @@ from heavylift.recordings.write.sink import Peak
 from numpy.typing import NDArray
 
 from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed
+from .control import Control, steering
 
 if TYPE_CHECKING:
     import pandas
@@ -155,6 +157,8 @@ def simulate(
     tolerance: float = 1e-7,
     method: str = "dopri5",
     step: float | None = None,
+    control: Control | None = None,
+    period: float | None = None,
 ) -> Result: ...
 
 
@@ -183,7 +187,9 @@ def simulate(
     Samples are taken every `every` [s]; default: as the scene says, for a system a thousandth of the run. `orders`:
     (time [s], order): for a scene in an operator's words, "crane H1: hoist 1 m/min by 1 m"; for a system a function of
     the simulation, `lambda s: s.set_brake("b", True)`. `keep`: names or patterns of signals in the result. `tolerance`,
-    `method`, `step` [s]: for a system; a scene has its own. Raises HeavyliftError.
+    `method`, `step` [s]: for a system; a scene has its own. `control`: for a system, called every `period` [s] with the
+    time [s] and a dict of all sampled values, such as "joint/position/rail.travel"; it returns values of the driven
+    signals of forces, and speeds of drives and winches, which hold from a period later on. Raises HeavyliftError.
     """
     until = None if until is None else time_s("until", until, DURATION)
     every = None if every is None else time_s("every", every, PERIOD)
@@ -255,19 +261,23 @@ def _of_system(
     tolerance: float = 1e-7,
     method: str = "dopri5",
     step: float | None = None,
+    control: Control | None = None,
+    period: float | None = None,
 ) -> Result:
     if until is None:
         raise KernelError("a system has no end of its own; give the end time `until` [s]")
-    end, period = seconds(until), seconds(every or max(until / SAMPLES, DENSEST))
+    end, sample = seconds(until), seconds(every or max(until / SAMPLES, DENSEST))
+    commands = [(seconds(t), order) for t, order in orders] + steering(control, period, end)
+    commands.sort(key=itemgetter(0))
 
     def run(instants: Sequence[int] = ()) -> tuple[Simulation | Islands, DenseRows]:
-        s = choice.simulate(system, tolerance, period, frozenset(), method, step)
+        s = choice.simulate(system, tolerance, sample, frozenset(), method, step, apart=control is None)
         rows = DenseRows(s, instants)
         s.start()
-        for t, order in orders:
-            if seconds(t) >= end:
-                raise KernelError(f"an order at {t:g} s: too late, the run ends at {until:g} s")
-            s.interrupt(seconds(t))
+        for t, order in commands:
+            if t >= end:
+                raise KernelError(f"an order at {t / 1e9:g} s: too late, the run ends at {until:g} s")
+            s.interrupt(t)
             order(s)
             s.settle()
         s.interrupt(end)

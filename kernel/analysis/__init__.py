@@ -3,6 +3,7 @@
 equilibrium                            static equilibrium; which one-sided laws act there
 path, corrector                        its path as drives and winches move: steps and events; predictor and corrector
 modes, poses                           small motions about a pose; what was found, as text and as data
+linear                                 x' = A x + B u, y = C x + D u, by derivatives of the equations
 momentum                               mass, centre, linear and angular momentum
 
 Joint reactions, mobility and inverse dynamics are named here, too; they stand in `model.reactions` and `multibody`.

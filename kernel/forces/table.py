@@ -12,7 +12,7 @@ from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalars
 from heavylift.kernel.description import forces as kinds
 from heavylift.kernel.description.forces import Force, InputSignal
-from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support
+from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support, System
 from heavylift.kernel.description.units import wrong_sign
 
 from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
@@ -102,6 +102,12 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
             )
         )
     return tuple(out)
+
+
+def steered(system: System) -> list[str]:
+    """Names of driven signals of forces, which may jump; the lengths of ropes may not."""
+    ropes = {r.name for r in system.reevings}
+    return [name for name, signal in signals(system.forces).items() if signal.driven and name not in ropes]
 
 
 def signals(forces: tuple[Force, ...]) -> dict[str, InputSignal]:

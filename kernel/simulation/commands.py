@@ -8,7 +8,7 @@ The receiver is a simulation, or islands, which pass each command on to the isla
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from math import fsum
+from math import fsum, isfinite
 from types import SimpleNamespace
 from typing import Protocol
 
@@ -19,6 +19,7 @@ from heavylift.kernel.description.mechanics import Line, Point, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingAt, ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
+from heavylift.kernel.forces.table import steered
 from heavylift.kernel.model.instant import poses_of
 from heavylift.kernel.model.parameters import PROFILE
 from heavylift.kernel.model.program import Program
@@ -109,6 +110,15 @@ class CommandSwitches:
         self.switches.unhook(rope)
         self.admit("unhook")
         self._events.heat(row)
+
+    def set_signal(self, name: str, value: float) -> None:
+        """Set the driven signal of a force to a value; raises KernelError for what moves by profiles only."""
+        self._standing("set_signal")
+        if name not in steered(self._native.program.system):
+            raise KernelError(f"'{name}' is no driven signal of a force: move it by a profile")
+        if not isfinite(value):
+            raise KernelError(f"'{name}': {value!r} is no value of a signal")
+        self.references.set_value(name, self._native.epoch, value)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
         """Hook a slack rope, at new points (in the frames) of the same bodies if given.
@@ -244,6 +254,10 @@ class CommandTarget(ABC):
         """Command a trapezoid from present value and speed (see `References.set_profile`)."""
         commands = self._addressed("set_profile", "reference", name)
         commands.references.set_profile(name, start_ns, speed, accel, distance)
+
+    def set_signal(self, name: str, value: float) -> None:
+        """Set the driven signal of a force to a constant value at once."""
+        self._addressed("set_signal", "reference", name).set_signal(name, value)
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Follow k1 s + kc cos s + ks sin s of a master from now on; "" releases it."""

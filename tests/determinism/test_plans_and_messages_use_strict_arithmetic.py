@@ -56,6 +56,8 @@ KERNEL = {
     "kernel/analysis/modes.py": "printed; a ramp has a period's first five digits",
     "kernel/analysis/corrector.py": "eigenvalues: whether a rest is stable is reported, and nothing follows from it",
     "kernel/analysis/poses.py": "motions that loops allow; lifts, whose plans take over what rests, have none",
+    "kernel/analysis/linear.py": "matrices that are handed out; no simulation continues with them",
+    "kernel/compiler/derivative.py": "derivatives for those matrices",
     "kernel/multibody/continuous_angles.py": "whether axes are parallel, by a wide margin",
     "kernel/equations/coordinates.py": PRINTS,
     "kernel/methods/stability.py": TELLS_STEPS,

@@ -23,7 +23,7 @@ STUDIES = "coordinator/sweeps/SWEEPS.md"
 @pytest.mark.large
 def test_the_page_about_python_is_followed(tmp_path: Path, capfd, monkeypatch) -> None:
     pytest.importorskip("pinocchio")
-    assert follow("coordinator/run/PYTHON.md", tmp_path, capfd, monkeypatch) == 6
+    assert follow("coordinator/run/PYTHON.md", tmp_path, capfd, monkeypatch) == 9
 
 
 def test_the_notebook_is_the_page() -> None:

@@ -167,6 +167,35 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
 
+class _Derivatives(RawRows):
+    """Derivatives (n, columns) of one raw row, of which all topics but poses are linear."""
+
+    def __init__(self, method: Stepping, rows: np.ndarray, at: RawRows) -> None:
+        super().__init__(method, rows)
+        self._of = at
+
+    @cached_property
+    def poses(self) -> np.ndarray:
+        n, frames = len(self._rows), self["poses"].reshape(len(self._rows), -1, 12)
+        R = self._of["poses"].reshape(-1, 12)[:, 3:].reshape(-1, 3, 3)
+        turns = self._of.poses.reshape(-1, 7)[:, 3:]
+        spin = frames[:, :, 3:].reshape(n, -1, 3, 3) @ R.transpose(0, 2, 1)
+        w = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
+        u, s = turns[:, :3], turns[:, 3:]
+        rates = np.concatenate([s * w + np.cross(w, u), -(w * u).cumsum(axis=-1)[..., -1:]], axis=-1)
+        return np.concatenate([frames[:, :, :3], 0.5 * rates], axis=2).reshape(n, -1)
+
+
+def differentiated(method: Stepping, row: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Samples (columns,) of what is read of an instant (m,), NaN for all others, and their derivatives (k, columns) by
+    those of `row` (m, k)."""
+    beyond = method.columns - len(row)
+    at = RawRows(method, np.pad(row, (0, beyond), constant_values=np.nan)[None])
+    moved = _Derivatives(method, np.pad(change.T, ((0, 0), (0, beyond))), at)
+    values, slopes = ([read(x) for *_, read in _topics(method.program)] for x in (at, moved))
+    return np.concatenate(values, axis=1)[0], np.concatenate(slopes, axis=1)
+
+
 Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,)
 
 

@@ -1,0 +1,272 @@
+"""MuJoCo's models as a system: any MJCF or URDF that MuJoCo loads, by `heavylift.from_mujoco`.
+
+What has an equal becomes it exactly: bodies, joints, springs, dampers, actuators, tendons through sites.  Limits get
+the stiffness that MuJoCo gives them for the inertia at the start.  All else is listed in a sentence each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from heavylift.kernel.description import forces
+from heavylift.kernel.description.mechanics import (
+    WORLD,
+    Body,
+    Joint,
+    JointKind,
+    JointSpring,
+    Line,
+    Point,
+    Rope,
+    Stop,
+    System,
+)
+from heavylift.kernel.errors import SceneError, error_text, extra
+
+LARGEST = 16_000_000  # bytes of a file
+FREE, BALL, SLIDE, HINGE = range(4)
+KINDS: dict[int, JointKind] = {FREE: "free", BALL: "spherical", SLIDE: "prismatic", HINGE: "revolute"}
+ON_JOINT, ON_SITE = (0, 1), 4  # transmissions of actuators
+SITE, PULLEY = 3, 2  # of a tendon's path
+UPRIGHT = 1e-9  # part of gravity that may be horizontal
+
+
+class FromMujoco(NamedTuple):
+    """A system, the points that the model calls sites, and a sentence for each thing that has no equal."""
+
+    system: System
+    sites: dict[str, Point]
+    missing: list[str]
+
+
+def from_mujoco(path: str | Path) -> FromMujoco:
+    """The system of an MJCF or URDF file, with its sites and what of it has no equal; in the pose `qpos0`.
+
+    Coordinates count from that pose.  Raises SceneError.
+    """
+    library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
+    file = Path(path)
+    try:
+        size = file.stat().st_size
+        if size > LARGEST:
+            raise SceneError(f"{file}: {size / 1e6:.0f} MB; a model has at most {LARGEST / 1e6:.0f} MB")
+        model = library.MjModel.from_xml_path(str(file))
+    except (OSError, ValueError, library.FatalError) as error:
+        raise SceneError(f"{file}: {error_text(error)}") from None
+    return _Reading(library, model).found()
+
+
+class _Reading:
+    """A model that is being read."""
+
+    def __init__(self, library: Any, model: Any) -> None:
+        self.library, self.m = library, model
+        self.missing: list[str] = []
+        self.bodies: list[Body] = []
+        self.joints: list[Joint] = []
+        self.body = [WORLD, *(self._name("body", i) for i in range(1, model.nbody))]
+        self.joint = [self._name("joint", i) for i in range(model.njnt)]
+
+    def found(self) -> FromMujoco:
+        m = self.m
+        gx, gy, gz = map(float, m.opt.gravity)
+        if max(abs(gx), abs(gy)) > UPRIGHT * (1.0 + abs(gz)) or gz > 0.0:
+            raise SceneError(f"gravity is ({gx:g}, {gy:g}, {gz:g}) m/s2; turn the model so that it acts along -z")
+        for i in range(1, m.nbody):
+            self._tree(i)
+        springs, stops = self._springs(), self._stops()
+        actuators, more = self._actuators()
+        ropes, struts = self._tendons()
+        self._list()
+        sites = {self._name("site", i): self._site(i)[0] for i in range(m.nsite)}
+        system = System(
+            tuple(self.bodies), tuple(self.joints), (*springs, *more), tuple(stops), ropes=tuple(ropes),
+            forces=(*actuators, *struts), gravity=-gz,
+        )  # fmt: skip
+        return FromMujoco(system, sites, self.missing)
+
+    def _name(self, kind: str, i: int) -> str:
+        given = self.library.mj_id2name(self.m, getattr(self.library.mjtObj, f"mjOBJ_{kind.upper()}"), i)
+        return given or f"{kind}{i}"
+
+    def _tree(self, i: int) -> None:
+        """A body and its joints, with a body of no mass between two of them."""
+        m = self.m
+        R = self._matrix(m.body_iquat[i])
+        own = Body(self.body[i], float(m.body_mass[i]), _row(m.body_ipos[i]), _rows(R * m.body_inertia[i] @ R.T))
+        place, turn, parent = m.body_pos[i], self._matrix(m.body_quat[i]), self.body[m.body_parentid[i]]
+        held = [k for k in range(m.njnt) if m.jnt_bodyid[k] == i]
+        if not held:
+            self.joints.append(Joint(f"{own.name}-fixed", "fixed", parent, own.name, _row(place), _rows(turn)))
+        for n, k in enumerate(held):
+            child = own.name if n == len(held) - 1 else f"{own.name}-{n + 1}"
+            if child != own.name:
+                self.bodies.append(Body(child, 0.0))
+            kind, anchor = KINDS[int(m.jnt_type[k])], m.jnt_pos[k]
+            if kind == "free":
+                x, y, z, qw, qx, qy, qz = _row(m.qpos0[m.jnt_qposadr[k] :][:7])
+                self.joints.append(Joint(self.joint[k], "free", WORLD, child, q0=(x, y, z, qx, qy, qz, qw)))
+            else:
+                q0 = (0.0, 0.0, 0.0, 1.0) if kind == "spherical" else (0.0,)
+                at, axis = _row(place + turn @ anchor), _row(m.jnt_axis[k])
+                self.joints.append(
+                    Joint(self.joint[k], kind, parent, child, at, _rows(turn), axis, q0=q0, p_CJ=_row(anchor))
+                )
+            parent, place, turn = child, np.zeros(3), np.eye(3)
+        self.bodies.append(own)
+
+    def _single(self, k: int) -> bool:
+        return int(self.m.jnt_type[k]) in (SLIDE, HINGE)
+
+    def _springs(self) -> list[JointSpring]:
+        m, out = self.m, []
+        for k, name in enumerate(self.joint):
+            q, v = m.jnt_qposadr[k], m.jnt_dofadr[k]
+            stiffness, damping = float(m.jnt_stiffness[k]), float(m.dof_damping[v])
+            if not (stiffness or damping):
+                continue
+            if not self._single(k):
+                self._lacks(f"joint '{name}'", "springs and dampers of joints that turn freely")
+                continue
+            rest = float(m.qpos_spring[q] - m.qpos0[q])
+            out.append(JointSpring(f"{name}-spring", name, stiffness, damping, rest))
+        return out
+
+    def _stops(self) -> list[Stop]:
+        m, out = self.m, []
+        for k, name in enumerate(self.joint):
+            if not m.jnt_limited[k]:
+                continue
+            if not self._single(k):
+                self._lacks(f"joint '{name}'", "limits of joints that turn freely")
+                continue
+            zero, inertia = float(m.qpos0[m.jnt_qposadr[k]]), 1.0 / float(m.dof_invweight0[m.jnt_dofadr[k]])
+            lower, upper = (float(x) - zero for x in m.jnt_range[k])
+            k_, d = _reference(m.jnt_solref[k], m.jnt_solimp[k])
+            out.append(Stop(f"{name}-limit", name, lower, upper, inertia * k_, inertia * d))
+        return out
+
+    def _actuators(self) -> tuple[list[forces.Force], list[JointSpring]]:
+        """Forces gear * (gain * control + bias), whose control is a signal that starts at 0."""
+        m, out, springs = self.m, list[forces.Force](), list[JointSpring]()
+        for i in range(m.nu):
+            name, gear = self._name("actuator", i), m.actuator_gear[i]
+            gain, bias = float(m.actuator_gainprm[i][0]), [float(x) for x in m.actuator_biasprm[i][:3]]
+            if not m.actuator_biastype[i]:
+                bias = [0.0, 0.0, 0.0]
+            on, target = int(m.actuator_trntype[i]), m.actuator_trnid[i]
+            plain = not m.actuator_dyntype[i] and not m.actuator_gaintype[i] and int(m.actuator_biastype[i]) < 2
+            control = forces.InputSignal(0.0, driven=True)
+            if plain and on in ON_JOINT and self._single(target[0]) and max(bias[1:]) <= 0.0:
+                joint, g = self.joint[target[0]], float(gear[0])
+                out.append(forces.Characteristic(name, joint, "position", (-1.0, 1.0), (gain * g, gain * g), control))
+                k, d, zero = -bias[1] * g * g, -bias[2] * g * g, float(m.qpos0[m.jnt_qposadr[target[0]]])
+                if k or d:
+                    springs.append(JointSpring(f"{name}-bias", joint, k, d, bias[0] * g / k - zero if k else 0.0))
+                if bias[0] and not k:
+                    out.append(
+                        forces.Characteristic(f"{name}-bias", joint, "position", (-1.0, 1.0), (bias[0] * g,) * 2)
+                    )
+            elif plain and on == ON_SITE and target[1] < 0 and not any(bias):
+                point, R = self._site(target[0])
+                push, twist = (_row(gain * R @ gear[at]) for at in (slice(0, 3), slice(3, 6)))
+                out.append(forces.Load(name, point, push, twist, "body", control))
+            else:
+                self._lacks(
+                    f"actuator '{name}'", "actuators with states of their own, on tendons, or of user functions"
+                )
+                continue
+            if m.actuator_ctrllimited[i] or m.actuator_forcelimited[i]:
+                self._lacks(
+                    f"actuator '{name}'", "limits of controls and of forces of actuators, which are not kept to"
+                )
+        return out, springs
+
+    def _tendons(self) -> tuple[list[Rope], list[forces.Force]]:
+        """Spatial tendons through sites and pulleys: a rope pulls beyond its length, a strut pushes, too."""
+        m, ropes, struts = self.m, list[Rope](), list[forces.Force]()
+        for i in range(m.ntendon):
+            name, (low, high) = self._name("tendon", i), (float(x) for x in m.tendon_lengthspring[i])
+            k, d = float(m.tendon_stiffness[i]), float(m.tendon_damping[i])
+            if m.tendon_limited[i] or m.tendon_frictionloss[i]:
+                self._lacks(f"tendon '{name}'", "limits and friction of tendons")
+            if not (k or d):
+                continue
+            lines = self._path(i)
+            if lines and not low and high > 0.0 and k:
+                ropes.append(Rope(name, tuple(lines), k * high, high, d))
+                if d:
+                    self._lacks(f"tendon '{name}'", "dampers of slack tendons: ropes damp while they are taut")
+            elif len(lines) == 1 and lines[0].share == 1.0 and low == high:
+                struts.append(forces.Spring(name, lines[0].a, lines[0].b, high, k, d))
+            else:
+                what = "tendons over joints or wrapped geoms, and springs over several sites that push, too"
+                self._lacks(f"tendon '{name}'", what)
+        return ropes, struts
+
+    def _path(self, i: int) -> list[Line]:
+        """Lines from site to site with their shares; none if it is led otherwise."""
+        m, lines, share = self.m, list[Line](), 1.0
+        last: Point | None = None
+        for w in range(m.tendon_adr[i], m.tendon_adr[i] + m.tendon_num[i]):
+            kind = int(m.wrap_type[w])
+            if kind == PULLEY:
+                share, last = 1.0 / float(m.wrap_prm[w]), None
+            elif kind == SITE:
+                here = self._site(m.wrap_objid[w])[0]
+                if last:
+                    lines.append(Line(last, here, share))
+                last = here
+            else:
+                return []
+        return lines
+
+    def _site(self, i: int) -> tuple[Point, np.ndarray]:
+        """Its point, and its axes in those of the body."""
+        m = self.m
+        return Point(self.body[m.site_bodyid[i]], _row(m.site_pos[i])), self._matrix(m.site_quat[i])
+
+    def _matrix(self, quaternion: np.ndarray) -> np.ndarray:
+        R = np.zeros(9)
+        self.library.mju_quat2Mat(R, quaternion)
+        return R.reshape(3, 3)
+
+    def _lacks(self, of: str, what: str) -> None:
+        self.missing.append(f"{of}: {what}")
+
+    def _list(self) -> None:
+        """What is nowhere looked at."""
+        m = self.m
+        dofs = {f"joint '{self.joint[m.dof_jntid[v]]}'": v for v in reversed(range(m.nv))}
+        for what, values in (("armature", m.dof_armature), ("dry friction", m.dof_frictionloss)):
+            self.missing += [f"{joint}: {what}" for joint, v in reversed(dofs.items()) if values[v]]
+        self.missing += [
+            f"body '{self.body[i]}': compensation of gravity" for i in range(m.nbody) if m.body_gravcomp[i]
+        ]
+        collide = int(sum(bool(a or b) for a, b in zip(m.geom_contype, m.geom_conaffinity, strict=True)))
+        counted = {
+            "geoms that collide": collide, "equality constraints": m.neq, "flexible parts": m.nflex,
+            "plugins": m.nplugin, "bodies that are placed from outside": m.nmocap,
+        }  # fmt: skip
+        self.missing += [f"{n} {what}" for what, n in counted.items() if n]
+        if m.opt.density or m.opt.viscosity:
+            self.missing.append("forces of the medium")
+
+
+def _reference(solref: np.ndarray, solimp: np.ndarray) -> tuple[float, float]:
+    """Stiffness and damping per inertia of a soft limit, as MuJoCo's documentation of `solref` has them."""
+    first, second, most = float(solref[0]), float(solref[1]), float(solimp[1])
+    if first <= 0.0:
+        return -first / (most * most), -second / most
+    return 1.0 / (most * most * first * first * second * second), 2.0 / (most * first)
+
+
+def _row(x: Sequence[float] | np.ndarray) -> Any:
+    return tuple(float(e) for e in x)
+
+
+def _rows(R: np.ndarray) -> Any:
+    return tuple(_row(r) for r in R)

@@ -1,0 +1,276 @@
+"""Models in MJCF and URDF become systems whose accelerations are MuJoCo's, and what has no equal is listed."""
+
+from dataclasses import replace
+from math import pi
+
+import heavylift
+import msgspec
+import mujoco
+import numpy as np
+import pytest
+from heavylift import from_mujoco, linearise
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import InputSignal, System
+from heavylift.kernel.multibody import build_graph
+from heavylift.kernel.simulation import Simulation
+
+G = '<option gravity="0 0 -9.80665"/>'
+OFF = '<default><geom contype="0" conaffinity="0"/></default>'
+
+
+def numbers(x) -> str:
+    return " ".join(f"{float(e):.17g}" for e in np.atleast_1d(x))
+
+
+def random_model(seed: int) -> str:
+    """A tree of bodies with all joints, springs, dampers, references, actuators and tendons, frames askew."""
+    r = np.random.default_rng(seed)
+    actuators, tendons, sites = [], [], []
+
+    def body(i: int, depth: int) -> str:
+        joints = []
+        if depth == 0 and r.random() < 0.3:
+            joints.append(f'<freejoint name="j{i}"/>')
+        else:
+            for n in range(int(r.integers(0 if depth else 1, 3))):
+                kind = ["hinge", "slide", "ball"][int(r.choice(3, p=[0.5, 0.3, 0.2]))]
+                name = f"j{i}-{n}"
+                text = f'<joint name="{name}" type="{kind}" pos="{numbers(r.normal(size=3))}"'
+                if kind != "ball":
+                    text += f' axis="{numbers(r.normal(size=3))}" ref="{r.normal():.6f}"'
+                    text += (
+                        f' stiffness="{r.uniform(0, 9):.6f}" springref="{r.normal():.6f}" damping="{r.uniform():.6f}"'
+                    )
+                    gear = f'gear="{r.uniform(0.5, 3):.6f}"'
+                    kinds = ["motor", 'position kp="3" kv="0.4"', 'velocity kv="0.7"']
+                    what = kinds[int(r.integers(3))].split(" ", 1)
+                    actuators.append(f'<{what[0]} name="a{name}" joint="{name}" {gear} {" ".join(what[1:])}/>')
+                joints.append(text + "/>")
+                if kind == "ball":
+                    break
+        a, b, c = np.sort(r.uniform(0.5, 1.0, 3))
+        inertial = f'<inertial pos="{numbers(r.normal(size=3))}" quat="{numbers(r.normal(size=4))}" '
+        inertial += f'mass="{r.uniform(0.5, 4):.6f}" diaginertia="{a:.6f} {b:.6f} {min(c, 0.99 * (a + b)):.6f}"/>'
+        sites.append(f"s{i}")
+        site = f'<site name="s{i}" pos="{numbers(r.normal(size=3))}" quat="{numbers(r.normal(size=4))}"/>'
+        inner = "".join(body(2 * i + k, depth + 1) for k in (1, 2) if depth < 3 and r.random() < 0.7)
+        place = f'pos="{numbers(r.normal(size=3))}" quat="{numbers(r.normal(size=4))}"'
+        return f'<body name="b{i}" {place}>{"".join(joints)}{inertial}{site}{inner}</body>'
+
+    world = body(1, 0) + body(40, 0)
+    for n in range(4):  # a strut, ropes through several sites, the last one over a pulley
+        through = [sites[int(k)] for k in r.permutation(len(sites))[: 2 + n]]
+        path = [f'<site site="{s}"/>' for s in through]
+        if n == 3 and len(path) == 5:
+            path.insert(3, '<pulley divisor="2"/>' + path[2])
+        spring, damping = ("0 0.3", "") if n else ("0.7", f'damping="{r.uniform():.5f}"')
+        stiffness = f'stiffness="{r.uniform(1, 5):.5f}"'
+        if len(path) > 1:
+            tendons.append(
+                f'<spatial name="t{n}" {stiffness} springlength="{spring}" {damping}>{"".join(path)}</spatial>'
+            )
+    for n, s in enumerate(sites[:2]):
+        actuators.append(f'<general name="thrust{n}" site="{s}" gear="{numbers(r.normal(size=6))}" gainprm="1.7"/>')
+    return (
+        f"<mujoco>{G}{OFF}<worldbody>{world}</worldbody><tendon>{''.join(tendons)}</tendon>"
+        f"<actuator>{''.join(actuators)}</actuator></mujoco>"
+    )
+
+
+def state_of(graph, model, r) -> tuple[np.ndarray, ...]:
+    """A random state, as MuJoCo and as heavylift have it: qpos, qvel; q, v."""
+    qpos, qvel = model.qpos0.copy(), r.normal(size=model.nv)
+    q, v = np.zeros(graph.nq), np.zeros(graph.nv)
+    for k in graph.links:
+        j = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, k.joint.name)
+        if j < 0:
+            continue
+        a, d = model.jnt_qposadr[j], model.jnt_dofadr[j]
+        kind = k.joint.kind
+        if kind in ("revolute", "prismatic"):
+            q[k.q] = r.normal()
+            qpos[a] += q[k.q][0]
+            v[k.v] = qvel[d]
+            continue
+        turn = r.normal(size=4)
+        turn /= np.linalg.norm(turn)
+        start = 3 if kind == "free" else 0
+        qpos[a + start : a + start + 4] = turn
+        q[k.q.start + start : k.q.stop] = turn[[1, 2, 3, 0]]
+        v[k.v] = qvel[d : d + 3 + start]
+        if start:
+            qpos[a : a + 3] = r.normal(size=3)
+            q[k.q.start : k.q.start + 3] = qpos[a : a + 3]
+            v[k.v.start : k.v.start + 3] = rotation(turn).T @ qvel[d : d + 3]
+    return qpos, qvel, q, v
+
+
+def rotation(quaternion) -> np.ndarray:
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, quaternion)
+    return R.reshape(3, 3)
+
+
+def theirs_as_ours(graph, model, qpos, qacc, v) -> np.ndarray:
+    """MuJoCo's accelerations as rates of heavylift's velocities."""
+    out = np.zeros(graph.nv)
+    for k in graph.links:
+        j = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, k.joint.name)
+        if j < 0:
+            continue
+        a, d = model.jnt_qposadr[j], model.jnt_dofadr[j]
+        out[k.v] = qacc[d : d + k.v.stop - k.v.start]
+        if k.joint.kind == "free":
+            R, own = rotation(qpos[a + 3 : a + 7]), v[k.v]
+            out[k.v.start : k.v.start + 3] = R.T @ qacc[d : d + 3] - np.cross(own[3:], own[:3])
+    return out
+
+
+def placed(system: System, q, v, control: dict[str, float]) -> System:
+    graph = build_graph(system)
+    at = {k.joint.name: replace(k.joint, q0=tuple(q[k.q]), v0=tuple(v[k.v])) for k in graph.links}
+    moved = [
+        msgspec.structs.replace(f, signal=InputSignal(control[f.name], driven=True)) if f.name in control else f
+        for f in system.forces
+    ]
+    return replace(system, joints=tuple(at[j.name] for j in system.joints), forces=tuple(moved))
+
+
+def accelerations(system: System) -> np.ndarray:
+    simulation = Simulation(system)
+    simulation.start()
+    p = simulation.program
+    return simulation.native.part("f")[p.nq : p.nq + p.nv].copy()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_accelerations_at_random_states_are_those_of_mujoco(seed, tmp_path):
+    file = tmp_path / "model.xml"
+    file.write_text(random_model(seed))
+    system, _, missing = from_mujoco(file)
+    assert missing == []
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data, graph = mujoco.MjData(model), build_graph(system)
+    r = np.random.default_rng(seed)
+    qpos, qvel, q, v = state_of(graph, model, r)
+    names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, i) for i in range(model.nu)]
+    data.qpos[:], data.qvel[:], data.ctrl[:] = qpos, qvel, r.normal(size=model.nu)
+    mujoco.mj_forward(model, data)
+    ours = accelerations(placed(system, q, v, dict(zip(names, map(float, data.ctrl), strict=True))))
+    want = theirs_as_ours(graph, model, qpos, data.qacc, v)
+    assert len(want) == model.nv
+    assert ours == pytest.approx(want, abs=1e-9 * (1.0 + np.abs(want).max()))
+
+
+URDF = """<robot name="arm"><link name="base"/>{}</robot>""".format(
+    "".join(
+        f"""<link name="l{i}"><inertial><origin xyz="0.1 0 -0.4" rpy="0 0 0.3"/><mass value="{1 + i}"/>
+<inertia ixx=".1" iyy=".12" izz=".05" ixy="0.01" ixz="0" iyz="0"/></inertial></link>
+<joint name="j{i}" type="{"prismatic" if i == 2 else "revolute"}"><parent link="{"base" if i == 0 else f"l{i - 1}"}"/>
+<child link="l{i}"/><origin xyz="0 0.1 -0.8" rpy="0.2 0.1 {i}"/><axis xyz="{"0 0 1" if i == 2 else "0.6 0.8 0"}"/>
+<limit lower="-100" upper="100" effort="1" velocity="1"/><dynamics damping="0.3"/></joint>"""
+        for i in range(5)
+    )
+)
+
+
+def test_an_arm_in_urdf_moves_as_in_mujoco(tmp_path):
+    file = tmp_path / "arm.urdf"
+    file.write_text(URDF)
+    model = mujoco.MjModel.from_xml_path(str(file))
+    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_RK4, 2e-4
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 5000)
+    system = replace(from_mujoco(file).system, gravity=9.81)
+    found = heavylift.simulate(system, until=1.0, tolerance=1e-10)["joint/position"]
+    assert found.values[-1] == pytest.approx(data.qpos, abs=1e-8)
+
+
+CART = f"""<mujoco>{G}<option timestep="1e-6" integrator="Euler"/>{OFF}<worldbody><body name="cart">
+<joint name="rail" type="slide" axis="1 0 0" damping="0.4"/><inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/>
+<body name="rod"><joint name="pin" axis="0 1 0" damping="0.1"/>
+<inertial pos="0.1 0 -1" mass="2" diaginertia=".1 .1 .1"/><body name="tip" pos="0 0 -2"><joint name="tip" axis="0 1 0"/>
+<inertial pos="0 0 -1" mass="1" diaginertia=".1 .1 .1"/>
+</body></body></body></worldbody><actuator><motor name="push" joint="rail" gear="2"/></actuator></mujoco>"""
+
+
+def test_its_linear_model_is_what_mujoco_finds_by_differences(tmp_path):
+    file = tmp_path / "cart.xml"
+    file.write_text(CART)
+    model = mujoco.MjModel.from_xml_path(str(file))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+    data, h = mujoco.MjData(model), model.opt.timestep
+    A, B = np.zeros((6, 6)), np.zeros((6, 1))
+    data.qpos[:] = 0.3, -0.7, 1.1
+    mujoco.mjd_transitionFD(model, data, 1e-6, True, A, B, None, None)
+    system = from_mujoco(file).system
+    graph = build_graph(system)
+    ours = linearise(placed(system, np.array(data.qpos), np.zeros(graph.nv), {}), ["push"], at=0.0)
+    assert ours.A[3:] == pytest.approx(((A - np.eye(6)) / h)[3:], abs=1e-4)
+    assert ours.B[3:] == pytest.approx(B[3:] / h, abs=1e-4)
+
+
+def test_a_limit_is_as_stiff_as_that_of_mujoco(tmp_path):
+    file = tmp_path / "limit.xml"
+    file.write_text(
+        f"""<mujoco>{G}{OFF}<worldbody><body><joint name="j" axis="0 1 0" range="-30 40" ref="10" limited="true"/>
+<inertial pos="1 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
+    )
+    found = from_mujoco(file)
+    (stop,) = found.system.stops
+    assert (stop.lower, stop.upper) == pytest.approx((-40.0 * pi / 180.0, 30.0 * pi / 180.0))
+    inertia = 1.0 + 2.0
+    assert stop.k == pytest.approx(inertia / (0.95 * 0.02) ** 2, rel=1e-9)
+    assert stop.d == pytest.approx(2.0 * inertia / (0.95 * 0.02), rel=1e-9)
+
+
+LACKS = f"""<mujoco>{G}<worldbody><geom type="plane" size="1 1 1"/><body name="a" gravcomp="1">
+<joint name="h" armature="0.1" frictionloss="0.2"/><geom name="g" size="0.1" mass="1"/><site name="s"/></body>
+<body name="b" pos="0 0 1"><joint name="w" type="ball" damping="1" range="0 30" limited="true"/><geom size="0.1"/>
+<site name="u" pos="1 0 0"/></body><body name="m" mocap="true"/></worldbody>
+<tendon><spatial name="over" stiffness="1"><site site="s"/><geom geom="g"/><site site="u"/></spatial>
+<fixed name="sum" stiffness="2"><joint joint="h" coef="1"/></fixed></tendon>
+<equality><connect body1="a" body2="b" anchor="0 0 0"/></equality>
+<actuator><general name="biceps" joint="h" dyntype="integrator"/>
+<motor name="capped" joint="h" ctrlrange="-1 1" ctrllimited="true"/></actuator>
+</mujoco>"""
+
+
+def test_what_has_no_equal_is_listed(tmp_path):
+    file = tmp_path / "lacks.xml"
+    file.write_text(LACKS)
+    text = "\n".join(from_mujoco(file).missing)
+    for sentence in (
+        "joint 'h': armature", "joint 'h': dry friction", "joint 'w': springs", "joint 'w': limits", "tendon 'over': ",
+        "tendon 'sum': ", "actuator 'biceps': ", "actuator 'capped': limits", "body 'a': compensation of gravity",
+        "3 geoms that collide", "1 equality constraints", "1 bodies that are placed from outside",
+    ):  # fmt: skip
+        assert sentence in text
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("<mujoco><worldbody>", "XML"),
+        ("no model", "XML"),
+        ("<mujoco><option gravity='1 0 0'/><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>",
+         "gravity is (1, 0, 0) m/s2; turn the model so that it acts along -z"),
+    ],
+)  # fmt: skip
+def test_a_bad_file_is_one_sentence(text, sentence, tmp_path):
+    file = tmp_path / "bad.xml"
+    file.write_text(text)
+    with pytest.raises(SceneError) as error:
+        from_mujoco(file)
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_too_large_or_missing_is_one_sentence(tmp_path):
+    file = tmp_path / "large.xml"
+    with file.open("wb") as f:
+        f.truncate(20_000_000)
+    with pytest.raises(SceneError, match=r"large\.xml: 20 MB; a model has at most 16 MB"):
+        from_mujoco(file)
+    with pytest.raises(SceneError, match=r"none\.xml"):
+        from_mujoco(tmp_path / "none.xml")
