@@ -106,7 +106,7 @@ def report(
     from heavylift.recordings.documents import alternatives, facts, report_sheet
     from heavylift.recordings.read.verdict import as_recorded, complaints
     from heavylift.recordings.sheets.sheet import data_of
-    from heavylift.recordings.sheets.writing import FORMATS, write as write_sheet
+    from heavylift.recordings.sheets.workbook import FORMATS, write as write_sheet
     from heavylift.recordings.write.outputs import beside, output_path
 
     every = [Recording(path) for path in (file, other) if path is not None]

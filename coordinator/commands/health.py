@@ -91,7 +91,7 @@ def _package(needed: Requirement, purpose: str = "") -> HealthFinding:
 
 
 def _browser() -> HealthFinding:
-    from heavylift.recordings.sheets.browser import BROWSERS
+    from heavylift.recordings.sheets.workbook import BROWSERS
 
     found = next((path for name in BROWSERS if (path := shutil.which(name))), "")
     message = found or "no Chromium or Chrome; needed for reports as .pdf, pages open in any browser"

@@ -180,7 +180,7 @@ def _run_yard(
     sheet, made = run_yard(file, sets or [], recording, in_process, count, force, replications, seed)
     o.tell(sheet, as_json)
     if report:
-        from heavylift.recordings.sheets.writing import write
+        from heavylift.recordings.sheets.workbook import write
 
         typer.echo(f"wrote {write(sheet, report, 'a report', force)}", err=True)
     if made:

@@ -57,7 +57,7 @@ def sweep(
     from heavylift.coordinator.sweeps.page import status_line, study_sheet
     from heavylift.coordinator.sweeps.summary import measured_error, summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all, verified
-    from heavylift.recordings.sheets.page import page_of
+    from heavylift.recordings.sheets.sheet import page_of
 
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
     seconds = o.wall_s("--limit", limit)
@@ -158,8 +158,8 @@ def limits(
     """
     from heavylift.coordinator.sweeps.limiting import askable, limits_of_all
     from heavylift.coordinator.sweeps.page import limits_sheet, limits_table
-    from heavylift.recordings.sheets.terminal import table_text
-    from heavylift.recordings.sheets.writing import write
+    from heavylift.recordings.sheets.sheet import table_text
+    from heavylift.recordings.sheets.workbook import write
 
     if bool(of) == every:
         raise SceneError("limits: say --of 'block.mass=300..900 t', or --all")

@@ -14,8 +14,8 @@ import msgspec
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import system
 from heavylift.nodes.models.levels.listing import left_out
+from heavylift.nodes.plan.fidelity import planar
 from heavylift.nodes.plan.plan import Fidelity, Plan
-from heavylift.nodes.plan.planar import planar
 
 LADDER = (
     Fidelity(),

@@ -10,10 +10,24 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 from heavylift.nodes.plan.fidelity import percent
 from heavylift.recordings.render.storyboard import save
-from heavylift.recordings.sheets.figures import BAND, COLOURS, LIMIT, PAPER, in_page, styled
-from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
-from heavylift.recordings.sheets.terminal import table_csv
-from heavylift.recordings.sheets.writing import printed
+from heavylift.recordings.sheets.sheet import (
+    BAND,
+    COLOURS,
+    LIMIT,
+    PAPER,
+    Cell,
+    Chart,
+    Marked,
+    Notes,
+    Part,
+    Sheet,
+    Table,
+    columns,
+    in_page,
+    styled,
+    table_csv,
+)
+from heavylift.recordings.sheets.workbook import printed
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 

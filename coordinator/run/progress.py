@@ -24,8 +24,7 @@ from heavylift.nodes.limits.named import rated
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import RecordedVerdict
-from heavylift.recordings.sheets.sheet import Table, columns
-from heavylift.recordings.sheets.terminal import table_text
+from heavylift.recordings.sheets.sheet import Table, columns, table_text
 
 from .watch import RunObserver
 

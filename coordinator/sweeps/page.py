@@ -10,8 +10,23 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from heavylift.nodes.scene import LoadedScene
-from heavylift.recordings.sheets.figures import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
-from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Sheet, Table, columns, words
+from heavylift.recordings.sheets.sheet import (
+    COLOURS,
+    INK,
+    LIMIT,
+    PAPER,
+    QUIET,
+    Cell,
+    Chart,
+    Marked,
+    Notes,
+    Sheet,
+    Table,
+    columns,
+    in_page,
+    styled,
+    words,
+)
 
 from .axes import Axis
 from .limiting import FoundLimit

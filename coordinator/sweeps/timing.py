@@ -24,8 +24,7 @@ from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
 from heavylift.nodes.scene.text.spelling import NUMBER
-from heavylift.recordings.sheets.sheet import Cell, Table, columns
-from heavylift.recordings.sheets.terminal import table_text
+from heavylift.recordings.sheets.sheet import Cell, Table, columns, table_text
 
 CREEP = 0.1  # of the loaded hoisting speed, with which loads are lifted off and set down unless they are ordered faster
 TURNS = 4.0  # times the rate that is written: a turn has no limit of its own, but that of what follows it

@@ -19,11 +19,10 @@ from heavylift.nodes.plan.shapes import GROUND, Kind, Shapes, Solid, Strand
 from heavylift.recordings.read.verdict import Clearance
 from numpy.typing import NDArray
 
-from .coarse import Coarse
 from .conduct import Meant
 from .ground import TOUCH, GroundClearance, GroundSurvey, Spans
 from .history import BLOCK, History, RunHistory
-from .intervals import Minimum, whole
+from .intervals import Coarse, Minimum, whole
 from .moving import Moving, moving
 from .nearest import NearestSoFar, search
 from .rotating import matrices, turned

@@ -16,9 +16,9 @@ from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.plan.shapes import Kind, Shapes, Solid, Strand
 from numpy.typing import NDArray
 
-from .coarse import Coarse
 from .conduct import Meant
 from .history import History
+from .intervals import Coarse
 from .moving import Moving, moving, posed
 from .rotating import chords, turned
 

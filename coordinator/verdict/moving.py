@@ -19,8 +19,7 @@ from heavylift.nodes.plan.shapes import Shapes, Solid, Strand
 from numpy.typing import NDArray
 
 from .history import History
-from .rotating import axes_onto, dots, lengths, matrices, onto, product
-from .speeds import Twist, strays, twists
+from .rotating import Twist, axes_onto, dots, lengths, matrices, onto, product, strays, twists
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -24,7 +24,7 @@ from heavylift.nodes.scene import LoadedScene, check as examine
 from heavylift.nodes.scene.building import build
 from heavylift.nodes.statics import StaticState, follow
 from heavylift.nodes.statics.static_path import first_rest
-from heavylift.recordings.sheets.page import table_html
+from heavylift.recordings.sheets.sheet import table_html
 
 from .handles import handles
 from .picture import Picture

@@ -16,12 +16,11 @@ from heavylift.coordinator.verdict.judging import verdict_of
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene.text.files import within
 from heavylift.recordings import Recording
-from heavylift.recordings.documents.beside import alternatives
-from heavylift.recordings.documents.document import report_sheet
+from heavylift.recordings.documents.document import alternatives, report_sheet
 from heavylift.recordings.documents.facts import facts
 from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.render.view import content, page
-from heavylift.recordings.sheets.page import page_of
+from heavylift.recordings.sheets.sheet import page_of
 
 from .editing import present
 

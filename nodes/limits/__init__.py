@@ -13,13 +13,12 @@ Check     a row of the list of checks, with its place, time, value and limit
 
 judging, reading, signals    the table judged; how each quantity is read; of which columns
 named                        the signal that a limit names
-standards, slings            factors of standards; what slings and shackles may carry by them
-reeving, sharing             parts of a reeved rope; shares that are indeterminate
+standards                    factors of standards; what slings and shackles may carry by them
+reeving                      parts of a reeved rope; shares that are indeterminate
 factors                      from loads at rest to design loads
 ground                       what machines press on the ground: tracks, outriggers, wheels
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
-reach                        radius and use of charts in each stage
 run_tables                   what samples show besides limits: reactions, lugs, slings, stages, the block
 messages                     the sentence of a use
 

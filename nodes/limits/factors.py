@@ -16,7 +16,7 @@ from heavylift.nodes.plan.factors import Factor, Factors
 from heavylift.nodes.plan.limit import Quantity, RatedLimit, RestLoad, Use
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.statics.goals import world
+from heavylift.nodes.statics.aiming import world
 from heavylift.nodes.statics.state import StaticState
 from msgspec.structs import replace
 

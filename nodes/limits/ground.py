@@ -7,6 +7,11 @@ on it are not included. That force V [N] at x, y [m] from the middle of the base
                   or by the triangle beyond the middle third
     four corners  V/4 (1 +- 2x/l +- 2y/w), as of a rigid base on equal springs; if one corner would be pulled, by the
                   other three, whose loads do not depend on stiffness
+
+Statically indeterminate load sharing, and the factors in standards for it.
+
+A block on more than three hooks or slings shares its weight by their stiffness: a millimetre of length matters. The
+printed shares are those of the given lengths.
 """
 
 from __future__ import annotations
@@ -16,11 +21,14 @@ from collections.abc import Iterator
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import WORLD, Line, Point
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedCondition, Move
 from heavylift.nodes.plan.limit import RatedLimit
-from heavylift.nodes.plan.mechanism import Footing, Mechanism
+from heavylift.nodes.plan.mechanism import Footing, Mechanism, ties_on
 from heavylift.nodes.plan.plan import Plan
 
 from .signals import Column, SignalColumns, place
+from .standards import HOISTING, SHARING, daf, hoisting_factor
 
 CORNERS = {"front left": (1.0, 1.0), "front right": (1.0, -1.0), "rear left": (-1.0, 1.0), "rear right": (-1.0, -1.0)}
 SIDES = {"left": 1.0, "right": -1.0}
@@ -160,3 +168,60 @@ def standing(machine: Mechanism) -> set[str]:
         before = len(found)
         found |= {body for pair in pairs if {*pair} & found for body in pair}
     return found
+
+
+DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
+
+
+def indeterminate(plan: Plan) -> int:
+    """Return the number of hooks of a block if their shares are statically indeterminate, else 0."""
+    most = 0
+    for cargo in (cargo for machine in plan.machines for cargo in machine.cargo):
+        hooks = (hook for machine in plan.machines for hook in machine.hooks)
+        holds = (any(tie.lug in cargo.lugs for tie in ties_on(plan.machines, hook)) for hook in hooks)
+        most = max(most, sum(holds))
+    return most if most > DETERMINATE else 0
+
+
+def shared(plan: Plan) -> list[str]:
+    """Return sentences about load sharing and the factors in standards for it."""
+    many = indeterminate(plan)
+    if not many:
+        return []
+    message = f"{many} hooks carry the block: their shares are statically indeterminate"
+    message += ", shown as lengths and stiffness make them"
+    required = "; ".join(f"{s.when}: {s.message} ({s.source})" for s in SHARING.values())
+    return [message, f"standards allow for it where parts should carry alike: {required}"]
+
+
+def dynamics_required(plan: Plan) -> tuple[float, str] | None:
+    """Return the dynamic amplification factor that a standard requires for the block, and its source; None if no block
+    is lifted or the place is not given."""
+    masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
+    return daf(plan.place, max(masses)) if masses else None
+
+
+def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
+    """Return the actions that hoist until a block is lifted, or lower until it has landed, with their speeds [m/s]."""
+    moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
+    winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
+    return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
+
+
+def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
+    """Return the fastest ordered hook speed (n,) [m/s] in stages with lift-off or landing."""
+    values = np.full(len(signals.t), np.nan)
+    for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
+        here = signals.within(action.stage)
+        values[here] = np.where(values[here] > speed, values[here], speed)
+    return values
+
+
+def hoisting_factors(plan: Plan) -> list[str]:
+    """Return the factors that EN 13001-2 requires for the fastest lift-off speed of the plan, for each hoisting
+    class."""
+    speeds = [speed for _, speed in touching(plan, LiftedCondition)]
+    if not speeds:
+        return []
+    each = ", ".join(f"{name} {hoisting_factor(max(speeds), name):.3f}" for name in HOISTING)
+    return [f"EN 13001-2, 4.2.2.2, lifts off at {max(speeds) * 60:g} m/min: phi_2 = {each}"]

@@ -18,8 +18,7 @@ from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.commander.conditions import concerned, crossed, watched
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
-from heavylift.nodes.models.parts.gauges import ThresholdWatcher
-from heavylift.nodes.models.parts.interlock import fit
+from heavylift.nodes.models.parts.gauges import ThresholdWatcher, fit
 from heavylift.nodes.models.parts.parts import LiveActor, RealObject, declared, share
 from heavylift.nodes.plan.actions import Begin
 from heavylift.nodes.plan.plan import ActionList, Mechanism, Plan

@@ -9,7 +9,7 @@ actions, verbs    orders, conditions and actions; the verbs, a row each
 places            where in a scene an action or an order is written
 spellings         former spellings that stay valid
 pulses            ramps that leave no swing
-fidelity, planar  model level, and questions to a run; joints that a planar motion locks
+fidelity          model level, and questions to a run; joints that a planar motion locks
 factors           factors between static load and design load
 limit             a row of the table of limits; its utilisation
 shapes            shapes for collision checks and drawings

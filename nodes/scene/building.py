@@ -18,14 +18,18 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import frames_on_hooks
-from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
+from heavylift.nodes.scene.checks.geometry import overloads, start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
-from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.environment.footings import set_up
 from heavylift.nodes.scene.construction.environment.touching import check_touches, touches
-from heavylift.nodes.scene.construction.level_luffing import measuring
-from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_locked, check_parts
-from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
+from heavylift.nodes.scene.construction.levelling import measuring
+from heavylift.nodes.scene.construction.machines import (
+    build_fidelity,
+    build_machines,
+    build_mechanisms,
+    check_locked,
+    check_parts,
+)
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.rigging.ratings import gear_of
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models

@@ -15,8 +15,8 @@ from heavylift.kernel.description.findings import Check, State, clock, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, governing, likewise, line_of, open_checks, rows as rows_of, state_of
-from heavylift.nodes.limits.reach import HookReach
-from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
+from heavylift.nodes.limits.ground import dynamics_required, hoisting_factors, shared
+from heavylift.nodes.limits.reading import HookReach
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn
@@ -24,9 +24,8 @@ from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, StaticState
-from heavylift.nodes.statics.goals import world
-from heavylift.recordings.sheets.sheet import Cell, Column, Table, words
-from heavylift.recordings.sheets.terminal import part_text
+from heavylift.nodes.statics.aiming import world
+from heavylift.recordings.sheets.sheet import Cell, Column, Table, part_text, words
 
 from .factor_sheet import charts_used, rigging
 

@@ -7,13 +7,13 @@ static_path, static_run     the action list followed statically, by the DEVS mod
 contact_limits              where rigid contacts end the path
 aiming                      goals of moves that end above lugs
 swinging, listening         ramps that leave no swing, by the swing periods on that path
-state, goals, resting       a point of the path; goals of moves; scenes at rest at the start
+state, resting              a point of the path; goals of moves; scenes at rest at the start
 findings                    findings of the path other than loads
 """
 
 from heavylift.kernel.on_demand import face
 
-from .goals import goal_states
+from .aiming import goal_states
 from .state import Acted, StaticState
 from .static_path import Followed, follow
 

@@ -12,8 +12,7 @@ from math import degrees
 from heavylift.kernel.description.findings import Check
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns, trimmed, words
 
-from .facts import Facts
-from .scene import block_rows, scene_table
+from .facts import Facts, block_rows, scene_table
 
 TONNE = 9806.65  # [N] its weight
 UNITS = {

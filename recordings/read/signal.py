@@ -26,8 +26,7 @@ from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import ERROR, MEASURED, POSE, thinned, unit_of
 from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import duration, meant
-from heavylift.recordings.sheets.page import table_html
-from heavylift.recordings.sheets.sheet import Cell, words
+from heavylift.recordings.sheets.sheet import Cell, table_html, words
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:

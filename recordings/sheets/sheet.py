@@ -2,17 +2,33 @@
 
 A column holds one quantity in one unit, which its heading names; a cell is a number in that unit, a time of the run in
 a `CLOCK` column [s], a text, or empty. `Marked` colours a cell by a state.
+
+Sheets and tables as text: columns side by side, numbers right-aligned.
+
+A sheet as one page without scripts that loads nothing; all contents are escaped; it prints on A4.
+
+Figures on pages: drawn in placeholder colours, which the page replaces by those of the reader's theme.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import base64
+import csv
+import io
+import re
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
+from html import escape
 from math import isfinite
-from typing import Any, NamedTuple, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import msgspec
 from heavylift.kernel.description.findings import clock
-from heavylift.recordings.format.text import GENERATOR
+from heavylift.recordings.format.text import GENERATOR, cell, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 CLOCK = "h:min:s"
 Value: TypeAlias = str | float | None
@@ -147,3 +163,131 @@ def data_of(sheet: Sheet) -> dict[str, Any]:
 
 def _finite(value: Value) -> Value:
     return value if value is None or isinstance(value, str) else float(value) if isfinite(value) else None
+
+
+def table_text(made: Table) -> str:
+    """Return a table as lines with printable cells; empty without rows."""
+    rows = [[column.text(cell) for column, cell in zip(made.columns, row, strict=True)] for row in made.rows]
+    numeric = [column.numeric for column in made.columns]
+    return table([column.heading for column in made.columns], rows, numeric)
+
+
+def text_of(sheet: Sheet) -> str:
+    """Return a sheet as text, without charts."""
+    parts = [f"{sheet.title}\n{sheet.lead}", *filter(None, map(part_text, sheet.parts))]
+    return "\n\n".join([*parts, f"made by {GENERATOR}\n"])
+
+
+def part_text(part: Part) -> str:
+    """Return a table or notes as text with their title; empty for a table without rows."""
+    lines: Sequence[str] = part.lines if isinstance(part, Notes) else part.notes
+    body = table_text(part) if isinstance(part, Table) else ""
+    message = body or (lines and not isinstance(part, Table))
+    title = f"{part.title}:" if part.title and body else part.title
+    return "\n".join(filter(None, (title, body, *(f"  {line}" for line in lines)))) if message else ""
+
+
+def table_csv(made: Table) -> str:
+    """Return a table as comma-separated lines with full precision."""
+    out = io.StringIO()
+    lines = csv.writer(out, lineterminator="\n")
+    lines.writerow(cell(column.heading) for column in made.columns)
+    lines.writerows([cell(plain(x)) for x in row] for row in made.rows)
+    return out.getvalue()
+
+
+STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text(encoding="utf-8")
+SHORT = 14  # [letters] of a cell that stays on one line
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+
+
+def page_of(sheet: Sheet) -> str:
+    """Return the page of a sheet."""
+    body = "\n".join(filter(None, map(_part, sheet.parts)))
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="generator" content="{GENERATOR}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{POLICY}">
+<title>{escape(sheet.title)}</title>
+<style>{STYLE}</style>
+</head>
+<body>
+<h1>{escape(sheet.title)}</h1>
+<p class="verdict {escape(sheet.state)}">{escape(sheet.lead)}</p>
+{body}
+</body>
+</html>
+"""
+
+
+def _part(part: Part) -> str:
+    if isinstance(part, Table):
+        return f"<section>{table_html(part)}{_notes(part.notes)}</section>" if part.rows else ""
+    head = f"<h2>{escape(part.title)}</h2>"
+    if not isinstance(part, Chart):
+        return f"<section>{head}{_notes(part.lines)}</section>" if part.lines else ""
+    image = part.image
+    if isinstance(image, bytes):
+        source = f"data:image/png;base64,{base64.b64encode(image).decode()}"
+        image = f'<img src="{source}" alt="{escape(part.title)}">'
+    return f"<figure>{head}{image}{_notes(part.notes)}</figure>"
+
+
+def table_html(table: Table) -> str:
+    """Return a table as HTML with its title; empty without rows."""
+    if not table.rows:
+        return ""
+    head = "".join(f"<th{_kind(column)}>{escape(column.heading)}</th>" for column in table.columns)
+    top = f"<thead><tr>{head}</tr></thead>" if any(column.heading for column in table.columns) else ""
+    rows = (zip(table.columns, row, strict=True) for row in table.rows)
+    body = "".join(f"<tr>{''.join(_cell(column, cell) for column, cell in row)}</tr>" for row in rows)
+    title = f"<h2>{escape(table.title)}</h2>" if table.title else ""
+    kind = ' class="blank"' if table.blank else ""
+    return f"{title}<table{kind}>{top}<tbody>{body}</tbody></table>"
+
+
+def _cell(column: Column, cell: Cell) -> str:
+    text, state = column.text(cell), cell.state if isinstance(cell, Marked) else ""
+    return f"<td{_kind(column, state, short=len(text) <= SHORT)}>{escape(text)}</td>"
+
+
+def _kind(column: Column, state: str = "", short: bool = False) -> str:
+    kinds = " ".join(filter(None, ("n" if column.numeric else "s" if short else "", state)))
+    return f' class="{escape(kinds)}"' if kinds else ""
+
+
+def _notes(lines: Iterable[str]) -> str:
+    return "".join(f'<p class="quiet">{escape(line)}</p>' for line in lines)
+
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7a6fd0", "#6b7682", "#8c3b1b",
+           "#17a589", "#c2185b")  # fmt: skip
+INK, QUIET, BAND, PAPER, LIMIT = "#1d2733", "#6b7683", "#e6f2ea", "#ffffff", "#a3182b"
+THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "var(--paper)", LIMIT: "var(--limit)"}
+
+
+def in_page(figure: Figure) -> str:
+    """Return a figure as <svg> with text and colours of the page."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
+    svg = text.getvalue()
+    for colour, variable in THEME.items():
+        svg = re.sub(colour, variable, svg, flags=re.IGNORECASE)
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    return re.sub(r'<svg ([^>]*?)height="[^"]*"([^>]*?)width="[^"]*"', r'<svg role="img" \1\2', svg, count=1)
+
+
+def styled(fonts: str) -> AbstractContextManager[None]:
+    """Context with the style of figures in this module's colours; `fonts` of SVG: "none" for text, "path" for
+    outlines."""
+    from matplotlib import rc_context
+
+    style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,
+             "font.size": 9.5, "axes.linewidth": 0.8,
+             "text.color": INK, "axes.edgecolor": QUIET, "axes.labelcolor": INK, "xtick.color": QUIET,
+             "ytick.color": QUIET, "legend.labelcolor": INK, "axes.facecolor": "none", "path.simplify": True,
+             "font.family": ["DejaVu Sans", "sans-serif"]}  # fmt: skip
+    return rc_context(style)

@@ -1,18 +1,30 @@
-"""The tables of a sheet as a workbook: a worksheet each, one quantity and one unit per column, numbers as numbers."""
+"""The tables of a sheet as a workbook: a worksheet each, one quantity and one unit per column, numbers as numbers.
+
+Print a page to PDF with a browser on this machine: Chromium or a relative of it, without a window.
+
+Writing a sheet to a file: a page, a PDF, a workbook, text or plain data, by the ending of its name.
+"""
 
 from __future__ import annotations
 
 import io
 import re
+import shutil
+import subprocess
+import tempfile
 from itertools import count
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import ZipFile
 
+import msgspec
 from heavylift.kernel.errors import RecordingError, extra
 from heavylift.recordings.format.text import GENERATOR
+from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.write.partfile import written
 
-from .sheet import CLOCK, Column, Marked, Sheet, Table, Value, plain
+from .sheet import CLOCK, Column, Marked, Sheet, Table, Value, data_of, page_of, plain, text_of
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -87,3 +99,54 @@ def _write(place: Any, value: Value) -> None:
     if value is not None:
         place.value = FORBIDDEN.sub(" ", value) if isinstance(value, str) else value
         place.data_type = "s" if isinstance(value, str) else "n"
+
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+PATIENCE = 60.0  # [s]
+
+
+def print_page(page: str, out: Path) -> bytes:
+    """Print a self-contained page as PDF and return its bytes; raises RecordingError if no browser can do it."""
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        raise RecordingError(
+            f"{out}: no Chromium or Chrome is installed to print it; write {out.with_suffix('.html')} and print that "
+            "from any browser"
+        )
+    with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as folder:
+        source, printed = Path(folder) / "report.html", Path(folder) / "report.pdf"
+        source.write_text(page, encoding="utf-8")
+        flags = ["--headless", "--disable-gpu", "--no-first-run", "--no-pdf-header-footer", "--no-sandbox"]  # our page
+        target = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={printed}", source.as_uri()]
+        try:
+            subprocess.run([found, *flags, *target], capture_output=True, timeout=PATIENCE, check=True)
+            return printed.read_bytes()
+        except (OSError, subprocess.SubprocessError) as error:
+            raise RecordingError(
+                f"{out}: {Path(found).name} did not print it ({type(error).__name__}); write "
+                f"{out.with_suffix('.html')} and print that from any browser"
+            ) from None
+
+
+FORMATS = (".html", ".pdf", ".xlsx", ".json", ".txt")
+PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
+
+
+def write(sheet: Sheet, out: str | Path, what: str, force: bool = False) -> Path:
+    """Write a sheet and return its path; `what` names it in errors, such as "a report". Raises RecordingError."""
+    path = output_path(out, what, FORMATS)
+    return written(printed(sheet, path), path, what, FORMATS, force)
+
+
+def printed(sheet: Sheet, out: Path) -> str | bytes:
+    """Return a sheet in the form given by the ending of `out`."""
+    match out.suffix.lower():
+        case ".pdf":
+            return print_page(page_of(sheet), out) + PRINTED
+        case ".xlsx":
+            return workbook_of(sheet)
+        case ".json":
+            return msgspec.json.format(msgspec.json.encode(data_of(sheet)), indent=1) + b"\n"
+        case ".txt":
+            return text_of(sheet)
+    return page_of(sheet)

@@ -169,8 +169,7 @@ def yard_file(context: typer.Context, scene: str, allowed: Collection[str]) -> b
 def tell(sheet: "Sheet", as_json: bool) -> None:
     """Print a sheet as text or as JSON."""
     import msgspec
-    from heavylift.recordings.sheets.sheet import data_of
-    from heavylift.recordings.sheets.terminal import part_text
+    from heavylift.recordings.sheets.sheet import data_of, part_text
 
     lines = [f"{sheet.title}\n{sheet.state.upper()}: {sheet.lead}", *filter(None, map(part_text, sheet.parts))]
     typer.echo(msgspec.json.encode(data_of(sheet)).decode() if as_json else "\n\n".join(lines))

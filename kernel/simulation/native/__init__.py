@@ -2,7 +2,6 @@
 
 steps                         step, location of guards, commit and sample, as traced code over one state block
 native_functions              these functions for one program, with the native loops around them
-row_functions                 constraint rows: projection, matrix, impulses; joints locked in motion
 native_state                  state X, parameters P and the table of samples; options of a simulation
 sample_row, samples           the columns of a sample; channels with units; scalars read from a sample row
 peaks, dips                   maxima of tensions, and guards that fall and recover, between the ends of steps

@@ -21,8 +21,7 @@ from heavylift.kernel.model.tangent_stiffness import Tangent
 
 from . import dips
 from .peaks import FLAGS, POINTS, climb, slope
-from .row_functions import halted, kick, kicking, projection, survey, surveying
-from .sample_row import columns, row_layout
+from .sample_row import columns, halted, kick, kicking, projection, row_layout, survey, surveying
 from .steps import Row, bisect, close, commit, complete, dive, look, refresh, sample, step
 
 RARE = "sample", "look", "refresh", "slope", "climb", "dive"  # between steps

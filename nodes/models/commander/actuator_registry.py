@@ -12,7 +12,7 @@ from heavylift.nodes.plan.interlock import Interlock
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from .observed_state import OFF, ObservedState
+from .conditions import OFF, ObservedState
 
 TURN = "turn"  # the Master of a turn-over, and the commander's own actor that moves it
 

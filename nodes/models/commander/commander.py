@@ -16,9 +16,8 @@ from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.places import ASIDE, WHEN, located, place
 from heavylift.nodes.plan.plan import driven
 
-from .conditions import EvaluationContext, next_time, words
+from .conditions import EvaluationContext, OrderRejected, next_time, words
 from .jobs import addressed, clock, still_open
-from .order_rejected import OrderRejected
 from .orders import Orders
 
 

@@ -2,20 +2,81 @@
 
 A condition is evaluated only when a report or a time arrives, on the observed state, so one that holds already takes
 effect at once. Reals are compared by thresholds of the kernel, never here.
+
+The state of the lift as the commander knows it from reports.
+
+The refusal of an order or a condition, without lines of the scene.
+
+For an operator's command the sentence goes into a message; for the action list it is prefixed with its line.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import seconds
+from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.plan import Plan, driven
 
-from .observed_state import OFF, ObservedState
-from .order_rejected import OrderRejected
+OFF = "unhooked"
+
+
+@dataclass
+class ObservedState:
+    """Observed ropes (taut, slack, unhooked), supported bodies, and thresholds."""
+
+    ropes: dict[str, str] = field(default_factory=dict)
+    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model
+    grounded: set[str] = field(default_factory=set)  # bodies that a support touches
+    landed: set[str] = field(default_factory=set)  # bodies that stand on a whole face
+    reached: set[str] = field(default_factory=set)  # thresholds
+    parted: set[str] = field(default_factory=set)  # slings and ropes that broke
+    tripped: set[str] = field(default_factory=set)  # interlocks
+    begun: set[str] = field(default_factory=set)  # lifts whose lists the whole scene's has begun
+    ended: set[str] = field(default_factory=set)  # lifts whose lists are done
+
+    def on_ground(self, model: str) -> bool:
+        """Whether a support touches a body of this model."""
+        return any(body in self.grounded for body in self.bodies.get(model, ()))
+
+    def note(self, report: m.Report) -> None:
+        """Update the state by a report."""
+        actor = report.actor
+        match report:
+            case m.RopeState():
+                if self.ropes[actor] != OFF:
+                    self.ropes[actor] = report.state
+            case m.Hooked():
+                self.ropes[actor] = "slack"
+            case m.Unhooked():
+                self.ropes[actor] = OFF
+            case m.Touched():
+                self.grounded.add(actor)
+            case m.Landed():
+                self.landed.add(actor)
+            case m.Lifted():
+                self.grounded.discard(actor)
+                self.landed.discard(actor)
+            case m.Reached():
+                self.reached.add(actor)
+            case m.Begun():
+                self.begun.add(actor)
+            case m.Ended():
+                self.ended.add(actor)
+            case m.Tripped():
+                self.tripped = self.tripped | {actor} if report.over else self.tripped - {actor}
+
+
+class OrderRejected(ModelError):
+    """An order that cannot be carried out; `by`: numbers (action, order) of the order that conflicts, if any."""
+
+    def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
+        super().__init__(sentence)
+        self.by = by
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.interlock import BarredActuator
 from heavylift.nodes.plan.places import numbered
 
-from .order_rejected import OrderRejected
+from .conditions import OrderRejected
 
 
 @dataclass

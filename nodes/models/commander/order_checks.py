@@ -16,8 +16,7 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 
 from .actuator_registry import TURN, owners
-from .observed_state import OFF, ObservedState
-from .order_rejected import OrderRejected
+from .conditions import OFF, ObservedState, OrderRejected
 from .turn_law import followers
 
 

@@ -18,10 +18,9 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.user_models import Led
 
 from .actuator_registry import first_lugs, first_state, machines, turn_of, turns
-from .conditions import EvaluationContext, crossings, holds, watched
+from .conditions import EvaluationContext, OrderRejected, crossings, holds, watched
 from .jobs import CommanderJob, barred, make_way, partners, still_open
 from .order_checks import Machines
-from .order_rejected import OrderRejected
 
 ROUNDING = 1e-9  # of a speed
 

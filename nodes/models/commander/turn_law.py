@@ -14,7 +14,7 @@ from heavylift.nodes.plan.actions import Follow
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism, beneath, ties_on
 
 from .actuator_registry import TURN
-from .order_rejected import OrderRejected
+from .conditions import OrderRejected
 
 SAME = 1e-9  # [m]
 ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn

@@ -1,8 +1,7 @@
 """How much of a machine is modelled: passes over its description, each from a machine to a machine.
 
 joints    what is locked is fixed where it starts; motion in a plane; drives that yield
-girders   a beam that bends, with what slides on it
-beams     booms that bend, with what hangs on them
+beams     booms that bend, with what hangs on them; a beam that bends, with what slides on it
 ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
 supports  only those that bear at the start
 guards    when what a pass fixes would not move anyway: nothing orders it, or the lift is its own mirror image
@@ -23,8 +22,7 @@ from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from .beams import beams
-from .girders import bending
+from .beams import beams, bending
 from .guards import guard_locked, guard_motion, guard_supports, unless
 from .joints import locking, planar, yielding, yields
 from .ropes import heavy, rigid_slings
@@ -52,7 +50,7 @@ PASSES = (
     Pass("locked", locking, guard_locked),
     Pass("motion", planar, guard_motion),
     Pass("drives", yielding, unless(lambda machine: any(map(yields, machine.system.drives)))),
-    Pass("girders", bending, unless(lambda machine: bool(machine.girders))),
+    Pass("beams", bending, unless(lambda machine: bool(machine.girders))),
     Pass("beams", beams, unless(lambda machine: bool(machine.bends))),
     Pass("ropes", heavy, unless(lambda machine: any(not row.why for row in machine.heavy))),
     Pass("slings", rigid_slings, unless(lambda machine: bool(machine.ties))),

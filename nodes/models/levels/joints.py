@@ -13,9 +13,8 @@ from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.mechanics import IDENTITY, JOINTS, Drive, Joint, Vector
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.plan.fidelity import Fidelity, held_by
+from heavylift.nodes.plan.fidelity import Fidelity, attitude, held_by, times, turn
 from heavylift.nodes.plan.mechanism import Mechanism
-from heavylift.nodes.plan.planar import attitude, times, turn
 
 X: Vector = (1.0, 0.0, 0.0)
 PLANE = {"across": (X, (0.0, 1.0, 0.0)), "along": ((0.0, -1.0, 0.0), X)}  # its normal, and its first direction

@@ -3,7 +3,7 @@
 messages                  all messages: orders, reports, samples, records
 kernel_messages           inputs of the kernel, applied to a simulation, and its state events
 parts                     the parts of machines, and how they are coupled
-drive, winch, interlock   actors that move; interlocks that stop them
+drive, winch              actors that move; interlocks that stop them
 gauges, rigging           actors: load cells and inclinometers; slings, brakes, supports
 """
 

@@ -1,9 +1,7 @@
 """Impossible scenes and orders, found before anything runs.
 
-geometry         geometry of the scene at the start and along the action list
+geometry         geometry of the scene at the start and along the action list; limits that are exceeded at rest
 orders           orders that cannot be carried out in the state in which they are given, or at all
-overloads        limits that are exceeded at rest
-findings         findings, reported once per subject
 """
 
 from heavylift.kernel.on_demand import face

@@ -2,28 +2,78 @@
 
 Each check is one function that yields (subject, where, sentence); it gets the start or, along the action list, the
 states before and after an action. A subject is reported once per check.
+
+Findings of the checks of a scene's physics, reported once per subject and without repeated sentences.
+
+A check yields (subject, where, sentence). If several subjects have the same fault at the same place, the first is
+reported in full and the others are named.
+
+Overloads that refuse a scene: positions or loads beyond their limits at rest, each subject once.
+
+Positions are checked at the goals only; a winch or drive that stops by itself at its end is a finding, not a refusal.
+Overloads after a sling has parted, and quantities guarded by an interlock, are findings as well, since such scenes are
+run to study them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations, product
-from math import sqrt
+from math import inf, sqrt
 from typing import TypeAlias
 
+import msgspec
 import numpy as np
 from heavylift.kernel.algebra import dense
 from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector, merge
 from heavylift.nodes.limits.geometry import passes_through
+from heavylift.nodes.limits.judging import uses_on_path
+from heavylift.nodes.limits.messages import REFUSED, sentence
+from heavylift.nodes.limits.standards import FERRULE
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.actions import parts
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
-from heavylift.nodes.statics.goals import goal
+from heavylift.nodes.statics import Followed, goal_states
+from heavylift.nodes.statics.aiming import goal
 from heavylift.nodes.statics.state import StaticState
 
-from .findings import Findings, Violations
+Violations: TypeAlias = Iterator[tuple[str, str, str]]
+
+
+@dataclass
+class Findings:
+    """Findings of many checks over many states, in order of occurrence."""
+
+    seen: set[tuple[str, str]] = field(default_factory=set)
+    sentences: dict[tuple[str, str, str], str] = field(default_factory=dict)
+    others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
+
+    def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
+        """Add the violations of a check; `where` of the causing action replaces that of the thing."""
+        for subject, place, sentence in violations:
+            if (check, subject) in self.seen:
+                continue
+            self.seen.add((check, subject))
+            key = (check, where or place, stage)
+            if where and key in self.sentences:
+                self.others.setdefault(key, []).append(subject)
+            else:
+                self.sentences.setdefault(key, sentence)
+
+    def list(self) -> list[tuple[str, str]]:
+        """Return (where, sentence) of each finding."""
+        found = []
+        for key, sentence in self.sentences.items():
+            _, where, stage = key
+            likewise = f"; likewise {', '.join(self.others[key])}" if key in self.others else ""
+            found.append((where, sentence + likewise + (f" ({stage})" if stage else "")))
+        return found
+
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 TOUCH = 1e-6  # [m]
@@ -196,3 +246,33 @@ def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:
         if lowest < -SURFACE:
             message = f"the {named(cargo.body)} would sweep {-lowest:.2f} m into the ground: hoist it higher first"
             yield cargo.body, where, message
+
+
+SAME = {"rope tension": "rope factor"}  # of hoist ropes, which are reported once
+PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are moved to
+
+
+def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
+    """Return (where, sentence) of each overload."""
+    checked = (x for x in built.limits if x.known and x.quantity in REFUSED)
+    refused = [x for x in checked if x.source != "assumed" and FERRULE not in x.source]  # that somebody has written
+    if not refused or not statics.states:
+        return []
+    places = msgspec.structs.replace(built, limits=tuple(refused))
+    if found := _refused(built, uses_on_path(places, goal_states(built, statics))):
+        return found
+    guarded = {rope for interlock in built.interlocks if interlock.stops for rope in interlock.hooks}
+    loads = (x for x in refused if x.quantity not in PLACES and not guarded.intersection(x.elements))
+    parting = next((n for n, action in enumerate(built.actions, 1) if parts(action)), inf)
+    states = [x for x in statics.states if x.action < parting]
+    return _refused(built, uses_on_path(msgspec.structs.replace(built, limits=tuple(loads)), states))
+
+
+def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
+    found = Findings()
+    for use in (use for use in uses if use.beyond):
+        limit, action = use.limit, built.actions[use.action - 1] if use.action else None
+        where, stage = (action.where, use.stage) if action else ("", "")
+        violation = (limit.subject, where or limit.where, sentence(use, ran=False))
+        found.take(SAME.get(limit.quantity, limit.quantity), iter([violation]), stage, where)
+    return found.list()

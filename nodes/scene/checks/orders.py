@@ -21,12 +21,11 @@ from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.mechanism import beneath, ties_on
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.statics.goals import SLACK, world
+from heavylift.nodes.statics.aiming import SLACK, world
 from heavylift.nodes.statics.state import Acted, StaticState
 from heavylift.nodes.statics.static_path import Followed
 
-from .findings import Findings, Violations
-from .geometry import goal_checks, named, reach
+from .geometry import Findings, Violations, goal_checks, named, reach
 
 SAME = 1.0 + 1e-6  # times a speed that is not faster
 LOADED = 10e3  # [N] of a sling: what taking up its slack leaves in it is no load

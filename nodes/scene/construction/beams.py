@@ -18,6 +18,7 @@ from heavylift.kernel.description.mechanics import WORLD, Line, Point, Rope, Sys
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
 from heavylift.nodes.plan.spellings import BEAMS
+from heavylift.nodes.scene.construction.rigging.edges import key_of, lugs_of, rated
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.joints import ABOVE, Free
@@ -29,7 +30,6 @@ from heavylift.nodes.scene.text.source import Path
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
 from .rigging.hooks import check_drums, hoist_of, winch_of
-from .rigging.slings import key_of, lugs_of, rated
 from .scene_builder import SceneBuilder, by_beam
 
 Edges = tuple[Sheave, ...]

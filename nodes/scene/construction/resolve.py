@@ -10,6 +10,7 @@ from importlib import import_module
 import msgspec
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.scene.construction.rigging.edges import Sling, key_of, lugs_of, slings_of
 from heavylift.nodes.scene.keys.actions import ActionLine
 from heavylift.nodes.scene.keys.schema import ORDERED
 from heavylift.nodes.scene.language import phrases
@@ -18,9 +19,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .environment.touching import landings, touches
-from .level_luffing import follow
-from .levelling import Levelling
-from .rigging.slings import Sling, key_of, lugs_of, slings_of
+from .levelling import Levelling, follow
 from .scene_builder import SceneBuilder, by_beam, ramp_of
 from .signals import Conditions, wrong_units
 from .targets import OrderTarget, targets

@@ -3,7 +3,6 @@
 schema, validate  every key, its unit, its default; validation of data, with errors as sentences
 quantities        which quantity stands at a path, and whether its uncertainty makes sense
 base              names, places, ends; directions and attitudes
-described         keys generated from descriptions of the kernel or the plan
 parts             bodies, joints, laws and hooks of a mechanism or machine
 environment       vessels and waves; floor and obstacles; wind, as forces of a mechanism
 actions           the lines of the action list; interlocks

@@ -16,8 +16,7 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from .actions import ActionLine, Condition, InterlockKeys, Touching
-from .base import Base, Name, Place, ProjectKeys
-from .described import keys_of
+from .base import Base, Name, Place, ProjectKeys, keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, WindKeys
 from .nodes import ModelKeys, Process
 from .parts.flexible import Hull, ModeKeys

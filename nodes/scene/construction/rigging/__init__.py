@@ -1,6 +1,5 @@
 """Rigging on machines made of parts.
 
-slings     names of rigging entries: ropes of slings, lugs of blocks
 tree       all rigging of a scene: slings, equalisers, frames, and their positions at the start
 edges      edges as a rope meets them; ropes over a sheave or edges, and the height of their suspension
 hooks      hook blocks on the ropes of a machine, and slings from one of them to lugs

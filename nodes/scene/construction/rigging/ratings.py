@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from heavylift.nodes.limits.sharing import DETERMINATE
-from heavylift.nodes.limits.slings import CABLE_LAID, UNREAD, assembly, at_rest, in_a_run, shackle
-from heavylift.nodes.limits.standards import TANDEM, TANDEM_SOURCE, strength_limits
+from heavylift.nodes.limits.ground import DETERMINATE
+from heavylift.nodes.limits.standards import (
+    CABLE_LAID,
+    TANDEM,
+    TANDEM_SOURCE,
+    UNREAD,
+    assembly,
+    at_rest,
+    in_a_run,
+    shackle,
+    strength_limits,
+)
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
@@ -14,7 +23,7 @@ from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.text.source import Path, shown
 
-from .slings import lugs_of, slings_of, terms
+from .edges import lugs_of, slings_of, terms
 
 
 def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:

@@ -24,8 +24,7 @@ from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .edges import SPREAD, along_edges, equalising, height_of
-from .slings import lugs_of, rated, slings_of
+from .edges import SPREAD, along_edges, equalising, height_of, lugs_of, rated, slings_of
 
 NOWHERE = k.Point("")
 

@@ -15,8 +15,7 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from heavylift.kernel.description import flexible as k
-from heavylift.nodes.scene.keys.base import Base
-from heavylift.nodes.scene.keys.described import keys_of
+from heavylift.nodes.scene.keys.base import Base, keys_of
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.files import content, within
 from numpy.typing import NDArray

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
 
 from heavylift.kernel.description import forces as f
 from heavylift.kernel.trust import named
-from heavylift.nodes.scene.keys.described import Described, Spelling, history, keys_of, one
+from heavylift.nodes.scene.keys.base import Described, Spelling, history, keys_of, one
 from heavylift.nodes.scene.text import units as u
 from msgspec.structs import replace
 from pydantic import Field

@@ -16,8 +16,19 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.mechanics import JOINTS
-from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, Station, across, turned, unit, written
-from heavylift.nodes.scene.keys.described import keys_of, one
+from heavylift.nodes.scene.keys.base import (
+    Base,
+    Direction,
+    Place,
+    Quaternion,
+    Station,
+    across,
+    keys_of,
+    one,
+    turned,
+    unit,
+    written,
+)
 from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
 from pydantic import Field, WrapValidator, create_model
 

@@ -12,8 +12,7 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from heavylift.kernel.description import laws as k
 from heavylift.kernel.description.forces import Sheave
 from heavylift.kernel.description.units import Line
-from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, rising
-from heavylift.nodes.scene.keys.described import keys_of, one
+from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, keys_of, one, rising
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text import units as u
