@@ -4,8 +4,6 @@ What has an equal becomes it exactly: bodies, joints, springs, dampers, actuator
 the stiffness that MuJoCo gives them for the inertia at the start.  All else is listed in a sentence each.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

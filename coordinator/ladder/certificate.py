@@ -5,8 +5,6 @@ and model errors are those of `choosing.as_it_is`; the error of inputs is the ro
 effect, from two runs each (`sensitivities`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -97,7 +95,7 @@ class Certificate:
 
 
 @contextmanager
-def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> Iterator[Certifying]:
+def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> "Iterator[Certifying]":
     """Prepare the runs of a certificate, `at_once` in parallel processes (default: all cores but one). `given`:
     uncertainties in addition to those of the scene. Raises HeavyliftError."""
     scene, inputs = chosen(scene), uncertain_inputs(scene, given)

@@ -7,8 +7,6 @@ its error is the difference to the next coarser one. The choice depends on plan 
 machine; the cache only saves time.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

@@ -4,8 +4,6 @@ Peaks are those of the dense output, stages begin at events. Figures from sample
 clearances, utilisations of limits) are also computed from every second sample; the difference is the reading error.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -68,7 +66,7 @@ class Shown:
     supports: dict[str, Floats] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, run: Played) -> Shown:
+    def of(cls, run: Played) -> "Shown":
         """Collect the results of a run."""
         plan, layout = run.plan, run.layout
         t, first = np.unique(run.t, return_index=True)
@@ -85,7 +83,7 @@ class Shown:
         peaks = {name: peak.tension for name, peak in run.peaks.items() if "~" not in name}
         return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
 
-    def halved(self) -> Shown:
+    def halved(self) -> "Shown":
         """Return the same results with every second sample only."""
         places = {name: (x[::2], unit) for name, (x, unit) in self.places.items()}
         return Shown(self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()})

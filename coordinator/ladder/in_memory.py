@@ -3,8 +3,6 @@
 A run is cut when it takes longer than its limit; this, like any other early end, is raised as a HeavyliftError.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -33,7 +31,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from heavylift.coordinator.participants.parts import KernelConfig
 
-    from .keeping import KeepingKernel
 
 CUT = "cut after"
 
@@ -160,7 +157,7 @@ def play(
     began, start = time.perf_counter(), time.thread_time()
     events, rigs, ropes = list[Event](), list[tuple[int, list[RopeLine]]](), list[RopeLines]()
 
-    def make(config: KernelConfig) -> KeepingKernel:
+    def make(config: "KernelConfig") -> KeepingKernel:
         ropes.append(RopeLines(config.systems))
         rigs.append((0, ropes[0].drawn()))
         return KeepingKernel(config, instants, limit, CUT)

@@ -1,7 +1,5 @@
 """The kernel of a run that stays in memory: it keeps its samples, and the clock may end it."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from itertools import groupby

@@ -3,8 +3,6 @@
 These runs are sampled as densely as the reading of the figures needs; the integration steps do not depend on it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import inf
 from typing import NamedTuple

@@ -4,8 +4,6 @@ A level that puts back all that another leaves out can be its witness: the diffe
 same effect says nothing about it. What the scene fixes itself holds in its own runs, but not in witnesses.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -99,13 +97,13 @@ class ModelLevel:
         return left_out(self.plan)
 
     @property
-    def tighter(self) -> ModelLevel:
+    def tighter(self) -> "ModelLevel":
         """The same level with a tenth of the tolerance, or half the step."""
         if self.plan.step is not None:
             return ModelLevel(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
         return ModelLevel(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
 
-    def on(self, level: Fidelity) -> ModelLevel:
+    def on(self, level: Fidelity) -> "ModelLevel":
         """Return the candidate with the same steps at another level."""
         return ModelLevel(at_level(self.plan, level))
 

@@ -1,7 +1,5 @@
 """Files of a measured ladder: a page with tables, .png or .svg (the work-precision figure), .csv or .json."""
 
-from __future__ import annotations
-
 import json
 from math import inf, isfinite
 from pathlib import Path
@@ -139,7 +137,7 @@ def _communication(measured: MeasuredLadder) -> list[Table]:
     ]
 
 
-def _drawn(measured: MeasuredLadder, fonts: str) -> Figure:
+def _drawn(measured: MeasuredLadder, fonts: str) -> "Figure":
     """Draw speed against the largest error, both logarithmic: candidates up and to the left are better."""
     from matplotlib.figure import Figure
 

@@ -1,7 +1,5 @@
 """Parallel runs of plans on all cores, without a recording; each returns its figures."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool

@@ -6,8 +6,6 @@ ends of the input's range (of 95 % of it), and the largest deviation counts. Con
 are assumed independent (GUM, JCGM 100:2008, 5.1.2); half-widths are two standard uncertainties.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future

@@ -5,8 +5,6 @@ that of its level by the coarser level before it. One run at a time on one core,
 time.
 """
 
-from __future__ import annotations
-
 import shlex
 import time
 from collections.abc import Callable, Sequence

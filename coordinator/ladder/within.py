@@ -5,8 +5,6 @@ run at this accuracy fit into the time. Only the choice of settings depends on t
 the same digest on any machine, however long it takes.
 """
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Sequence

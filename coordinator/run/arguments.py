@@ -1,7 +1,5 @@
 """Checks of arguments that users pass in Python: an invalid time, order or name is refused in one sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from math import isfinite
 from numbers import Integral, Real

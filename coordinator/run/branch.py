@@ -10,8 +10,6 @@ digest of a run of the new scene. Model level and steps that the recorded run ha
 limit, are kept; the errors of the branch are measured anew.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -72,7 +70,7 @@ class Branch:
     run: RecordedRun
 
     @classmethod
-    def of(cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None) -> Branch:
+    def of(cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None) -> "Branch":
         """Make a branch of the recording `path`, `at` "stage NAME", "end of stage NAME", "120 s" or "2:00"; `scene`: an
         edited file in place of the recorded scene. Raises RecordingError or SceneError."""
         path = file_path(path)

@@ -6,8 +6,6 @@ Uses the hub, the protocol's core and a recorder, but nothing of scenes: the cal
 the declarations, and decides when the run is over. `watch` is notified of committed events and of the time reached.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -54,7 +52,7 @@ def joined(
     processes: Processes | None = None,
     listener: RemoteListener | None = None,
     deadline: float = DEADLINE_s,
-    past: RecordedKernel | None = None,
+    past: "RecordedKernel | None" = None,
 ) -> Iterator[Hub | LocalHub]:
     """Start the nodes of a placement and yield their hub; at exit all processes have ended.
 

@@ -4,8 +4,6 @@ model = linearise("crane.yaml", ["crane.trolley"], ["joint/position/*"])
 control.ss(*model)
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -9,8 +9,6 @@ The node processes import the module and take their child by its name, so a fres
 under that name. Flat or distributed, in one process or many, a run is the same to the last byte.
 """
 
-from __future__ import annotations
-
 import inspect
 import time
 import warnings

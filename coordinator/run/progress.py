@@ -3,8 +3,6 @@
 Without a terminal the bar becomes one plain line per stage, and Rich is not imported.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -83,7 +81,7 @@ class Progress(RunObserver):
         else:
             self._live.console.print(printable(sentence), soft_wrap=True)
 
-    def _line(self) -> Text:
+    def _line(self) -> "Text":
         from rich.text import Text
 
         seconds = self._t_ns * 1e-9
@@ -102,7 +100,7 @@ def _terminal(stream: TextIO | None) -> bool:
     return stream is not None and (stream.isatty() or bool(os.environ.get("FORCE_COLOR")))
 
 
-def _bar() -> Live:
+def _bar() -> "Live":
     from heavylift.coordinator.live.terminal import Terminal, changing_line
 
     return changing_line(Terminal(err=True), 8)

@@ -7,8 +7,6 @@ The interval mean +- half is that of Student's t: it covers the expectation with
 single runs are about normal (Law and Kelton, Simulation Modeling and Analysis, 9.4.1).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import nullcontext

@@ -6,8 +6,6 @@ first deviation ends the run, as then the version differs, or a model is not det
 injected again at their times, from the recording and from the journal of those not yet recorded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -50,7 +48,7 @@ class Beginning:
     version: str  # of heavylift that made it
 
     @classmethod
-    def of(cls, part: str | Path, within: Path | None = None) -> Beginning:
+    def of(cls, part: str | Path, within: Path | None = None) -> "Beginning":
         """Read the beginning from a `.part` file, or from the recording of a run that failed; raises RecordingError
         without a scene. `within`: folder for temporary files."""
         part = file_path(part)
@@ -62,7 +60,9 @@ class Beginning:
                 raise RecordingError(str(error).replace(f"{saved.path}", f"{part}")) from None
 
     @classmethod
-    def left(cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is") -> Beginning:
+    def left(
+        cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is"
+    ) -> "Beginning":
         """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again, for the
         error."""
         files = left.recording.attachments

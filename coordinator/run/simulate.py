@@ -8,8 +8,6 @@
 It writes no file and starts no process, thread or session, so any thread or pool may call it; a result can be pickled.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
@@ -98,7 +96,7 @@ class Result:
         """The digest of `run`; "" for a system."""
         return self._run.digest if self._run else ""
 
-    def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> Result:
+    def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> "Result":
         """Return the results with signals at these times [s], from the integrator's dense output.
 
         At an event or order, values are those after it, or (`before`) those of a nanosecond earlier. The run is
@@ -129,7 +127,7 @@ class Result:
             raise SignalError(f"the result has no signal {name}; {meant(name, list(self.signals))}")
         return self.signals[name]
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> "pandas.DataFrame":
         """All signals as a DataFrame: index time [s], which may repeat; columns `signal/column [unit]`."""
         how = "install heavylift[pandas] or use .t and [name]"
         library = extra("pandas", RecordingError(f"a DataFrame needs pandas; {how}"))

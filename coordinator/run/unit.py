@@ -18,8 +18,6 @@ after which a master may not even free the unit, and the inquiry fmi2Terminated 
 makes. The unit needs this heavylift in the Python that the master loads; its state cannot be saved.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import tempfile

@@ -7,8 +7,6 @@ plan with the attached text of its scene. An operator's commands are injected ag
 stopped or cut off is compared as far as it goes.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from tempfile import TemporaryDirectory
 

@@ -1,7 +1,5 @@
 """The run of a yard file: one with expected durations, which is recorded, or replications with drawn ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

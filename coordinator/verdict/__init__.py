@@ -3,8 +3,8 @@
 history     what was shown: poses, tensions, rope lines over time
 conduct     what was said: stages, limits, an operator's words, the end
 clearances  how near things came to one another, by
-            distance: of two shapes at one pose; nearest: over time; moving, speeds, rotating: how far they stray
-            between samples; coarse, intervals, shape_batch: which pairs and times need a closer look
+            distance: of two shapes at one pose; nearest: over time; moving, rotating: how far they stray
+            between samples; intervals, shape_batch: which pairs and times need a closer look
 ground      and how near to the ground
 limits      worst values of all limits, for the report
 worst_corners  clearances at the worst corner of uncertain inputs
@@ -13,8 +13,6 @@ judging     all judges in one table, and the line
     judge(plan, history, conduct)  at the end of a run; `prepare` before it saves time there
     verdict_of(recording)          as it stands there, or made again where it is missing
 """
-
-from __future__ import annotations
 
 from typing import TYPE_CHECKING
 

@@ -5,8 +5,6 @@ or must only not penetrate (`nodes.plan.shapes`); a contact that the scene order
 at other times must only not be touched.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 

@@ -1,8 +1,6 @@
 """Findings about the course of a run compared with its action list: hooks at their limit switches, orders that moved
 nothing, an end that cuts the lift, an operator's stop, and the kernel's notes on its accuracy."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

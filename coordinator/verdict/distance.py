@@ -8,8 +8,6 @@ separation is a normal of a face or across a pair of edges. All sums run in a st
 processor.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ it stands, and while it is ordered to land, it must only not penetrate the groun
 limit, either.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ Taken from the samples while they are recorded (`Collector`), or from a recordin
 checks read it part by part, and a collector keeps its rows in a temporary file.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -38,7 +36,7 @@ class RunHistory(Protocol):
     def t(self) -> Floats:
         """Sample times (n,) [s], in order."""
 
-    def part(self, first: int, end: int) -> History:
+    def part(self, first: int, end: int) -> "History":
         """Return the samples from `first` to before `end`."""
 
 
@@ -61,11 +59,11 @@ class History:
     places: Mapping[str, Floats] = field(default_factory=dict)
     straight: bool = field(default=False, kw_only=True)  # between the samples, which are as near as that asks for
 
-    def part(self, first: int, end: int) -> History:
+    def part(self, first: int, end: int) -> "History":
         """Return the samples from `first` to before `end`."""
         return self.of(np.arange(first, min(end, len(self.t))))
 
-    def of(self, kept: NDArray[np.intp]) -> History:
+    def of(self, kept: NDArray[np.intp]) -> "History":
         """Return the history at some of the samples."""
         if len(kept) == len(self.t):
             return self

@@ -8,8 +8,6 @@ an interval, and of both between samples. A point of the body moves no farther t
 distance as much as a point at 1 m; a point of a rope no farther than the rope's ends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar, cast
@@ -128,7 +126,7 @@ class Stretches:
         found: Indices = (self.first + self.last) // 2
         return found
 
-    def of(self, kept: NDArray[np.bool_] | Indices) -> Stretches:
+    def of(self, kept: NDArray[np.bool_] | Indices) -> "Stretches":
         """Return a selection of the intervals."""
         a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept], self.group[kept])
@@ -231,7 +229,7 @@ class Steps:
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)
 
-    def of(self, kept: NDArray[np.bool_] | Indices) -> Steps:
+    def of(self, kept: NDArray[np.bool_] | Indices) -> "Steps":
         """Return a selection of the steps."""
         ends_a, ends_b = ((_some(x, kept), _some(y, kept)) for x, y in (self.ends_a, self.ends_b))
         a, b, k, group = self.a[kept], self.b[kept], self.k[kept], self.group[kept]

@@ -1,7 +1,5 @@
 """The columns of a run from which limits are checked."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import atan2, ceil, cos, exp, pi, sin, sqrt
 

@@ -6,8 +6,6 @@ deviate from this by at most h^2 / 8 times their acceleration, which is taken as
 both samples. Vibration faster than the samples shows in the speeds of joints, which raise the bound.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

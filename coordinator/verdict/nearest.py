@@ -8,8 +8,6 @@ possible deviation (see `moving`) lowers the bound. The minimum that is found is
 All pairs of things are searched together, level by level: known distances of some also bound the search for others.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -7,8 +7,6 @@ A point with velocities v0 and v1 at two samples and mean velocity s between the
 the amplitude, unless the vibration happens to reverse at both samples.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 

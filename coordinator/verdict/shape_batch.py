@@ -1,8 +1,6 @@
 """Many moving shapes concatenated in a few arrays, so that any number of them can be evaluated at any samples in one
 call; each component is contiguous in memory."""
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.nodes.plan.shapes import Strand
 from numpy.typing import NDArray

@@ -1,8 +1,6 @@
 """Clearances at the worst corner of a scene's uncertain inputs, on its path at rest: a limit for each two things that
 come nearer there; in a run they come nearer by as much."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import msgspec

@@ -25,8 +25,6 @@ messages                     the sentence of a use
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.description.findings import Check

@@ -9,8 +9,6 @@ none       cannot occur in this scene: a row without a colour
 `line_of` summarises them as the verdict.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 

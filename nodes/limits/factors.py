@@ -5,8 +5,6 @@ given becomes a limit without a value, which is amber. In a run, the simulated l
 if it is larger.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from math import prod, sqrt
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Plausibility of a block: lugs on it, centre of mass inside it, and a mass that fits its volume."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import dist, hypot
 

@@ -14,8 +14,6 @@ A block on more than three hooks or slings shares its weight by their stiffness:
 printed shares are those of the given lengths.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -4,8 +4,6 @@ Two checks are separate: loads against working loads or charts, and the largest 
 force over the product of partial factors; an equilibrium path has no such peak.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

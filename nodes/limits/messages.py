@@ -1,7 +1,5 @@
 """Uses of limits as sentences for planners, and how values are written: alike for every quantity."""
 
-from __future__ import annotations
-
 from math import degrees
 
 from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit, Use

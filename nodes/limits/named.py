@@ -4,8 +4,6 @@ Loads are the mass below the hook blocks [kg]. For the parts of a hook rope it i
 end: at the drum in hoisting, or in the most loaded part, which is the same in hoisting and the dead end in lowering.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from heavylift.kernel.description.mechanics import Point, Quantity as Kind

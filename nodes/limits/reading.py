@@ -8,8 +8,6 @@ Radius and utilisation of the chart in each stage: when a load is first on the h
 last.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -7,8 +7,6 @@ Board, Wire Rope Users Manual, 4th edition, "Wire rope efficiency over sheaves";
 reeving.
 """
 
-from __future__ import annotations
-
 ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 

@@ -4,8 +4,6 @@ A crane's load is the sum of its hook tensions.  The dynamic factor of a stage i
 one of the sums at rest before and at the end of the stage.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise, product
 from math import degrees

@@ -1,8 +1,6 @@
 """The signals that are checked, of an equilibrium path or a run: tensions, poses and rope lengths as columns over n
 instants."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias, TypeVar

@@ -9,8 +9,6 @@ EN 13414-1 has two methods, which are never combined: legs bought as one assembl
 legs chosen singly carry each their own, with a skew load factor if four hold one rigid load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import prod, radians, sqrt

@@ -4,8 +4,6 @@ One coupled model per real object and one for the commander, which also owns the
 "commander", machines, user models, and "kernel" for the mechanics.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any, TypeAlias, cast
 

@@ -6,8 +6,6 @@ contact to its body; a rope wound in pieces is one actor. Forces on a joint or b
 own. Actors have the names of their elements, and send in the order of these names.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 Printed by `heavylift tree SCENE`; each line is one model with its content and, in brackets, its ports in -> out.
 """
 
-from __future__ import annotations
-
 from heavylift.nodes.devs import Coupled, InPort, Model
 from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.parts import parts

@@ -12,8 +12,6 @@ Its constructor gets the name "model" and the parameters. Its set-points are del
 the lookahead of the port; an FMI unit has its step as additional lookahead.
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError

@@ -3,8 +3,6 @@
 Part of the plan (see `plan`): resolved names, SI units, one actuator per order, frozen msgspec data.
 """
 
-from __future__ import annotations
-
 from typing import Any, Literal, TypeAlias
 
 import msgspec
@@ -91,7 +89,7 @@ class EndedCondition(Term, frozen=True, kw_only=True, tag="ended"):
 class And(Term, frozen=True, kw_only=True, tag="and"):
     """All of these conditions hold at the same time."""
 
-    all: tuple[Condition, ...]
+    all: "tuple[Condition, ...]"
 
 
 Condition: TypeAlias = (

@@ -5,8 +5,6 @@ modes alone the whole mass is in the rigid part. The rigid part has the moments 
 block, so that a block with stiff modes moves like a rigid one.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from heavylift.kernel.description.flexible import Flexible

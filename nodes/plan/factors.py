@@ -1,7 +1,5 @@
 """Factors between the static load and the load for which hooks, slings, shackles and lugs are chosen."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, TypeAlias
 
 from heavylift.kernel.description.units import Area, Gap, Unit

@@ -21,8 +21,6 @@ Planar motion: locks the joints that would leave the plane: slides along its nor
 Axes are those at the start, including the rotation of the joints below them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, Decimal

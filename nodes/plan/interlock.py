@@ -1,7 +1,5 @@
 """Interlocks in the plan: their guards, and the actuators that they stop."""
 
-from __future__ import annotations
-
 import msgspec
 from heavylift.kernel.description.findings import State
 from heavylift.kernel.description.mechanics import Threshold

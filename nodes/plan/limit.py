@@ -4,8 +4,6 @@
 utilisation. A row without a value is unknown: it is reported and not checked.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
@@ -159,7 +157,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
             return bound / value if value > 0.0 and bound > 0.0 else inf if value < bound else 0.0
         return value / bound if bound else inf * value if value else 0.0
 
-    def met(self, value: float | None = None, t: float | None = None) -> Use:
+    def met(self, value: float | None = None, t: float | None = None) -> "Use":
         """The use by a clearance, else by that at rest; None without any."""
         value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
         return Use(self, value, t, use=None if value is None else self.use(value))
@@ -189,7 +187,7 @@ class Use:
         return not self.tolerance or self.limit.excess(self.value) > self.tolerance
 
     @property
-    def at_worst(self) -> Use:
+    def at_worst(self) -> "Use":
         """The use at the worst corner of the uncertain inputs."""
         limit, value = self.limit, self.value
         if not limit.spread or value is None or self.use is None:

@@ -1,7 +1,5 @@
 """A machine made of parts, in the plan: its system, the motions of its drives and winches, its hooks, its shapes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Literal
 

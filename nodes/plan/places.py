@@ -3,8 +3,6 @@
 So no message of a run contains a file name or a line number, and a run does not depend on them.
 """
 
-from __future__ import annotations
-
 from .plan import Plan
 
 ASIDE = -2  # in place of the number of an action: a command of an operator

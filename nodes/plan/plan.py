@@ -8,8 +8,6 @@ Orders and conditions are in `actions`. An actuator is addressed by the name of 
 by the name of the machine.
 """
 
-from __future__ import annotations
-
 import msgspec
 from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.kernel.trust import named

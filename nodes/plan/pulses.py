@@ -6,8 +6,6 @@ Control 112), here without damping. Both hold for the period at the beginning of
 swing if it changes meanwhile.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import pi
 

@@ -7,8 +7,6 @@ clearance, or may touch without passing through each other, or are joined. `may 
 a shape.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property

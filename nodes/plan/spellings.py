@@ -1,7 +1,5 @@
 """Former spellings that stay valid in scenes and recordings, with the constants used for them here."""
 
-from __future__ import annotations
-
 from typing import Any, Literal
 
 BEAMS = "loaders"

@@ -1,7 +1,5 @@
 """User models beside the kernel: their signals, the actuators that they lead, their delay."""
 
-from __future__ import annotations
-
 import msgspec
 from heavylift.kernel.description.signals import ScalarSignal
 

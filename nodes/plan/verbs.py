@@ -3,8 +3,6 @@
 A verb that only moves a drive or a winch is a row and nothing else.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -26,8 +26,6 @@ operator_command            an order of an operator while a scene runs
 Node processes import `heavylift.nodes.plan.plan` only; what reads YAML is imported when it is first used.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.on_demand import face, on_demand

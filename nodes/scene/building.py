@@ -3,8 +3,6 @@
 All errors of one step are reported at once; a later step starts only when the earlier ones found nothing.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress

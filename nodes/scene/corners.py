@@ -4,8 +4,6 @@ They are computed on the equilibrium path, input by input, then at each corner t
 monotonic in each input, whatever the others are; so the worst corner for a limit combines the worse end of each input.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -84,7 +82,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Ra
     return [*rows, *_lost(nominal, corners)]
 
 
-def _lost(nominal: LoadedScene, corners: Corners) -> Iterator[RatedLimit]:
+def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
     """Yield limits without value for the corners that could not be evaluated."""
     where = nominal.plan.limits[0].where if nominal.plan.limits else ""
     for message, why in corners.lost:

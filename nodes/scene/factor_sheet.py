@@ -3,8 +3,6 @@
 Loads are in t, those of slings in kN.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from heavylift.nodes.limits.factors import BASES, NAMES

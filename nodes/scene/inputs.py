@@ -9,8 +9,6 @@ The scale of an input is its typical variation: its own size; for a coordinate a
 ends a fifth of their distance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase

@@ -5,8 +5,6 @@ places them beside each other: `a-crane`, `a-legs.sling-1`. Nothing couples them
 computed one by one.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Container, Sequence
 from dataclasses import replace

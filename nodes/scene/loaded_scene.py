@@ -1,7 +1,5 @@
 """A scene that can be run, and static results of its plan: loads, utilisations, findings, model level."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -67,10 +65,10 @@ class LoadedScene:
     chosen: bool = False  # its plan is that of a run: nothing is to be chosen for what it asks
     answer: Answer | None = None  # how its plan was chosen
     apart: Followed | None = None  # the paths at rest of several lifts, each followed as if it were alone
-    keys: schema.Scene | None = field(default=None, compare=False, repr=False)  # where they have been read already
+    keys: "schema.Scene | None" = field(default=None, compare=False, repr=False)  # where they have been read already
 
     @cached_property
-    def scene(self) -> schema.Scene:
+    def scene(self) -> "schema.Scene":
         """The keys of the scene."""
         from .keys.validate import validated  # with what reads scenes
 

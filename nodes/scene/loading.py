@@ -4,8 +4,6 @@ A lift in a single file is cached under its text, its settings and this code, so
 checks it: the modules that validate scenes are then not even imported.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -95,7 +93,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene, chosen=True)
 
 
-def check(scene: LoadedScene | str | Path, near: Sequence[Check] = ()) -> SceneReport:
+def check(scene: LoadedScene | str | Path, near: Sequence[Check] = ()) -> "SceneReport":
     """Return sizes, static loads, utilisations and findings of a scene; `near`: clearances on its equilibrium path."""
     from .report import report
 

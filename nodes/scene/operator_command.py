@@ -3,8 +3,6 @@
 It is read and checked like a line of the scene; an error is one sentence with a caret below the text.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.errors import SceneError
@@ -24,7 +22,7 @@ PLACE: Path = (NAME,)
 NOWHERE = ""  # a command stands in no file, and its orders, which are on record, on no line
 
 
-def spoken(scene: LoadedScene, words: str) -> actions.Action:
+def spoken(scene: "LoadedScene", words: str) -> actions.Action:
     """Return the orders of a command; raises SceneError."""
     words = " ".join(words.split())
     if len(words) > LONGEST:
@@ -52,7 +50,7 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
     return actions.Action(orders=orders)
 
 
-def _refused(scene: LoadedScene, order: actions.Order) -> str:
+def _refused(scene: "LoadedScene", order: actions.Order) -> str:
     """Return why an order is impossible during a run, or for its crane; "" if it is possible."""
     until = order.until if isinstance(order, actions.Move | actions.Turn) else None
     parts = until.all if isinstance(until, actions.And) else (until,)

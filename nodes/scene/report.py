@@ -3,8 +3,6 @@
 Loads are those of the equilibrium path; "on the rope" counts the hook block, "below the hook" does not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
@@ -59,7 +57,7 @@ class SceneReport:
     slings: int
     models: int
     actions: int
-    mobility: Mobility
+    mobility: "Mobility"
     rows: tuple[HookLoadRow, ...]
     lines: tuple[str, ...]
     brief: tuple[str, ...]  # of them what fits a screen
@@ -129,7 +127,7 @@ def _printed(tables: Sequence[Table]) -> list[str]:
     return [line for table in tables if table.rows for line in ("", *part_text(table).splitlines())]
 
 
-def _mobility(built: plan.Plan) -> Mobility:
+def _mobility(built: plan.Plan) -> "Mobility":
     """Return bodies and degrees of freedom as counted by the kernel."""
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.model.reactions.mobility import mobility  # needs NumPy, which declaring a scene does not

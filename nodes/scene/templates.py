@@ -1,7 +1,5 @@
 """Texts of new scenes: a copy of a bundled scene, or a crane of a type with the blocks of a table."""
 
-from __future__ import annotations
-
 import re
 from math import ceil
 from pathlib import Path

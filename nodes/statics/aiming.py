@@ -3,8 +3,6 @@
 Goals of the moves of each action, whether or not limits stop them before.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from math import pi, sqrt

@@ -3,8 +3,6 @@
 Between two points of the path, bodies are assumed to move along straight lines.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import ceil, inf
 

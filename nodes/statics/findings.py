@@ -1,7 +1,5 @@
 """Findings of the equilibrium path other than loads: instability, falls, stages of no length, an early end."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The action list followed statically, with the modes of small motions wherever an observed move changes its speed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from heavylift.kernel.analysis.modes import Modes

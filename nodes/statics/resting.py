@@ -1,7 +1,5 @@
 """Scenes at rest at the start: blocks on their supports, hooks and frames below, elastic bodies deflected."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """A point of the equilibrium path of a scene: poses of all bodies, and loads of every rope and support."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

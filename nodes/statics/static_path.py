@@ -3,8 +3,6 @@
 The result is plain data: a second load of the same scene reads it from the cache.
 """
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from functools import cache

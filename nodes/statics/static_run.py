@@ -4,8 +4,6 @@ Commander and machines are those of a run; the equilibrium path replaces the ker
 So each verb, condition and switch has the same meaning as in a run.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from math import ceil, pi
 

@@ -1,7 +1,5 @@
 """What `heavylift check` and `heavylift run` say of a yard, as a sheet, from the numbers of its runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
 from math import ceil, sqrt

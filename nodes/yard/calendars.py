@@ -1,7 +1,5 @@
 """Working time [ns since 00:00 of the first day]: shifts, perhaps across midnight, of days that are no holidays."""
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

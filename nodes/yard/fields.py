@@ -1,7 +1,5 @@
 """Dates, shifts, predecessors and durations as a yard file writes them; each raises ValueError where it is none."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from datetime import date, datetime, timedelta

@@ -4,8 +4,6 @@ The serial scheme takes activities one after the other and starts each as early 
 dispatcher of `models` is the parallel one, which never lets an activity wait that could start (Kolisch 1996).
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from statistics import NormalDist
 

@@ -4,8 +4,6 @@ The dispatcher is the parallel schedule generation scheme: whenever something en
 starts all that may start, in the order of the rule.  A break interrupts work, and what the work has it keeps.
 """
 
-from __future__ import annotations
-
 from bisect import insort
 from heapq import heappop, heappush
 

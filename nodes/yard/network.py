@@ -4,8 +4,6 @@ Critical path method after Kelley and Walker (1959); rules as in Kolisch (1996),
 Research 90: each orders activities by a number, the lowest first, ties by the number of the activity.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date

@@ -4,8 +4,6 @@ The activities of a block follow each other by the steps' `after`; a block comes
 `begins` comes after that of the other one which `ends` the erection.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from datetime import date
 from functools import partial

@@ -3,8 +3,6 @@
 Comparison of two alternatives: verdicts, the maximum utilisation of each quantity, tensions, clearances, stages.
 """
 
-from __future__ import annotations
-
 import datetime
 import tempfile
 from collections.abc import Callable, Iterable, Iterator

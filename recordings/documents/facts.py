@@ -3,8 +3,6 @@
 Description of a recorded lift as a table of names and values: block, machines, and the computation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any

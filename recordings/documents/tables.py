@@ -4,8 +4,6 @@ Each checked limit automatically has a row in the table of its quantity; a table
 verdict (`RecordedVerdict.tables`). To add another table, write its function and name it in `TABLES`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from math import degrees
 

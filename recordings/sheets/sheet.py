@@ -10,8 +10,6 @@ A sheet as one page without scripts that loads nothing; all contents are escaped
 Figures on pages: drawn in placeholder colours, which the page replaces by those of the reader's theme.
 """
 
-from __future__ import annotations
-
 import base64
 import csv
 import io
@@ -269,7 +267,7 @@ INK, QUIET, BAND, PAPER, LIMIT = "#1d2733", "#6b7683", "#e6f2ea", "#ffffff", "#a
 THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "var(--paper)", LIMIT: "var(--limit)"}
 
 
-def in_page(figure: Figure) -> str:
+def in_page(figure: "Figure") -> str:
     """Return a figure as <svg> with text and colours of the page."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)

@@ -5,8 +5,6 @@ Print a page to PDF with a browser on this machine: Chromium or a relative of it
 Writing a sheet to a file: a page, a PDF, a workbook, text or plain data, by the ending of its name.
 """
 
-from __future__ import annotations
-
 import io
 import re
 import shutil
@@ -60,7 +58,7 @@ def _named(title: str, taken: list[str]) -> str:
     return name if name not in taken else next(x for x in others if x not in taken)
 
 
-def _fill(leaf: Worksheet, table: Table, first: int) -> None:
+def _fill(leaf: "Worksheet", table: Table, first: int) -> None:
     """Write head, rows and notes of a table into a worksheet, from row `first` on."""
     from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter

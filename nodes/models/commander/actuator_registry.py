@@ -3,8 +3,6 @@
 The commander addresses orders with it and starts from its state; both follow from the plan alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from heavylift.nodes.plan.actions import Hookup, Turn

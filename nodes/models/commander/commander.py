@@ -6,8 +6,6 @@ action that contradicts the state ends the run with an error; `waiting_for` desc
 Messages between models number actions and orders; error messages name their lines in the scene.
 """
 
-from __future__ import annotations
-
 import msgspec
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Bag, seconds

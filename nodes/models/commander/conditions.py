@@ -10,8 +10,6 @@ The refusal of an order or a condition, without lines of the scene.
 For an operator's command the sentence goes into a message; for the action list it is prefixed with its line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 

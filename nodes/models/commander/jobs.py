@@ -1,7 +1,5 @@
 """Orders in progress, conflicts between them, and the format of times in messages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Each is refused with a message. If it is one of the action list, the run ends, a
 the scene, path and time; for an operator's order the message is the answer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Container, Mapping, Sequence
 
 from heavylift.kernel.description.mechanics import Joint

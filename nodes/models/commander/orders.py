@@ -3,8 +3,6 @@
 An order of the scene becomes one order to each actor that it concerns; a job represents it until its Done report.
 """
 
-from __future__ import annotations
-
 from math import isfinite
 from typing import Any
 

@@ -6,8 +6,6 @@ rope as this point sinks: ref(theta) = const + kc cos(theta) + ks sin(theta) wit
 (-w, v) for the rope. Sent once per turn; elasticity shifts the true angle by a few tenths of a degree.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from heavylift.nodes.plan.actions import Follow

@@ -10,8 +10,6 @@ A pass reads what the plan tells of hooks, ties and girders and has no knowledge
 nothing of it, it returns the machine itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple

@@ -11,8 +11,6 @@ its own weight and its load, so that nothing swings before something moves, and 
 it are level and where they would be on a rigid girder, although a bent girder is shorter, by half its slopes squared.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

@@ -5,8 +5,6 @@ is its own mirror image about a plane if each body is, and each rope, sling and 
 leaves the plane, and a motion in it is exact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cached_property
 

@@ -3,8 +3,6 @@
 A locked joint is fixed at its start, and no law acts on it; a body in planar motion has three degrees of freedom.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The model level of the machines of a plan, and a list of what it omits."""
 
-from __future__ import annotations
-
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 

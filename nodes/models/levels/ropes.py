@@ -13,8 +13,6 @@ they are off.  At the places of Gauss they do not, and the last one draws to the
 it recoils.  Lumps keep the distance of the falls, so that the chain resists yawing as the whole rope does (T b2 / 4 L).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise

@@ -7,8 +7,6 @@ and is done where it stops. Ramps in pulses, and a log, are speeds at times, wit
 master it accepts no moves; released, it holds its position.
 """
 
-from __future__ import annotations
-
 from math import copysign, inf, isclose
 
 from heavylift.kernel.description.mechanics import System

@@ -8,8 +8,6 @@ It trips when a guard of the kernel is reached, blocks the directions that lead 
 are back. Bypassed, it reports but blocks nothing.
 """
 
-from __future__ import annotations
-
 from math import floor, radians
 from typing import cast
 

@@ -1,7 +1,5 @@
 """Messages between models and the kernel: inputs that change a law, a mask or a guard, and state events."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -33,7 +31,7 @@ class SetProfile(KernelInput, frozen=True):
     accel: float
     distance: float | None = None
 
-    def part(self, piece: str, share: float) -> SetProfile:
+    def part(self, piece: str, share: float) -> "SetProfile":
         """Return the input for a piece of a rope with this share of its length."""
         distance = None if self.distance is None else self.distance * share
         return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
@@ -48,7 +46,7 @@ class SetFollow(KernelInput, frozen=True):
     master: str = ""
     law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def part(self, piece: str, share: float) -> SetFollow:
+    def part(self, piece: str, share: float) -> "SetFollow":
         """Return the input for a piece of a rope with this share of its length."""
         k1, kc, ks = self.law
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))

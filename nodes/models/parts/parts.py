@@ -8,8 +8,6 @@ a `LiveActor` receives orders and state events and sends kernel inputs and repor
 actors have the same four ports, so that a message reaches the actor that it names without a dispatcher.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import NoReturn, TypeVar
 

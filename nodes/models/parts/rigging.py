@@ -4,8 +4,6 @@ A sling is hooked and unhooked by orders; taut and slack are state events of the
 engaged as long as no sling is hooked. The supports report when the block leaves the ground and when it is back.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from heavylift.kernel.description.mechanics import System

@@ -1,7 +1,5 @@
 """Winches: drives that wind ropes, with their upper limit switches."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from heavylift.kernel.description.mechanics import System, Threshold

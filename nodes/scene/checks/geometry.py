@@ -15,8 +15,6 @@ Overloads after a sling has parted, and quantities guarded by an interlock, are 
 run to study them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, product
@@ -55,7 +53,7 @@ class Findings:
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
         """Add the violations of a check; `where` of the causing action replaces that of the thing."""
-        for subject, place, sentence in violations:
+        for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue
             self.seen.add((check, subject))
@@ -63,15 +61,15 @@ class Findings:
             if where and key in self.sentences:
                 self.others.setdefault(key, []).append(subject)
             else:
-                self.sentences.setdefault(key, sentence)
+                self.sentences.setdefault(key, message)
 
     def list(self) -> list[tuple[str, str]]:
         """Return (where, sentence) of each finding."""
         found = []
-        for key, sentence in self.sentences.items():
+        for key, message in self.sentences.items():
             _, where, stage = key
             likewise = f"; likewise {', '.join(self.others[key])}" if key in self.others else ""
-            found.append((where, sentence + likewise + (f" ({stage})" if stage else "")))
+            found.append((where, message + likewise + (f" ({stage})" if stage else "")))
         return found
 
 
@@ -124,9 +122,9 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
         (x, y, _), (a, b, _) = scene.put(name)[0], block.size
         if not any(abs(p[0] - x) <= a and abs(p[1] - y) <= b for p in eyes):
             message = f"the {named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
-            sentence = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
+            places = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
             where = next(m.where for m in built.machines if m.name == name)
-            yield (name, where, f"{message}: hooks hang at {sentence or 'no place, the rig has no ' + BEAMS}")
+            yield (name, where, f"{message}: hooks hang at {places or 'no place, the rig has no ' + BEAMS}")
 
 
 def named(block: str) -> str:

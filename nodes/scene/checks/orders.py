@@ -4,8 +4,6 @@ Each check gets the action, the static state at its beginning and the path durin
 sentence); if several subjects have the same fault, the first is reported in full.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterable, Iterator
 from functools import cached_property
 from math import degrees, radians, sqrt

@@ -4,8 +4,6 @@ Each is at rest below its hook's position on its stretched rope, with its slings
 edges.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

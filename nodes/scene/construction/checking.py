@@ -3,8 +3,6 @@
 Faults are collected with their place in the file, never raised, so that all of them are reported at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar

@@ -3,8 +3,6 @@
 Units are parsed again here, since they depend on whether the coordinate slides or turns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

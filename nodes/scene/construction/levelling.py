@@ -11,8 +11,6 @@ of falls: a function of the boom's angle that k1 s + kc cos s + ks sin s (the ke
 within a tenth of a millimetre. The rope's stretch is that at the start.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from math import degrees, pi

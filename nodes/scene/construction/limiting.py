@@ -3,8 +3,6 @@
 The source of a number is the scene, the machine type, or, for a default, "assumed".
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heavylift.kernel.description.forces import Wind

@@ -3,8 +3,6 @@
 All mechanisms of a scene, each as one coupled model: its machines, its `mechanism:`, the wind.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 

@@ -5,8 +5,6 @@ The result is one description for the kernel, with the actuators that orders can
 start.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path as FilePath

@@ -3,8 +3,6 @@
 Two orders of one action for the same actor contradict each other and are refused.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 
 import msgspec

@@ -1,7 +1,5 @@
 """Ropes of a mechanism: between points, in lines of one tension, over points and sheaves, wound on winches."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 from heavylift.kernel.description import forces as forces, mechanics as k

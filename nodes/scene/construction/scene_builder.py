@@ -1,7 +1,5 @@
 """Common data of the builders of a scene's machines: machines built so far, and the hooks of frames."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from heavylift.kernel.description.mechanics import Vector

@@ -5,8 +5,6 @@ block bends from end to end along its x, relative to its mean frame; tabulated m
 elastic displacements of all lugs are sampled, and for a beam also those of its ends and middle.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import pairwise

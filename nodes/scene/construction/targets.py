@@ -3,8 +3,6 @@
 One table, so that an unknown target is answered with the nearest known one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

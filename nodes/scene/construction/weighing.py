@@ -1,8 +1,6 @@
 """Loads of machines at the start, for the passes of model levels: loads of heavy ropes, lengths of slings, loads of
 beams."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import msgspec

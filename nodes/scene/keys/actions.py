@@ -7,8 +7,6 @@ interlocks:
   gust: {when: wind >= 20 m/s, stops: all, deceleration: 0.1 m/s2, until: wind <= 15 m/s}
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Literal
 
@@ -82,7 +80,7 @@ class InterlockKeys(Base):
     tells: str = ""  # a sentence for the verdict, with or without stopping
 
     @model_validator(mode="after")
-    def _does(self) -> InterlockKeys:
+    def _does(self) -> "InterlockKeys":
         if not self.stops and not self.tells:
             raise ValueError("an interlock stops something, or tells something: add 'stops' or 'tells'")
         return self

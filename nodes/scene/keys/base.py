@@ -10,8 +10,6 @@ Each field is a key of its name, or of the word for its symbol in WORDS, in the 
 makes the description from the keys. Fields that are written differently are arguments.
 """
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Callable, Iterator

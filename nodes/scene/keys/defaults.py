@@ -1,7 +1,5 @@
 """Settings applied to a scene, also to one number of a list that the scene leaves to its default."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 
 from heavylift.kernel.errors import SceneError

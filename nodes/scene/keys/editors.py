@@ -4,8 +4,6 @@ Generated from the pydantic models that read scenes, so it is always up to date.
 checks while typing; the rest (names, physics, phrases of the action list) is checked by `heavylift check`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

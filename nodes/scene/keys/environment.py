@@ -12,8 +12,6 @@ frequencies and phases (Shinozuka and Deodatis, Applied Mechanics Reviews 44 (19
 speed a second. Periods longer than twenty minutes or shorter than two seconds are omitted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from math import pi, sqrt
@@ -118,7 +116,7 @@ class Vessel(Base):
         return x, y, z
 
     @model_validator(mode="after")
-    def _one(self) -> Vessel:
+    def _one(self) -> "Vessel":
         needs, other = ("responses", "floating") if self.motion == "given" else ("floating", "responses")
         if getattr(self, needs) is None:
             raise ValueError(f"motion: {self.motion} needs '{needs}'")
@@ -148,7 +146,7 @@ class Obstacle(Base):
     restitution: u.Ratio = 0.0
 
     @model_validator(mode="after")
-    def _overlaps(self) -> Obstacle:
+    def _overlaps(self) -> "Obstacle":
         if self.overlap and self.meets == "boxes":
             raise ValueError("boxes do not overlap: leave 'overlap' out, or take 'meets: lower corners'")
         return self
@@ -174,7 +172,7 @@ class WindKeys(Base):
     on: dict[str, Area] = Field(default_factory=dict)
 
     @model_validator(mode="after")
-    def _one(self) -> WindKeys:
+    def _one(self) -> "WindKeys":
         if self.gusts and self.turbulence:
             raise ValueError("give the wind either 'gusts' or a 'turbulence'")
         if not any(self.direction):

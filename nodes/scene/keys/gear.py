@@ -10,8 +10,6 @@ keys below each ID. Keys written beside `gear` in the same file override the ite
 the file extends. Under `gear`, the scene data keep the items in use, each with the places of its use.
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.spellings import BEAM
 from heavylift.nodes.scene.text.faults import closest, raise_faults

@@ -15,8 +15,6 @@ placement:
 Nodes are the machines of the scene, `commander` and `kernel`; those that are not named have a process of their own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 

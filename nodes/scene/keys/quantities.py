@@ -1,7 +1,5 @@
 """The quantity at a path of a scene: its value, and the dimension by which the models of the keys read it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, get_args, get_origin
 

@@ -3,8 +3,6 @@
 A key of several words is written with blanks in YAML (`may touch: ...`) and with underscores in Python.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from heavylift.kernel.description.mechanics import IDENTITY, Matrix, MethodName, RemovedMethod, Vector
@@ -116,7 +114,7 @@ class RopeLimit(Base):
     source: str = "the scene"
 
     @model_validator(mode="after")
-    def _one(self) -> RopeLimit:
+    def _one(self) -> "RopeLimit":
         if (self.tension is None) == (self.breaking is None):
             raise ValueError("give a rope either a 'tension' or a 'breaking' force")
         return self

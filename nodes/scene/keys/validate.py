@@ -4,8 +4,6 @@ pydantic reports all errors at once; here each gets its path in the file (withou
 sentence, and for an unknown key or word the nearest known one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import reduce

@@ -3,8 +3,6 @@
 A recursive-descent parser over one line; every error is a sentence with its column.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace

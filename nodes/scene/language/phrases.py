@@ -42,8 +42,6 @@ watches each of them.
 `grammar` reads phrases. Names are resolved later, against the machines of the scene.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 

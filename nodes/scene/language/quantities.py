@@ -1,7 +1,5 @@
 """The quantities that can be named in conditions, interlocks, limits of signals and user models: one row each."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The words of a phrase, read one after the other; errors have their place in the phrase."""
 
-from __future__ import annotations
-
 import re
 
 from heavylift.nodes.scene.text.expressions import QUANTITY, UNIT, Reader

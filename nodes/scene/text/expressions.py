@@ -10,8 +10,6 @@ Numbers are floats in SI units, operations happen in the order of the text, and 
 value carries the exponents of kg, m, s and rad: metres are never added to tonnes.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Mapping

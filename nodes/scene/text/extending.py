@@ -3,8 +3,6 @@
 Such an entry has only the differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path as FilePath

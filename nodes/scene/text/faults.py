@@ -4,8 +4,6 @@ Below each is the source line with a caret and, if a name is close to a known on
 are reported at once, in the order of the text.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from heavylift.kernel.errors import PlacedFault, SceneError, closest as closest

@@ -3,8 +3,6 @@
 Only regular files of bounded size are read; files that a scene refers to must be in its own folder.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 from itertools import count

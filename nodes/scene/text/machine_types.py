@@ -10,8 +10,6 @@ parts get the name of the crane as prefix: `boom` of `west` is `west.boom`. Mark
 line of the type file, or that of the scene if a parameter is overridden.
 """
 
-from __future__ import annotations
-
 from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path as FilePath

@@ -7,8 +7,6 @@ Graphics Tools 1 (1996) 31-50). A centre of mass and moments given with the bloc
 the centre of the shape's bounding box; for drawings and clearances the shape is represented by slices that contain it.
 """
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Iterator, Sequence

@@ -5,8 +5,6 @@ A path is written as in error messages: `cranes.west.at`, `actions[2].all hooks`
 a key of the action with that stage, and `stage up/all hooks/by` the quantity behind the word `by` of an order.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Container
 from copy import deepcopy

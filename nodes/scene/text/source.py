@@ -6,8 +6,6 @@ YAML 1.2 by ruamel's composer: the nodes are converted once into plain data, and
 merges the mapping of an anchor below another mapping. The order of keys has no meaning: `ordered` sorts them by name.
 """
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass, field
 from functools import lru_cache

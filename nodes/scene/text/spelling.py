@@ -1,8 +1,6 @@
 """Numbers, units, ranges and uncertainties as text: the tokens common to values, phrases, arithmetic and options; and
 hints for decimal commas, clock times, dashes and spelled-out units."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection
 from typing import NamedTuple

@@ -1,8 +1,6 @@
 """Tables in the folder of a scene, CSV or XLSX: heads with units, cells with their marks, and insertion of their
 values."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re
@@ -33,7 +31,7 @@ class TableCell:
     mark: Mark
 
     @classmethod
-    def of(cls, text: str, mark: Mark) -> TableCell:
+    def of(cls, text: str, mark: Mark) -> "TableCell":
         """Return a cell of a file with printable text."""
         return cls(printable(text.strip(), keep=SPACES), mark)
 

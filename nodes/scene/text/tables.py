@@ -18,8 +18,6 @@ For responses, and for `loads from` under `floating`, each column such as `surge
 interpolated linearly; waves outside the rows are an error.
 """
 
-from __future__ import annotations
-
 from math import floor, pi, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2, cos, sin

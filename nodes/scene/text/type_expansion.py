@@ -1,8 +1,6 @@
 """Expansion of a crane or frame to the parts of its type: parameters inserted, expressions evaluated, names
 prefixed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

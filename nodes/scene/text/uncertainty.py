@@ -7,8 +7,6 @@
 For a value in %, a half-width in % is absolute: `97 % +- 1 %` is 96 to 98 %; for other values it is relative.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Mapping

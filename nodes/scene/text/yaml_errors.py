@@ -1,7 +1,5 @@
 """Explanation of errors in a text that is not YAML, in the user's terms, with the place where they begin."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

@@ -8,8 +8,7 @@ import pytest
 from heavylift.coordinator.ladder import at_level, play
 from heavylift.kernel.description import Point
 from heavylift.nodes.models.levels import exact, left_out
-from heavylift.nodes.plan import Fidelity, Plan
-from heavylift.nodes.plan.fidelity import planar
+from heavylift.nodes.plan import Fidelity, Plan, planar
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scene.keys.parts import place, poses
 

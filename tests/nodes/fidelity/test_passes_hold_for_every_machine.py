@@ -17,8 +17,7 @@ from heavylift.kernel.description import System
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.models.levels import PASSES, as_modelled, left_out
-from heavylift.nodes.plan import Fidelity, Mechanism, Plan
-from heavylift.nodes.plan.fidelity import planar
+from heavylift.nodes.plan import Fidelity, Mechanism, Plan, planar
 from heavylift.nodes.scene import load, parse
 from lifts_of_kinds import lift_of_kinds
 from lifts_of_the_world import lift_of_the_world

@@ -1,7 +1,5 @@
 """Bases and set-up of machines as parts of the plan; limits of ground loads and wind."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 

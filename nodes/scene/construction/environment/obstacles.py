@@ -3,8 +3,6 @@
 If there is a floor or an obstacle, blocks have contacts with each other, too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import combinations, product
 

@@ -4,8 +4,6 @@ A name is that of a body, a machine with all of its parts, a rope or sling, or o
 the ground below everything.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from heavylift.kernel.description.units import WORLD

@@ -4,8 +4,6 @@ Buoyancy of a free vessel balances the weight on it at the start, at the common 
 even keel and its hydrostatic stiffness is that of GM; loads lifted from it or hung on it make it rise, sink and heel.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import pi
 

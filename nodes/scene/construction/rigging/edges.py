@@ -4,8 +4,6 @@ above the load.
 Names of rigging entries: their ropes, and the lugs of blocks to which they are hooked.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 

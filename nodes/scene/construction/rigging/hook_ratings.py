@@ -3,8 +3,6 @@
 The source of a number is the scene if one of its parameters gives it, else the machine type.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The hooks of a machine and the slings on them: hook blocks on ropes that hang plumb at rest at the start."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """Limits of loads on hooks: several machines together, slings, shackles, frames, lugs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from heavylift.nodes.limits.ground import DETERMINATE

@@ -6,8 +6,6 @@ are stretched by their weight. From there the scene is brought to rest (see `bui
 belong to the machine of the hook; every other entry is a machine of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterator
 from math import sqrt
 

@@ -3,8 +3,6 @@
 A condition on an empty set is a fault.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Literal
 

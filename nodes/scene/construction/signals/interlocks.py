@@ -1,7 +1,5 @@
 """Interlocks of the plan, from machine types and the scene: watched quantity, stopped actuators, blocked directions."""
 
-from __future__ import annotations
-
 import msgspec
 from heavylift.kernel.algebra.dense import dot
 from heavylift.kernel.compiler.symbol import Array

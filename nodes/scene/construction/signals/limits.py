@@ -1,7 +1,5 @@
 """The complete table of limits of a scene, including the signals that the scene itself limits."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """The user models of a scene's key `models`: signals and set-points, named as in conditions and orders."""
 
-from __future__ import annotations
-
 import re
 
 from heavylift.kernel.description.signals import ScalarSignal

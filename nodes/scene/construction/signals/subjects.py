@@ -1,7 +1,5 @@
 """Subjects of signals by name: hooks, ropes, points, boxes and winds; and the signals of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import cast

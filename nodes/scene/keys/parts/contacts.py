@@ -4,8 +4,6 @@ A contact is between a body and another one or, if none is named, the ground: a 
 a point), against the plane, box or ball given by `against`.
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.constraints.contact.pairs import gap
 from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.description.units import WORLD

@@ -4,8 +4,6 @@ A beam lies along x of its body's frame; joints, ropes and forces on it are plac
 files beside the scene: .csv, or the array of the key's name in an .npz.
 """
 
-from __future__ import annotations
-
 import re
 import zlib
 from io import BytesIO, StringIO
@@ -62,7 +60,7 @@ class BeamKeys(Stiffness):
     frame: Literal["clamped", "simply supported", "free"] = "clamped"
 
     @model_validator(mode="after")
-    def _one_mass(self) -> BeamKeys:
+    def _one_mass(self) -> "BeamKeys":
         if (self.mass is None) == (self.mass_per_length is None):
             raise ValueError("a beam has either 'mass' or 'mass per length'")
         return self

@@ -4,8 +4,6 @@ A history is a list of [time, value], linear between; the value is a factor of t
 themselves and their conventions: `heavylift.kernel.description.forces`.
 """
 
-from __future__ import annotations
-
 import re
 from functools import reduce
 from operator import or_

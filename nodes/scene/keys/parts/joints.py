@@ -5,8 +5,6 @@ the order of the coordinates in the kernel's joint table. `limits` and `friction
 permanently engaged brake, written with the joint.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from functools import reduce
 from math import pi

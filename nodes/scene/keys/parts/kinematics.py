@@ -3,8 +3,6 @@
 The joints are followed from the world outwards, by the kernel's joint table.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact

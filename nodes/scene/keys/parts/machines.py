@@ -1,7 +1,5 @@
 """Machines written as parts, as their types generate them."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from heavylift.nodes.scene.keys.base import Base, BodyPoint, part_name

@@ -4,8 +4,6 @@ A body's frame is that of its joint. Laws name the joint on which they act and, 
 determines whether their units are those of sliding or turning.
 """
 
-from __future__ import annotations
-
 from math import inf
 from typing import Annotated, Any, Generic, Literal, TypeVar
 

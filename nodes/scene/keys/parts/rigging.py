@@ -4,8 +4,6 @@ Ends are named by words: `jib main` is a hook, `F1` a lug of the block, `beam.we
 `beam` alone its origin.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from heavylift.nodes.scene.keys.base import Base, Name, Place

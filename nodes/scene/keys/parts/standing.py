@@ -1,7 +1,5 @@
 """The keys of a machine's base, and of the ground below."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from heavylift.nodes.scene.keys.base import Base, Name, Place
@@ -44,7 +42,7 @@ class Stands(Base):
     wheels: Wheels | None = None
 
     @model_validator(mode="after")
-    def _one(self) -> Stands:
+    def _one(self) -> "Stands":
         if sum(x is not None for x in (self.tracks, self.outriggers, self.wheels)) > 1:
             raise ValueError("a machine stands on 'tracks', on 'outriggers' or on 'wheels'")
         return self
