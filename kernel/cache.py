@@ -211,14 +211,14 @@ def _size(folder: int, name: str) -> int:
 
 @cache
 def sources() -> bytes:
-    """Contents of all kernel sources, as of the first call."""
+    """Hash of all kernel sources, as of the first call."""
     return contents(Path(__file__).parent, ".py")
 
 
 def contents(folder: Path, *endings: str) -> bytes:
-    """Contents of all files below a folder with one of these suffixes, sorted by path."""
+    """Hash of the contents of all files below a folder with one of these suffixes, sorted by path."""
     found = (f"{at}/{name}" for at, _, names in os.walk(folder) for name in names if name.endswith(endings))
-    return b"".join(Path(path).read_bytes() for path in sorted(found))
+    return hashlib.sha256(b"".join(Path(path).read_bytes() for path in sorted(found))).digest()
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:

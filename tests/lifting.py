@@ -3,11 +3,13 @@
 import re
 from collections.abc import Sequence
 
-from heavylift.kernel.description import Body, Reeving, Rope
-from heavylift.nodes.plan import Cargo, Mechanism, Plan, Tie
+from heavylift.kernel.description import Body, Check, Reeving, Rope
+from heavylift.kernel.description.findings import findings
+from heavylift.nodes.limits import checks_of
+from heavylift.nodes.plan import Cargo, Mechanism, Plan, Tie, Use
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 
-SECTIONS = ("project", "gear", "practice", "factors", "limits")
+SECTIONS = ("project", "gear", "ground", "practice", "factors", "limits")
 KEYS = ("lug capacity", "capacity")
 GEARED = r"(sling|shackle): \{gear: [^}]*\}"
 
@@ -23,6 +25,12 @@ def unstated(text: str) -> str:
 def bare(name: str, settings: Sequence[str] = ()) -> LoadedScene:
     """A bundled lift of which no more is stated than a run needs."""
     return parse(unstated(bundled()[name].read_text(encoding="utf-8")), f"{name}.yaml", settings)
+
+
+def findings_of(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Check]:
+    """What is beyond its limit, or should be reported, of values without errors."""
+    found = findings(checks_of(plan, uses, (), {} if dynamic else None, ()))
+    return [x for x in found if x.quantity != "factor sheet"]
 
 
 def machine(plan: Plan, name: str) -> Mechanism:

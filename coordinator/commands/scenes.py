@@ -39,16 +39,17 @@ def check(
     from heavylift.coordinator.participants.mechanics_at import check_steps
     from heavylift.coordinator.transport.placement import Placement
     from heavylift.coordinator.verdict.judging import near_at_rest
+    from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
     from heavylift.nodes.models import node_names
     from heavylift.nodes.plan.fidelity import percent
     from heavylift.nodes.scene import check as examine
 
-    loaded = o.scene_of(scene, sets)
+    loaded = with_worst_clearances(o.scene_of(scene, sets))
     check_steps(loaded)
     found, answer = examine(loaded, near_at_rest(loaded.plan, loaded.statics)), known(loaded)
     if as_json:
         message: dict[str, object] = msgspec.to_builtins(found)
-        own = {key: message.pop(key) for key in ("state", "line", "findings", "checks", "tables", "lines")}
+        own = {key: message.pop(key) for key in ("state", "line", "checks", "tables", "lines")}
         del own["lines"], message["brief"]
         message |= {"verdict": {"red": found.state == "red", **own}}  # as of a run
         message |= {"modelled": msgspec.to_builtins(answer) | {"told": str(answer)} if answer else None}

@@ -25,7 +25,7 @@ from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
-from .model_levels import Ladder, ModelLevel, at_level
+from .model_levels import Ladder, ModelLevel, at_level, undamped
 
 STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
 # as short, by which a method that has damped a swing away sees it
@@ -39,6 +39,9 @@ Report = Callable[[str], None]
 
 def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
     """The scene at the model level and steps that its accuracy requires; `say` reports the runs made for it."""
+    from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
+
+    scene = with_worst_clearances(scene)
     if (question := scene.question) is None:
         return scene
     if scene.plan.models:
@@ -123,7 +126,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)
-        look = _climbed(ladder, ladder.rungs(level), question.accuracy, measuring, richer)
+        look = _climbed(ladder, ladder.candidates(level), question.accuracy, measuring, richer)
         last = look if last is None or not look.why or last.why else last
         if largest(look.error) <= question.accuracy:
             return _answer(look, question, measuring)
@@ -162,9 +165,11 @@ def _climbed(
             return Look(candidates[run[-1]], why=str(error).splitlines()[0])
         if kept := next((look for look in results if largest(look.error) <= accuracy), None):
             hidden = times(HIDES, results[run.index(checked)].steps)
-            if candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy:
+            seen = candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy
+            if seen and (checked == run[-1] or not measuring.slack(candidates[checked])):
                 return kept
-            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by
+            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by, above all where
+            # ropes go slack and taut: what decides when is damped first
             continue
         best = results[-1]
         steps, wrong = largest(best.steps), largest(best.model)
@@ -237,11 +242,11 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
     """Pairs that tell the error of a candidate's level: with the cheapest level that puts back all that it leaves out;
-    where hook ropes slacken with all such levels, for waves that run along them are of any length; of the finest with
-    the one before it."""
+    where hook ropes slacken or something has no damping with all such levels, for waves that run along ropes are of
+    any length; of the finest with the one before it."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
-    if len(levels) > 1 and not measuring.slackens(own) and not measuring.slackens(own.on(levels[0])):
-        levels = levels[:1]
+    if len(levels) > 1 and not undamped(system(candidate.plan)):
+        levels = levels if any(measuring.slack(x, hooks=True) for x in (own, own.on(levels[0]))) else levels[:1]
     return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
 
 

@@ -10,24 +10,17 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import groupby
 from math import inf
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand, command
-from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.parts import KernelConfig
-from heavylift.coordinator.participants.session import Session
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.dense_output import DenseRows
-from heavylift.kernel.simulation.commands import LiftRowsView
-from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
 from heavylift.nodes.plan.limit import Use
@@ -38,6 +31,11 @@ from heavylift.recordings.read.verdict import RecordedVerdict
 from heavylift.recordings.write.sink import Peak, note_peaks
 from numpy.typing import NDArray
 
+if TYPE_CHECKING:
+    from heavylift.coordinator.participants.parts import KernelConfig
+
+    from .keeping import KeepingKernel
+
 CUT = "cut after"
 
 
@@ -45,7 +43,7 @@ CUT = "cut after"
 class Played:
     """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
     total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
-    what the kernel has to say, and when [ns]; whether a hook rope `slackens`; its end [ns]; what the action list still
+    what the kernel has to say, and when [ns]; the ropes that went slack; its end [ns]; what the action list still
     waited for; rows at instants between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
 
     plan: Plan
@@ -57,7 +55,7 @@ class Played:
     rigs: list[tuple[int, list[RopeLine]]]
     apart: dict[str, list[tuple[int, NDArray[np.float64]]]]
     notes: list[tuple[int, str]]
-    slackens: bool
+    slack: frozenset[str]
     end_ns: int
     unfinished: str
     dense: NDArray[np.float64]
@@ -129,12 +127,14 @@ class Played:
         """The same of every second sample."""
         return self.judging(2)
 
-    def judging(self, every: int = 1, **options: int) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """The same of every so many-th sample, with options of `verdict_with_uses`."""
+    def judging(self, every: int = 1, smallest: int | None = None) -> tuple[RecordedVerdict, Sequence[Use]]:
+        """The same of every so many-th sample; `smallest`: clearances that are reported at least."""
+        from heavylift.coordinator.verdict.clearances import SMALLEST
         from heavylift.coordinator.verdict.judging import verdict_with_uses
 
         past, known = self.past(every), self.mechanics
-        return verdict_with_uses(self.plan, past, self.conduct, self.errors, mechanics=known, **options)
+        least, whole = (SMALLEST, every == 1) if smallest is None else (smallest, False)
+        return verdict_with_uses(self.plan, past, self.conduct, self.errors, least, known, whole)
 
     def past(self, every: int = 1) -> Collector:
         """What every so many-th sample has shown, as columns."""
@@ -145,40 +145,6 @@ class Played:
         return past
 
 
-class _Kernel(KernelNode):
-    """A kernel whose samples stay in this process and whose run can be ended by the clock."""
-
-    def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float) -> None:
-        super().__init__(config, lambda batch: None)
-        self.looks = DenseRows(self.simulation, instants)
-        self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
-        self.sentences: list[tuple[int, str]] = []
-        self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
-        self._allowed, self._deadline = allowed, time.perf_counter() + allowed
-
-    def _pause(self) -> None:
-        super()._pause()
-        if time.perf_counter() > self._deadline:
-            raise KernelError(f"{CUT} {self._allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run")
-
-    def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
-        self.kept += [(self.simulation.method, row) for row in rows]
-        self.sentences += [(t_ns, sentence) for _, t_ns, sentence in notes]
-
-    def _batch_apart(self, lift: LiftRowsView, rows: list[tuple[int, np.ndarray]]) -> None:
-        shown = published(lift.method, np.array([row for _, row in rows]))
-        self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
-
-    def table(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Times (n,) [ns] and rows (n, width) of all samples."""
-        parts = []
-        for _, group in groupby(self.kept, key=lambda x: id(x[0])):
-            some = list(group)
-            method: object = some[0][0]
-            parts.append(published(method, np.array([row for _, (_, row) in some])))  # type: ignore[arg-type]
-        return np.array([t for _, (t, _) in self.kept], np.int64), np.concatenate(parts)
-
-
 def play(
     plan: Plan,
     limit: float = inf,
@@ -187,13 +153,17 @@ def play(
     errors: Errors | None = None,
 ) -> Played:
     """Run a plan to its end within `limit` seconds of wall time, and look at `instants` [ns]; raises HeavyliftError."""
+    from heavylift.coordinator.participants.session import Session
+
+    from .keeping import KeepingKernel  # with the compiler, which nobody needs who only reads what is remembered
+
     began, start = time.perf_counter(), time.thread_time()
     events, rigs, ropes = list[Event](), list[tuple[int, list[RopeLine]]](), list[RopeLines]()
 
-    def make(config: KernelConfig) -> _Kernel:
+    def make(config: KernelConfig) -> KeepingKernel:
         ropes.append(RopeLines(config.systems))
         rigs.append((0, ropes[0].drawn()))
-        return _Kernel(config, instants, limit)
+        return KeepingKernel(config, instants, limit, CUT)
 
     def hear(event: Event) -> None:
         events.append(event)
@@ -211,11 +181,10 @@ def play(
     unfinished = session.finish(Tag(reached + 1) if ended else session.core.end)
     cpu, wall = time.thread_time() - started, time.perf_counter() - prepared
     times, rows = kernel.table()
-    hooks = {hook.rope for machine in plan.machines for hook in machine.hooks}
-    slackens = any(e.what == "slack" and e.name.partition("~")[0] in hooks for _, e in kernel.simulation.log)
+    slack = frozenset(e.name.partition("~")[0] for _, e in kernel.simulation.log if e.what == "slack")
     return Played(
         plan, kernel.mechanics, msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout), times, rows,
-        events, rigs, kernel.of_lifts, kernel.sentences, slackens,
+        events, rigs, kernel.of_lifts, kernel.sentences, slack,
         max(times[-1].item(), events[-1].t if events else 0), unfinished,
         kernel.looks.finish(), session.grants, prepared - began, started - start, wall, cpu, errors or {},
     )  # fmt: skip

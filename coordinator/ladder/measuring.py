@@ -43,7 +43,7 @@ class Measuring:
         self.spent: dict[Key, Spent] = {}
         self._samples = 0
         self._failed: dict[Key, HeavyliftError] = {}
-        self._slackening: dict[Key, bool] = {}
+        self._slack: dict[Key, frozenset[str]] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
         self.limits: dict[Key, dict[str, AskedFigure]] = {}  # uses of limits, of each candidate that was run
 
@@ -65,7 +65,7 @@ class Measuring:
                     self._failed[candidate.key] = error
                 raise
             self.spent[candidate.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
-            self._slackening[candidate.key] = run.slackens
+            self._slack[candidate.key] = run.slack
             self._read[candidate.key] = {f.name: f for f in figures(run, self.ask)}
             self.limits[candidate.key] = (
                 {f.name: f for f in figures(run, ["limits", "clearance"])} if candidate.plan.limits else {}
@@ -74,10 +74,11 @@ class Measuring:
             self._report(f"{candidate.name}: {run.cpu_s:.2g} s")
         return self._read[candidate.key]
 
-    def slackens(self, candidate: ModelLevel) -> bool:
-        """Whether a hook rope does in the run of a candidate."""
+    def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
+        """Whether a rope goes slack in the run of a candidate, or one of its hook ropes."""
         self.figures(candidate)
-        return self._slackening[candidate.key]
+        found = self._slack[candidate.key]
+        return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
 
     def misread(self, candidate: ModelLevel) -> Errors:
         """Reading errors of the figures of a candidate, from their sampling."""

@@ -53,6 +53,12 @@ def stiff(mechanics: System) -> bool:
     return any(soft) or any(body.flexible for body in mechanics.bodies)
 
 
+def undamped(mechanics: System) -> bool:
+    """Whether some elastic thing in it has no damping, so that what a stiff method damps would be all that there is."""
+    elastic = (*mechanics.laws, *(body.flexible for body in mechanics.bodies))
+    return any(getattr(x, "damping", 1.0) == 0.0 for x in elastic)
+
+
 @dataclass(frozen=True)
 class ModelLevel:
     """A model level with steps: one way to run a plan."""
@@ -154,7 +160,8 @@ class Ladder:
     @cached_property
     def own(self) -> str:
         """The method of its candidates where none is named."""
-        return "radau5" if stiff(system(self.plan)) else "dop853"
+        mechanics = system(self.plan)
+        return "radau5" if stiff(mechanics) and not undamped(mechanics) else "dop853"
 
     @property
     def method(self) -> str:
@@ -169,7 +176,7 @@ class Ladder:
         tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)
         return ModelLevel(msgspec.structs.replace(candidate.plan, method=self.own, tolerance=tolerance, step=None))
 
-    def rungs(self, level: Fidelity) -> list[ModelLevel]:
+    def candidates(self, level: Fidelity) -> list[ModelLevel]:
         """Candidates of a level, cheapest first; one if the scene fixes the steps."""
         loosest, tightest = TOLERANCES.get(self.method, OTHERS)
         tolerances = tuple(x * 10.0**-k for k in range(loosest, tightest + 1) for x in (1.0, 0.3))

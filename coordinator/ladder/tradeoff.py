@@ -118,7 +118,7 @@ def measure(
         return budget - (time.perf_counter() - began)
 
     measuring = Measuring(wanted, left, say)
-    finest = ladder.rungs(ladder.full[-1])[::DECADE]
+    finest = ladder.candidates(ladder.full[-1])[::DECADE]
     true = finest[min(REFERENCE, len(finest) - 1)]
     try:
         while not measuring.read_well(true, limit):
@@ -138,7 +138,7 @@ def measure(
         raise SceneError(f"{scene.path.name}: nothing in it moves by which a level could be checked")
     rows, out = list[Row](), 0
     for candidate in (
-        r for level in ladder.full for r in ladder.rungs(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
+        r for level in ladder.full for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
     ):
         row = _row(scene, candidate, true, quantity, measuring) if left() > 0.0 else None
         out += row is None

@@ -54,8 +54,9 @@ class Session(Generic[Kernel]):
         self.core = OpenCoordinator(homes, wires.couplings, end, wires.finish, self._heard, wires.outside, most, homes)
         acting = {n: [models[m] for m in own] for n, own in homes.items() if n != KERNEL}
         self._nodes = {
-            n: Node(n, Simulator(own, microsteps=most, watched=False, wires=wires.all)) for n, own in acting.items()
-        } | {KERNEL: Node(KERNEL, self.kernel, self.kernel.finish)}
+            n: Node(n, Simulator(own, microsteps=most, watched=False, wires=wires.all), hashed=False)
+            for n, own in acting.items()
+        } | {KERNEL: Node(KERNEL, self.kernel, self.kernel.finish, hashed=False)}
         for name, node in self._nodes.items():
             hello = node.hello()
             if not isinstance(hello, Hello):

@@ -39,11 +39,12 @@ class Node:
     """A node: answers each message; `finish(end)` returns what the model still waits for, or ""."""
 
     def __init__(
-        self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False
-    ) -> None:
+        self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False,
+        hashed: bool = True,
+    ) -> None:  # fmt: skip
         """`samples`: the model publishes its progress while it works, so the node waits for a DONE before it
-        continues."""
-        self._samples = samples
+        continues; `hashed`: each DONE tells by a hash what was done."""
+        self._samples, self._hashed = samples, hashed
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
         self._last, self._hash = Tag(-1), b""
         self._done: Done | None = None
@@ -135,7 +136,7 @@ class Node:
                 mixed = True
             due = model.next_time
             links += (tag, bag, outputs, due)
-        if links:
+        if links and self._hashed:
             self._hash = blake2b(_ENCODER.encode((self._hash, links)), digest_size=16).digest()
         if mixed:
             spoken.sort()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 from heavylift.coordinator.transport.placement import Placement
+from heavylift.nodes.limits.named import rated
 from heavylift.nodes.models.levels.listing import left_out
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.spellings import BEAMS
@@ -58,17 +59,6 @@ def hanging(plan: Plan) -> dict[str, str]:
     hooks = [(machine.name, hook) for machine in plan.machines for hook in machine.hooks]
     on = {owners[hook.eye.body]: hook.rope for name, hook in hooks if owners.get(hook.eye.body, name) != name}
     return {machine.name: on[machine.name] for machine in plan.machines if machine.name in on}
-
-
-ROPES = ("rope tension", "sling tension")  # limits of one rope at rest
-
-
-def rated(plan: Plan) -> dict[str, float]:
-    """Rated load of each rope [N], 100 % utilisation; ropes without one are omitted."""
-    hooks = {hook.rope: hook.rated for machine in plan.machines for hook in machine.hooks if hook.rated}
-    slings = {tie.rope: tie.rated for machine in plan.machines for tie in machine.ties if tie.rated}
-    most = {q: {x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES}
-    return most["rope tension"] | hooks | slings | most["sling tension"]
 
 
 class EnergyAudit:

@@ -22,6 +22,7 @@ from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError, path_text
 from heavylift.nodes.devs import Event, OutPort
+from heavylift.nodes.limits.named import rated
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
 from heavylift.nodes.plan.plan import decode, encode
@@ -33,7 +34,7 @@ from heavylift.recordings.render.foxglove import LAYOUT, layout
 from numpy.typing import NDArray
 
 from .drawing import RopeLines, boxes, surroundings
-from .facts import EnergyAudit, facts_of, rated
+from .facts import EnergyAudit, facts_of
 from .run_record import Budget, FileRecorder, Held, clocked
 
 if TYPE_CHECKING:

@@ -15,13 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
-from heavylift.coordinator.record.facts import rated
 from heavylift.coordinator.record.scene import RunResult
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits.checks import governing, open_checks
-from heavylift.nodes.limits.table_rows import likewise
+from heavylift.nodes.limits.checks import governing, likewise, open_checks
+from heavylift.nodes.limits.named import rated
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import RecordedVerdict
@@ -161,7 +160,7 @@ def summary(
 def _print_ropes(result: RunResult, limits: dict[str, float]) -> None:
     """The peak tension of each rope at its lower end; pieces of a rope with mass (NAME~1) are no ropes."""
     peaks = {name: peak for name, peak in result.peaks.items() if "~" not in name}
-    red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
+    red = {f.subject for f in result.verdict.findings if f.state == "red"} if result.verdict else set()
     rows = []
     for name, (tension, when) in peaks.items():
         limit = limits.get(name)
@@ -189,8 +188,8 @@ def print_verdict(verdict: RecordedVerdict) -> None:
         _print(line)
     if verdict.clearances and not verdict.red:
         _print(f"smallest clearance: {verdict.clearances[0].message}")
-    for f in likewise(verdict.findings):
-        _print(f"{f.severity}: {f.message}", {"red": "bold red", "warning": "yellow"}.get(f.severity))
+    for x in likewise(verdict.findings):
+        _print(f"{x.word}: {x.message}", {"red": "bold red", "amber": "yellow"}.get(x.state))
     for line in open_checks(verdict.checks):
         _print(line, "yellow")
 

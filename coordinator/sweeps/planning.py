@@ -127,7 +127,7 @@ class _Search:
             scene = self.variant(parts)
         except HeavyliftError as error:
             return _Outlook(why=first_sentence(str(error)))
-        red = next((f.sentence for f in scene.findings if f.severity == "red"), "")
+        red = next((x.sentence for x in scene.findings if x.state == "red"), "")
         if red or not scene.statics.known:
             return _Outlook(why=red or scene.statics.why)
         begins = tuple(x.t for x in scene.statics.acted)

@@ -23,6 +23,7 @@ from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.ladder.model_levels import ModelLevel
 from heavylift.coordinator.verdict.limits import signals_of_run
+from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
 from heavylift.nodes.limits.reading import evaluated
@@ -129,6 +130,7 @@ def played(task: Task, variant: Variant) -> Row:
     scene, settings = None, (*task.settings, *variant.settings)
     try:
         scene = parse(task.text, task.name, settings, passing=True, followed=task.judged)
+        scene = with_worst_clearances(scene) if task.judged else scene
         try:
             run = play(scene.plan, task.limit_s, errors=scene.errors if task.judged else None)
         except HeavyliftError:

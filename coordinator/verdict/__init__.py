@@ -7,6 +7,7 @@ clearances  how near things came to one another, by
             between samples; coarse, intervals, shape_batch: which pairs and times need a closer look
 ground      and how near to the ground
 limits      worst values of all limits, for the report
+worst_corners  clearances at the worst corner of uncertain inputs
 judging     all judges in one table, and the line
 
     judge(plan, history, conduct)  at the end of a run; `prepare` before it saves time there

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
-from heavylift.kernel.description.findings import Finding
+from heavylift.kernel.description.findings import Check, finding
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import system
 from heavylift.nodes.plan.plan import Plan
@@ -82,7 +82,7 @@ def clearances(
     return [c for i, c in enumerate(kept) if i < smallest or _red(c)]
 
 
-def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Finding]:
+def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Check]:
     """Clearances below their limit as findings, with the remedy for intended contact."""
     shapes = Shapes(plan) if plan is not None else None
     missed = [shapes is not None and c.distance < -TOUCH and shapes.by_corners(c.a, c.b) for c in found]
@@ -99,7 +99,7 @@ def _the(thing: str) -> str:
     return f"the {thing}" if common else thing
 
 
-def _finding(c: Clearance, more: str) -> Finding:
+def _finding(c: Clearance, more: str) -> Check:
     a, b = _the(c.a), _the(c.b)
     if c.distance < -TOUCH:
         message = f"{a} went {-c.distance:.2f} m into {b}"
@@ -107,16 +107,8 @@ def _finding(c: Clearance, more: str) -> Finding:
         message = f"{a} touched {b}, which nothing orders; where that is meant, write 'may touch: [[{c.a}, {c.b}]]'"
     else:
         message = f"{a} came within {c.distance:.2f} m of {b}, {c.limit:g} m are to be kept"
-    return Finding(
-        severity="red",
-        kind="clearance",
-        subject=f"{c.a} and {c.b}",
-        sentence=f"{message} ({c.place}){more}",
-        t=c.t,
-        value=c.distance,
-        limit=c.limit,
-        unit="m",
-    )
+    subject, numbers = f"{c.a} and {c.b}", {"t": c.t, "value": c.distance, "limit": c.limit, "unit": "m"}
+    return finding("red", "clearance", subject, f"{message} ({c.place}){more}", **numbers)
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:

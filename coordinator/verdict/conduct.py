@@ -11,7 +11,7 @@ from itertools import pairwise
 from math import inf
 from typing import Any
 
-from heavylift.kernel.description.findings import Finding
+from heavylift.kernel.description.findings import Check, finding
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped
@@ -87,7 +87,7 @@ def conduct_of(rec: Recording) -> Conduct:
     return found
 
 
-def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Finding]:
+def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Check]:
     """All findings about the conduct of a run, unordered."""
     lift = any(machine.cargo for machine in plan.machines)
     yield from _stops(plan, text)
@@ -96,16 +96,16 @@ def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Finding]:
     for t, words, ends in text.words:
         rest = f", which was {text.unfinished}" if text.unfinished else ""
         message = f"an operator stopped the run{rest}" if ends else f"an operator ordered '{words}'"
-        yield Finding(severity="red" if ends else "note", kind="operator", subject="operator", sentence=message, t=t)
+        yield finding("red" if ends else "none", "operator", "operator", message, t=t)
     if text.status != FINISHED:
         message = "the run did not reach its end" if text.reason else "the recording is cut off"
-        yield Finding(severity="red", kind="cut", subject="run", sentence=message, t=text.end)
+        yield finding("red", "cut", "run", message, t=text.end)
     elif text.unfinished and not any(ends for _, _, ends in text.words):
         bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"
         message = f"{bound} cut the {'lift' if lift else 'run'}: {text.unfinished}"
-        yield Finding(severity="red" if lift else "note", kind="cut", subject="run", sentence=message, t=text.end)
+        yield finding("red" if lift else "none", "cut", "run", message, t=text.end)
     for t, note in text.notes:
-        yield Finding(severity="warning", kind="computation", subject="kernel", sentence=note, t=t)
+        yield finding("amber", "computation", "kernel", note, t=t)
 
 
 def touching(plan: Plan, text: Conduct) -> list[tuple[frozenset[str], float, float]]:
@@ -141,7 +141,7 @@ def _lands(until: Condition | None) -> bool:
     return any(isinstance(x, LandedCondition) for x in terms(until))
 
 
-def _stops(plan: Plan, text: Conduct) -> Iterator[Finding]:
+def _stops(plan: Plan, text: Conduct) -> Iterator[Check]:
     """Two-blocked hooks and drives at their end stops; each once."""
     hooks = [(machine.name, hook.rope) for machine in plan.machines for hook in machine.hooks]
     names = {rope: f"the hook {rope.removeprefix(f'{name}.')} of {name}" for name, rope in hooks}
@@ -152,28 +152,27 @@ def _stops(plan: Plan, text: Conduct) -> Iterator[Finding]:
         seen.add((actor, limit))
         if limit == UPPER:
             message = f"{names.get(actor) or driven(actor)} was two-blocked: its upper limit switch stopped it"
-            yield Finding(severity="red", kind="two-blocked", subject=actor, sentence=message, t=t)
+            yield finding("red", "hook height", actor, message, t=t)
         else:
             message = f"{names.get(actor) or driven(actor)} was stopped by its limit '{limit}'"
-            yield Finding(severity="warning", kind="limit", subject=actor, sentence=message, t=t)
+            yield finding("amber", "limit", actor, message, t=t)
 
 
-def _interlocks(plan: Plan, text: Conduct) -> Iterator[Finding]:
+def _interlocks(plan: Plan, text: Conduct) -> Iterator[Check]:
     """Interlocks that tripped or were bypassed; each once."""
     known, seen = {x.name: x for x in plan.interlocks}, set()
     for t, name in text.bypassed:
         if name in known:
             message = f"the interlock {name} was bypassed"
-            yield Finding(severity="warning", kind="bypass", subject=name, sentence=message, t=t)
+            yield finding("amber", "bypass", name, message, t=t)
     for t, name, bypassed in text.tripped:
         if name in known and (name, bypassed) not in seen:
-            severity, message = known[name].message(bypassed)
-            where = known[name].where
-            yield Finding(severity=severity, kind="interlock", subject=name, sentence=message, where=where, t=t)
+            state, message = known[name].message(bypassed)
+            yield finding(state, "interlock", name, message, where=known[name].where, t=t)
         seen.add((name, bypassed))
 
 
-def _at_once(plan: Plan, text: Conduct) -> Iterator[Finding]:
+def _at_once(plan: Plan, text: Conduct) -> Iterator[Check]:
     """Stages that ended as they began although they had moves."""
     found: dict[int, tuple[float, str]] = {}
     for t, number, _ in text.skipped:
@@ -189,15 +188,8 @@ def _at_once(plan: Plan, text: Conduct) -> Iterator[Finding]:
     names = {number: name for _, number, name in text.stages}
     for number, (t, why) in sorted(found.items()):
         name = f"the stage '{names[number]}'" if number in names else f"action {number + 1}"
-        yield Finding(
-            severity="red",
-            kind="stage",
-            subject=names.get(number, f"action {number + 1}"),
-            sentence=f"{name} ended at once: {why}",
-            where=plan.actions[number].where,
-            stage=names.get(number, ""),
-            t=t,
-        )
+        subject, place = names.get(number, f"action {number + 1}"), (plan.actions[number].where, names.get(number, ""))
+        yield finding("red", "stage", subject, f"{name} ended at once: {why}", where=place[0], stage=place[1], t=t)
 
 
 def _moves(action: Action) -> bool:

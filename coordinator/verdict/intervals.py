@@ -18,7 +18,7 @@ from .shape_batch import ShapeBatch
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
-SIZES = (LONGEST, 16, 4, 1)  # samples in a stretch, from the first cut to the last
+SIZES = (LONGEST, 8, 1)  # samples in a stretch, from the first cut to the last
 PIECE = 1 << 10  # stretches that are looked at together: so few that their numbers stay in the cache
 Some = TypeVar("Some")
 Ends = tuple[Placed, Placed]  # at the begin and the end of steps

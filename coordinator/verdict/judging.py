@@ -2,36 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.findings import Finding
+from heavylift.kernel.description.findings import Check, finding, findings
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.judging import findings_of as limits_judged, uses_of
-from heavylift.nodes.limits.messages import WORDS
+from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.reach import HookReach
+from heavylift.nodes.limits.run_tables import RunTables
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
+from heavylift.nodes.limits.signals import SignalColumns
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene.factor_sheet import charts_used, hooks, rigging
 from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
+from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
+from heavylift.recordings.sheets.sheet import Table
 
 from .clearances import LIMIT, SMALLEST, clearances, findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
-from .history import RunHistory, blocks, history_of, rests
+from .history import History, RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
-SEVERITIES = ("red", "warning", "note")
 
 
 @dataclass
@@ -41,7 +43,7 @@ class CheckContext:
     plan: Plan
     history: RunHistory
     conduct: Conduct
-    findings: list[Finding] = field(default_factory=list)
+    findings: list[Check] = field(default_factory=list)
     not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
     smallest: int = SMALLEST
@@ -49,6 +51,8 @@ class CheckContext:
     uses: Sequence[Use] = ()
     reach: tuple[Reach, ...] = ()
     shapeless: tuple[str, ...] = ()
+    whole: bool = False  # with all tables of a report
+    tables: Sequence[Table] = ()
 
 
 def _geometry(context: CheckContext) -> None:
@@ -59,20 +63,27 @@ def _geometry(context: CheckContext) -> None:
 def _limits(context: CheckContext) -> None:
     """The table of limits, on tensions, poses and lengths."""
     plan, shown, text = context.plan, context.history, context.conduct
-    if not plan.limits or not len(shown.t):
+    if not len(shown.t):
         return
     stages = [(t, name) for t, _, name in text.stages if name]
     peaks = text.peaks | impacts(plan, shown)
-    reached = HookReach(plan)
-    signals = (
-        signals_of_run(
+    reached, tables = HookReach(plan), RunTables(plan, stages, text.end)
+
+    def columns(part: History) -> SignalColumns:
+        return signals_of_run(
             plan, part.t, part.tensions, part.poses, part.rigs,
             stages=stages, peaks=peaks, crossings=text.overloads, lengths=part.lengths,
-        )
-        for part in blocks(shown)
-    )  # fmt: skip
-    context.uses = uses_of(plan, map(reached.see, signals))
+        )  # fmt: skip
+
+    def at(t: float) -> tuple[SignalColumns, Sequence[RopeLine]]:
+        k = min(int(np.searchsorted(times, t)), len(times) - 1)
+        part = shown.part(k, k + 1)
+        return columns(part), next((x.lines for x in reversed(part.rigs) if x.t_ns * 1e-9 <= t), ())
+
+    times, signals = shown.t, map(reached.see, map(columns, blocks(shown)))
+    context.uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
     context.reach = reached.found
+    context.tables = [*tables.tables(context.uses, text.peaks, at)] if context.whole else []
 
 
 def _clearances(context: CheckContext) -> None:
@@ -88,16 +99,19 @@ def _clearances(context: CheckContext) -> None:
     context.shapeless = Shapes(context.plan).shapeless
 
 
-def near_at_rest(plan: Plan, statics: Followed) -> list[Finding]:
+def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check, ...]:
     """Clearances below their limits on the path at rest."""
-    found: list[Finding] = []
+    return findings(_placed(x, each.conduct) for each in at_rest(plan, statics) for x in each.findings)
+
+
+def at_rest(plan: Plan, statics: Followed, smallest: int = SMALLEST) -> Iterator[CheckContext]:
+    """The clearances of each list of actions on the path at rest."""
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
-        context = CheckContext(plan, past, Conduct(stages=stages, end=points[-1].t))
+        context = CheckContext(plan, past, Conduct(stages=stages, end=points[-1].t), smallest=smallest)
         _clearances(context)
-        found += [_placed(f, context.conduct) for f in context.findings]
-    return _in_order(found)
+        yield context
 
 
 def _bending(context: CheckContext) -> None:
@@ -111,17 +125,14 @@ def _bending(context: CheckContext) -> None:
             most[body] = max(most.get(body, (-1.0, "", 0.0)), (float(size[i]), word, float(part.t[i])))
     for body, (largest, place, t) in most.items():
         message = f"{body} bends most at {place}, by {1e3 * largest:.3g} mm"
-        context.findings.append(Finding(severity="note", kind="bending", subject=body, sentence=message, t=t))
+        context.findings.append(finding("none", "bending", body, message, t=t))
 
 
 def _conduct(context: CheckContext) -> None:
     """Check the conduct of the run against the action list."""
     tripped = {name for _, name, _ in context.conduct.tripped}
     context.uses = [x for x in context.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
-    beyond = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in context.uses if use.at_worst.beyond}
-    context.findings += [
-        f for f in conduct_findings(context.plan, context.conduct) if (f.kind, f.subject) not in beyond
-    ]
+    context.findings += conduct_findings(context.plan, context.conduct)
 
 
 def _edges(context: CheckContext) -> None:
@@ -135,9 +146,7 @@ def _edges(context: CheckContext) -> None:
     for name, (force_N, place, t) in most.items():
         rope, _, edge = name.rpartition(".")
         message = f"the edge {edge} bears {force_N / 1e3:.1f} kN of {rope}, {place:.2f} m along it"
-        context.findings.append(
-            Finding(severity="note", kind="edge", subject=name, sentence=message, t=t, value=force_N, unit="N")
-        )
+        context.findings.append(finding("none", "edge", name, message, t=t, value=force_N, unit="N"))
 
 
 CheckFunction = Callable[[CheckContext], None]
@@ -146,7 +155,7 @@ JUDGES: tuple[CheckFunction, ...] = (_geometry, _limits, _clearances, _bending, 
 
 def verdict_of_run(plan: Plan, history: RunHistory, conduct: Conduct, errors: Errors = NO_ERRORS) -> RecordedVerdict:
     """The verdict of a run; `errors` of its figures, as far as they are known."""
-    return verdict_with_uses(plan, history, conduct, errors)[0]
+    return verdict_with_uses(plan, history, conduct, errors, whole=True)[0]
 
 
 def verdict_with_uses(
@@ -156,44 +165,46 @@ def verdict_with_uses(
     errors: Errors = NO_ERRORS,
     smallest: int = SMALLEST,
     mechanics: System | None = None,
+    whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
     """The verdict of a run, and the worst of each limit; `smallest`: clearances that are reported though nothing is too
-    near; `mechanics`: those of the plan, if they are known."""
-    context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics)
+    near; `mechanics`: those of the plan, if they are known; `whole`: with all tables of a report."""
+    context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)
-    others = _in_order(_placed(f, conduct) for f in context.findings)
+    others = [_placed(x, conduct) for x in context.findings]
+    tables = hooks(plan), charts_used(context.reach), *rigging(plan, context.uses), *context.tables
     checks = checks_of(plan, [*context.uses, *_smallest(context)], others, errors, context.shapeless)
-    red = {(c.quantity, c.subject) for c in checks if c.state == "red"}
-    certain = [use for use in context.uses if not use.at_worst.beyond or (use.limit.quantity, use.limit.subject) in red]
-    of_limits = [_placed(f, conduct) for f in limits_judged(plan, certain, dynamic=True)]
-    findings = _in_order([*others, *of_limits])
     verdict = RecordedVerdict(
-        red=bool(red),
+        red=state_of(checks) == "red",
         state=state_of(checks),
         line=line_of(checks),
         head=HEAD,
         rows=tuple(rows(checks)),
         message=(*hoisting_factors(plan), *shared(plan)),
         dynamic=dynamics_required(plan),
-        tables=tuple(x for x in (hooks(plan), charts_used(context.reach), *rigging(plan, context.uses)) if x.rows),
+        tables=tuple(x for x in tables if x.rows),
         clearances=tuple(context.clearances),
         not_looked_at=tuple(context.not_looked_at),
-        findings=tuple(findings),
         checks=tuple(checks),
     )
     return verdict, context.uses
 
 
 def _smallest(context: CheckContext) -> list[Use]:
-    """The smallest clearance, if none is below its limit."""
-    limit = next((x for x in context.plan.limits if x.quantity == "clearance"), None)
-    apart = [c for c in context.clearances if limit and c.limit == limit.value]
-    if limit is None or not apart or any(f.kind == "clearance" for f in context.findings):
+    """The smallest clearance, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
+    limits = [x for x in context.plan.limits if x.quantity == "clearance"]
+    if not limits:
         return []
-    least = min(apart, key=lambda c: c.distance)
-    pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
-    return [Use(pair, least.distance, least.t, use=limit.use(least.distance))]
+    limit, *worst = limits
+    known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
+    found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
+    apart = [c for c in context.clearances if c.limit == limit.value]
+    if apart and not any(x.quantity == "clearance" for x in context.findings):
+        least = min(apart, key=lambda c: c.distance)
+        pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
+        found += [] if pair.subject in {x.subject for x in worst} else [pair.met(least.distance, least.t)]
+    return found
 
 
 def verdict_of(rec: Recording) -> RecordedVerdict | None:
@@ -210,12 +221,7 @@ def verdict_of(rec: Recording) -> RecordedVerdict | None:
         return verdict_of_run(plan, history_of(rec), conduct_of(rec), errors)
 
 
-def _in_order(findings: Iterable[Finding]) -> list[Finding]:
-    """Worst first, then by time to 0.01 s, then by name."""
-    return sorted(findings, key=lambda f: (SEVERITIES.index(f.severity), round(f.t or 0.0, 2), f.kind, f.subject))
-
-
-def _placed(f: Finding, conduct: Conduct) -> Finding:
+def _placed(f: Check, conduct: Conduct) -> Check:
     """The finding with its stage."""
     if f.stage or f.t is None:
         return f

@@ -9,8 +9,9 @@ from typing import Any
 import msgspec
 import numpy as np
 from heavylift.coordinator.record.drawing import RopeLines, boxes
-from heavylift.coordinator.record.facts import hanging, rated, supports
+from heavylift.coordinator.record.facts import hanging, supports
 from heavylift.kernel.algebra.attitudes import quaternions
+from heavylift.nodes.limits.named import rated
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan, encode
 from heavylift.nodes.statics import StaticState

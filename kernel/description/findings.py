@@ -1,14 +1,17 @@
-"""Findings and checks of a lift, before and after a run, and notes of one that goes on: every room tells them alike.
+"""Checks of a lift, before and after a run, and notes of one that goes on: every room tells them alike.
 
 A note belongs to the instant that it tells of, as a sample does, and comes out the same however a run is cut up.
 """
 
-from typing import Literal, NamedTuple, TypeAlias
+from collections.abc import Iterable
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import msgspec
 
-Severity: TypeAlias = Literal["red", "warning", "note"]
 State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
+STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
+NOT_CHECKED, ASSUMED, UNKNOWN = "not checked", "assumed", "error unknown"  # kinds of amber
+WARNED, NOTED = "warning", "note"  # what was found besides limits
 
 
 class Note(NamedTuple):
@@ -21,31 +24,9 @@ class Note(NamedTuple):
 UNITS = (1, 10, 100, 1000)  # in a second, by the digits behind it
 
 
-class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A finding about a subject: a sentence for planners, and the numbers behind it."""
-
-    severity: Severity
-    kind: str  # "overload", "off-lead", "clearance", "two-blocked", "geometry", "stage", "cut", ...
-    subject: str  # the element's name as the scene has it
-    sentence: str
-    where: str = ""  # file:line:column of what the planner would change
-    stage: str = ""
-    t: float | None = None  # [s] simulation time of the worst value
-    value: float | None = None
-    limit: float | None = None
-    unit: str = ""
-
-    @property
-    def message(self) -> str:
-        """Sentence, time, stage, and the place to change."""
-        at = f", at {clock(self.t)}" if self.t is not None else ""
-        stage = f" ({self.stage})" if self.stage else ""
-        return f"{self.sentence}{at}{stage}" + (f" [{self.where}]" if self.where else "")
-
-
 class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A row of the list of checks: quantity, subject, worst value and limit [unit], error of the value [unit] (None:
-    unknown), state; `why`: the kind of amber.
+    unknown), state; `why`: the kind of amber, or of what was found besides limits.
 
     `shown`, `allowed`: value and limit as people write them; `basis`: where the limit comes from; `sentence`: what was
     found, or what must be written or known for the row to turn green.
@@ -72,6 +53,35 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     def word(self) -> str:
         """Its state in words, with the kind of amber."""
         return self.why or self.state
+
+    @property
+    def found(self) -> bool:
+        """Whether it reports something that was found: beyond a limit, a warning, or a note."""
+        return self.state == "red" or self.why in (WARNED, NOTED)
+
+    @property
+    def message(self) -> str:
+        """Sentence, time, stage, and the place to change."""
+        at = f", at {clock(self.t)}" if self.t is not None else ""
+        stage = f" ({self.stage})" if self.stage else ""
+        return f"{self.sentence}{at}{stage}" + (f" [{self.where}]" if self.where else "")
+
+
+def finding(state: State, quantity: str, subject: str, sentence: str, **more: Any) -> Check:
+    """The check of what was found besides limits: red, else amber with a warning, or without a colour a note."""
+    why = {"amber": WARNED, "none": NOTED}.get(state, "")
+    return Check(quantity=quantity, subject=subject, state=state, sentence=sentence, **{"why": why} | more)
+
+
+def findings(checks: Iterable[Check]) -> tuple[Check, ...]:
+    """Of checks what was found: red ones, warnings, notes, each in the order of time to 0.01 s."""
+    order = ("", WARNED, NOTED)
+    return tuple(
+        sorted(
+            (x for x in checks if x.found),
+            key=lambda x: (order.index("" if x.state == "red" else x.why), round(x.t or 0.0, 2), x.quantity, x.subject),
+        )
+    )
 
 
 def clock(seconds: float, digits: int = 0) -> str:

@@ -5,10 +5,9 @@ Equal trees and equal laws are one traced function each, called for every instan
 small however large the yard.
 """
 
-from collections.abc import Mapping
 from functools import cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import exact
@@ -34,30 +33,21 @@ from .parameters import PROFILE, ParameterLayout
 from .quantities import check_signal, points as quantity_points
 from .traced_functions import SharedTree, profile, shared_tree
 
-if TYPE_CHECKING:
-    from heavylift.kernel.multibody.flexible.modes import FlexibleModes
-
 Label = tuple[str, str]  # kind and name: of a law, a guard, an account
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
+_made: "list[tuple[System, tuple[object, ...], Program]]" = []  # the last ones, as descriptions that were checked
+MOST = 16
 
 
-class _Cut(NamedTuple):
-    """Cache of programs: what those of a description share."""
-
-    of: System
-    how: "tuple[type[Program], str, frozenset[str] | None]"
-    system: System
-    graph: Graph
-    locked: frozenset[str]
-    trees: list[Tree]
-    poses_at_start: Poses
-    traced: list[Tree]
-    contacts: ContactPointRows
-    constraints: Constraints
-    instances: list[tuple[Tree, SharedTree]]
-
-
-_last: list[_Cut] = []  # the last one
+def program_of(system: System, *how: Any) -> "Program":
+    """The program of a description with these arguments; the last ones are kept, but for those of a user's own code,
+    which may change."""
+    system = check_description(system)
+    if system.functions:
+        return Program(system, *how)
+    found = next((x for of, given, x in _made if of is system and given == how), None) or Program(system, *how)
+    _made[:] = [(system, how, found), *(x for x in _made if x[2] is not found)][:MOST]
+    return found
 
 
 class Program:
@@ -77,20 +67,8 @@ class Program:
         calm: frozenset[str] = frozenset(),
     ) -> None:
         system = check_description(system)
-        modes = None
-        if any(b.flexible for b in system.bodies):
-            from heavylift.kernel.multibody.flexible.tracks import (
-                with_stations,  # needs linear algebra, which rigid scenes do not
-            )
-
-            system, modes = with_stations(system)
-            if formulation != "recursive":
-                raise KernelError(
-                    f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
-                    "choose recursive"
-                )
         self.formulation, self.clamped, self.at_rest = formulation, clamped, at_rest
-        trees = self._cut(system, modes, locked)
+        trees = self._cut(system, locked)
         system = self.system
         setting = Setting(self.graph, self.poses_at_start, system.gravity, clamped, at_rest, calm)
         self.laws = shared(system.laws, setting)
@@ -104,16 +82,20 @@ class Program:
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
 
-    def _cut(
-        self, system: System, modes: "Mapping[str, FlexibleModes] | None", locked: frozenset[str] | None
-    ) -> list[Tree]:
-        """Graph, trees with functions, rows and start poses, shared by all programs of a description."""
-        x = next(iter(_last), None)
-        if x is not None and x.of is system and x.how == (type(self), self.formulation, locked):
-            self.system, self.graph, self.locked = x.system, x.graph, x.locked
-            self.trees, self.poses_at_start = x.trees, x.poses_at_start
-            self.contacts, self.constraints, self.instances = x.contacts, x.constraints, x.instances
-            return x.traced
+    def _cut(self, system: System, locked: frozenset[str] | None) -> list[Tree]:
+        """Graph, trees with functions, rows and start poses; returns the trees as they are traced."""
+        modes = None
+        if any(b.flexible for b in system.bodies):
+            from heavylift.kernel.multibody.flexible.tracks import (
+                with_stations,  # needs linear algebra, which rigid scenes do not
+            )
+
+            system, modes = with_stations(system)
+            if self.formulation != "recursive":
+                raise KernelError(
+                    f"body '{next(iter(modes))}' is flexible, but formulation '{self.formulation}' knows rigid bodies "
+                    "only; choose recursive"
+                )
         self.system = with_rope_masses(system)
         self.graph = build_graph(self.system, modes)
         self._check_loops()
@@ -130,9 +112,6 @@ class Program:
         self.constraints = Constraints(self.graph, self.system.rigid_ropes, self.contacts)
         self.instances = self._share(traced)
         self.constraints.link(self.instances)
-        own = self.system, self.graph, self.locked, self.trees, self.poses_at_start, traced
-        rows = self.contacts, self.constraints, self.instances
-        _last[:] = [_Cut(system, (type(self), self.formulation, locked), *own, *rows)]
         return traced
 
     def _label(self) -> None:

@@ -3,11 +3,10 @@
 Limit     one row of the table of limits: subject, quantity, value or chart, design factor, source
 Use       the worst that was met of a limit, with time, stage and use
 Signals   what is checked, as columns over the instants of a path or of a run
-Finding   one thing that was found, with its place, time, value and limit
+Check     a row of the list of checks, with its place, time, value and limit
 
     uses_on_path(plan, states)  -> a Use of each limit of the plan, on the equilibrium path
     uses_of(plan, [signals])    -> the same in a run
-    judge(plan, uses, dynamic)  -> the findings, worst first
     checks_of(plan, uses, ...)  -> rows with a state: red, undecided, amber, green
     line_of(checks)             -> how many have which, and the worst
     rows(checks)                -> cells of the table that people read
@@ -21,7 +20,8 @@ ground                       what machines press on the ground: tracks, outrigge
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
 reach                        radius and use of charts in each stage
-table_rows, messages           uses in words; the sentence of each quantity
+run_tables                   what samples show besides limits: reactions, lugs, slings, stages, the block
+messages                     the sentence of a use
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
 """
@@ -30,22 +30,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.description.findings import Finding
+from heavylift.kernel.description.findings import Check
 from heavylift.kernel.on_demand import face, on_demand
 from heavylift.nodes.plan.limit import RatedLimit, Use
 
 if TYPE_CHECKING:
     from .checks import checks_of, line_of, rows
-    from .judging import findings_of, uses_of, uses_on_path
+    from .judging import uses_of, uses_on_path
+    from .run_tables import RunTables
     from .signals import SignalColumns, signals_of
 
 __all__ = [
-    "Finding", "RatedLimit", "SignalColumns", "Use", "checks_of", "findings_of", "line_of", "rows", "signals_of",
+    "Check", "RatedLimit", "RunTables", "SignalColumns", "Use", "checks_of", "line_of", "rows", "signals_of",
     "uses_of",
     "uses_on_path",
 ]  # fmt: skip
 CHECKS = dict.fromkeys(("checks_of", "line_of", "rows"), ".checks")
 SIGNALS = dict.fromkeys(("SignalColumns", "signals_of"), ".signals")
-__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | CHECKS)
+__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | CHECKS | {"RunTables": ".run_tables"})
 
 face(__name__)

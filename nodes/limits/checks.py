@@ -14,19 +14,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
-from heavylift.kernel.description.findings import Check, Finding, State, clock
+from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
+from msgspec.structs import replace
 
-from .messages import NOISE, bound, percent, shown
-from .table_rows import SAME, finding_of
+from .messages import NOISE, allowed, bound, name_of, percent, sentence, shown
 
 Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clearance", "use of SUBJECT QUANTITY"
-ABSENT = ("wind", "ground pressure")  # quantities whose limit of nothing says that there is no wind, no footing
+ABSENT = ("wind", "ground pressure", "bridle angle")  # of nothing: there is no wind, no footing, no straight leg
 NEAR = 0.1  # [m] errors of smaller clearances are relative to it
-STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
-NOT_CHECKED, ASSUMED, UNKNOWN, WARNED = "not checked", "assumed", "error unknown", "warning"
+SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
 IN_A_RUN = "in a run"  # of what nothing is known at rest
 REMEDY = {
     UNKNOWN: ": the error of these values was not measured; `--accuracy 1%` measures it",
@@ -37,15 +36,17 @@ COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line
 
 
 def checks_of(
-    plan: Plan, uses: Sequence[Use], others: Iterable[Finding], errors: Errors | None, shapeless: Iterable[str]
+    plan: Plan, uses: Sequence[Use], others: Iterable[Check], errors: Errors | None, shapeless: Iterable[str]
 ) -> list[Check]:
     """All checks, worst state first, then in the order of the table of limits from hook to ground.
 
     `uses` are the worst of each limit, `others` what was found besides them; `errors` those of a run (None: of a path
     at rest, which has none); `shapeless`: what has no shape, so that no clearance is known of it.
     """
-    found = [_of_limit(plan, use, errors) for use in uses]
-    found += [_of_finding(f) for f in others if f.severity != "note"]
+    others = sorted(others, key=lambda x: (round(x.t or 0.0, 2), x.quantity, x.subject))
+    known = {(x.quantity, x.subject) for x in others}  # which has one row
+    found = [_of_limit(plan, use, errors) for use in uses if (use.limit.quantity, use.limit.subject) not in known]
+    found += others
     found += [
         Check(quantity="clearance", subject="", state="amber", why=NOT_CHECKED, sentence=what) for what in shapeless
     ]
@@ -63,22 +64,26 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit, met, use = use.limit, use, use.at_worst
     error = 0.0 if errors is None else error_of(use, errors)
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
-    finding = finding_of(plan, met, dynamic=errors is not None) if state == "red" else None
+    where = limit.where
+    warned = limit.warning is not None and (use.value or 0.0) > limit.warning and state in ("green", "amber")
+    if state == "red" or warned:
+        message, why = sentence(use, ran=errors is not None), "" if state == "red" else WARNED
+        message += f", at the worst of {limit.inputs}" if use is not met else ""
+        where = (use.action and plan.actions[use.action - 1].where) or where
     inputs = f"at the worst of {limit.inputs}" if use is not met else ""
     basis = "; ".join(part for part in (limit.source, limit.note, inputs) if part)
     value = shown(limit, met.value) + (f", at worst {shown(limit, use.value)}" if inputs else "")
     return Check(
         quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,
         limit=bound(use) if limit.known and use.value is not None else limit.value, use=use.use, error=error, t=use.t,
-        stage=use.stage, basis=basis, where=limit.where, shown=value, allowed=_allowed(use),
-        sentence=finding.sentence if finding else message,
+        stage=use.stage, basis=basis, where=where, shown=value, allowed=allowed(use), sentence=message,
     )  # fmt: skip
 
 
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
     """State of a limit, which amber it is, and a sentence."""
     limit = use.limit
-    name = f"{limit.quantity} of {limit.subject}"
+    name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements
     if absent or not limit.known:
         message = f"{name}: {limit.note or 'no limit is known'}"
@@ -117,16 +122,6 @@ def error_of(use: Use, errors: Errors) -> float | None:
     return share * value / use.use if use.use else share * abs(bound(use))
 
 
-def _of_finding(f: Finding) -> Check:
-    """The check of a finding without a limit in the table."""
-    state: State = "red" if f.severity == "red" else "amber"
-    why = "" if state == "red" else NOT_CHECKED if f.kind == "unfollowed" else WARNED
-    return Check(
-        quantity=f.kind, subject=f.subject, state=state, why=why, value=f.value,
-        unit=f.unit, limit=f.limit, t=f.t, stage=f.stage, where=f.where, sentence=f.sentence,
-    )  # fmt: skip
-
-
 def state_of(checks: Iterable[Check]) -> State:
     """The worst state; checks that cannot occur do not count."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
@@ -137,7 +132,7 @@ def line_of(checks: Sequence[Check]) -> str:
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:
-        if (many := sum(c.why == why for c in checks)) or why in (NOT_CHECKED, ASSUMED):
+        if (many := sum(c.why == why and c.state == "amber" for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
     worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
     message = "" if any(c.basis for c in checks) else "; the scene has no limits to check"
@@ -179,15 +174,6 @@ def _size(check: Check) -> float:
     return value if check.use is None else check.use
 
 
-def _allowed(use: Use) -> str:
-    limit = use.limit
-    if not limit.known:
-        return "not known"
-    if limit.between is not None:
-        return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
-    return ("at least " if limit.least else "") + (shown(limit, bound(use)) if use.value is not None else "")
-
-
 def governing(checks: Sequence[Check]) -> list[str]:
     """The checks with the highest utilisation, one of a quantity, as lines of text."""
     found: dict[str, Check] = {}
@@ -219,3 +205,17 @@ def open_checks(checks: Sequence[Check]) -> list[str]:
         for first, *more in alike.values():
             lines.append(f"{kind}: {first.sentence}{f'; likewise {len(more)} more' if more else ''}")
     return lines
+
+
+def likewise(found: Iterable[Check]) -> list[Check]:
+    """What was found of one quantity, limit and stage merged into one that names the others."""
+    groups: dict[object, list[Check]] = {}
+    for x in found:
+        groups.setdefault((x.word, x.quantity, x.limit, x.unit, x.stage), []).append(x)
+    return [_together(group) for group in groups.values()]
+
+
+def _together(group: list[Check]) -> Check:
+    first = group[0]
+    others = list(dict.fromkeys(x.subject for x in group[1:] if x.subject != first.subject))
+    return replace(first, sentence=f"{first.sentence}; likewise {', '.join(others)}") if others else first

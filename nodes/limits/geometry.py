@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist, hypot
 
-from heavylift.kernel.description.findings import Finding
+from heavylift.kernel.description.findings import Check, finding
 from heavylift.kernel.description.units import Vector
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.plan.plan import Plan
-from msgspec.structs import replace
 
 REACH = 1.0  # of a lug from the plates of its block [m]
 ROUNDING = 1e-9
@@ -21,14 +20,14 @@ def outside(half: Vector, p: Vector) -> float:
     return hypot(*(max(0.0, abs(x) - h) for x, h in zip(p, half, strict=True)))
 
 
-def geometry_findings(plan: Plan) -> list[Finding]:
-    """Red findings for lugs far off the block and centres of mass outside it; a warning for a mass that contradicts the
+def geometry_findings(plan: Plan) -> list[Check]:
+    """Red checks of lugs far off the block and centres of mass outside it; a warning for a mass that contradicts the
     volume."""
-    found = [finding for machine in plan.machines for cargo in machine.cargo for finding in _of(cargo)]
+    found = [x for machine in plan.machines for cargo in machine.cargo for x in _of(cargo)]
     return found + list(_densities(plan))
 
 
-def _of(cargo: Cargo) -> Iterator[Finding]:
+def _of(cargo: Cargo) -> Iterator[Check]:
     u, v, w = (side / 2 for side in cargo.size)
     if not any(cargo.size):
         return
@@ -36,15 +35,17 @@ def _of(cargo: Cargo) -> Iterator[Finding]:
         off = outside((u, v, w), p)
         if off > REACH + ROUNDING:
             message = f"the lug {lug} is {off:.4g} m off the block, no lug of it can be more than {REACH:g} m off"
-            yield _finding(lug, message, cargo.marks[lug], off, REACH)
+            numbers = {"where": cargo.marks[lug], "value": off, "limit": REACH, "unit": "m"}
+            yield finding("red", "geometry", lug, message, **numbers)
     off = outside((u, v, w), cargo.com)
     if off > ROUNDING:
         com = ", ".join(f"{x:g}" for x in cargo.com)
         message = f"the centre of mass at u, v, w = {com} m is {off:.4g} m outside the block"
-        yield _finding(cargo.body, message, cargo.marks[""], off, 0.0)
+        numbers = {"where": cargo.marks[""], "value": off, "limit": 0.0, "unit": "m"}
+        yield finding("red", "geometry", cargo.body, message, **numbers)
 
 
-def _densities(plan: Plan) -> Iterator[Finding]:
+def _densities(plan: Plan) -> Iterator[Check]:
     """Warnings for lifted bodies with an implausible density."""
     known = plan.machines
     masses = {body.name: body.mass for m in known for body in m.system.bodies if body.flexible is None}
@@ -58,21 +59,8 @@ def _densities(plan: Plan) -> Iterator[Finding]:
             )
             basis = f"what is lifted has {low:g} (light frames, assumed) to {high:g} kg/m3 (solid steel)"
             limit, message = low if mass / volume < low else high, f"{message}; {basis}: look at its mass and size"
-            found = _finding(cargo.body, message, machine.where, mass / volume, limit)
-            yield replace(found, severity="warning", unit="kg/m3")
-
-
-def _finding(subject: str, message: str, where: str, value: float, limit: float) -> Finding:
-    return Finding(
-        severity="red",
-        kind="geometry",
-        subject=subject,
-        sentence=message,
-        where=where,
-        value=value,
-        limit=limit,
-        unit="m",
-    )
+            numbers = {"where": machine.where, "value": mass / volume, "limit": limit, "unit": "kg/m3"}
+            yield finding("amber", "geometry", cargo.body, message, **numbers)
 
 
 def passes_through(a: Vector, b: Vector, half: Vector) -> float:

@@ -63,8 +63,10 @@ def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | Non
     """Pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
-    found = resultant(plan, machine, signals) if machine and footing else None
-    if found is None or footing is None:
+    if machine is None or footing is None:
+        return None
+    found = signals.once(("resultant", machine.name), lambda: resultant(plan, machine, signals))
+    if found is None:
         return None
     values = [_of(plan, limit, footing, V, x, y) for V, x, y in _slewed(machine, signals, *found)]
     return np.asarray(np.maximum.reduce(values))

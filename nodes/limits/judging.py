@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from heavylift.kernel.description.findings import Finding
 from heavylift.nodes.plan.limit import RatedLimit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
+from .checks import SAME
 from .factors import product
 from .messages import NOISE
 from .reading import axis_of, read
 from .signals import SignalColumns, signals_of
-from .table_rows import SAME, finding_of, sorted_findings
 
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
 ELSEWHERE = ("clearance",)  # checked by who looks at shapes
@@ -27,12 +26,6 @@ ELSEWHERE = ("clearance",)  # checked by who looks at shapes
 def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
     """The worst of each limit on the equilibrium path."""
     return uses_of(plan, [signals_of(states)])
-
-
-def findings_of(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
-    """What is beyond its limit, worst first, at rest or, `dynamic`, in a run; of several subjects with the same fault
-    all are reported."""
-    return sorted_findings([message for use in uses if (message := finding_of(plan, use, dynamic=dynamic)) is not None])
 
 
 def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
@@ -58,6 +51,7 @@ class _Worst:
         self._limit, self._dynamic = limit, dynamic
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
+        self._inside = False  # what was seen when it occurred
         self._most = -np.inf
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
@@ -68,10 +62,12 @@ class _Worst:
         if reading is None:
             return
         xs = axis_of(plan, limit, signals) if limit.chart else None
-        if reading.exact and (self._exact is None or signals.t[0] <= reading.exact[1]):
+        if reading.exact:
             value, t = reading.exact
             x = None if xs is None else float(np.interp(t, signals.t, xs))
-            self._exact = self._made(signals, value, t, None, x)
+            exact, inside = self._made(signals, value, t, None, x), signals.t[0] <= t <= signals.t[-1]
+            if self._exact is None or (inside and not (self._inside and self._exceeds(self._exact, exact))):
+                self._exact, self._inside = exact, inside
         if xs is not None:
             self._see_chart(signals, reading.values, xs)
         else:

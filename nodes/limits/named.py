@@ -12,6 +12,7 @@ from heavylift.kernel.description.mechanics import Point, Quantity as Kind
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import Quantity, RatedLimit
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 
 from .reeving import drum_end_factor, lead_factor
@@ -19,6 +20,7 @@ from .reeving import drum_end_factor, lead_factor
 LOADS: tuple[Quantity, ...] = (
     "hook load", "trolley load", "crane load", "tandem load", "frame load", "shackle load",
 )  # fmt: skip
+ROPES: tuple[Quantity, ...] = ("rope tension", "sling tension")  # limits of one rope at rest
 TENSIONS: tuple[Quantity, ...] = (BEAM_LOAD, "sling tension", "sling peak", "rope tension", "impact")
 KINDS: dict[Quantity, Kind] = {
     **dict.fromkeys((*LOADS, "lug load"), "load"),
@@ -94,3 +96,11 @@ def origin(machines: Sequence[Mechanism], body: str, axis: int) -> float:
     while (joint := carried.get(body)) is not None:
         found, body = found + joint.p_PJ[axis], joint.parent
     return found
+
+
+def rated(plan: Plan) -> dict[str, float]:
+    """Rated load of each rope [N], 100 % utilisation; ropes without one are omitted."""
+    hooks = {hook.rope: hook.rated for machine in plan.machines for hook in machine.hooks if hook.rated}
+    slings = {tie.rope: tie.rated for machine in plan.machines for tie in machine.ties if tie.rated}
+    ropes, others = ({x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES)
+    return ropes | hooks | slings | others

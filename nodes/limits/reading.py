@@ -62,9 +62,21 @@ def evaluated(
 ) -> Column | None:
     """Evaluate a signal at each sample (n,), SI; None if data are not recorded. `given`: values (n,) instead of
     recorded ones."""
+    if given is None:
+        return signals.once(x, lambda: _evaluated(plan, x, signals, None))
+    return _evaluated(plan, x, signals, given)
+
+
+def _ropes(plan: Plan) -> System:
     systems = [machine.system for machine in plan.machines]
     rigid = tuple(rope for s in systems for rope in s.rigid_ropes)
-    system = System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
+    return System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
+
+
+def _evaluated(
+    plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None
+) -> Column | None:
+    system = signals.once("ropes", lambda: _ropes(plan))
     if x.quantity in LINED and not {*x.ropes} <= {rope.name for rope in system.straight_ropes}:
         return None
     columns = given or (signals.lengths if x.quantity == "length" else signals.tensions)
@@ -87,6 +99,8 @@ def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | N
     kind, given = KINDS.get(limit.quantity), None
     if kind in OF_TENSIONS:
         on_record = tuple(name for name in limit.elements if name in signals.tensions)
+        if limit.quantity == "lug load":
+            on_record = tuple(x for x in on_record if _on_lug(plan, limit, signals, x))
         if not on_record:
             return Reading(np.zeros(len(signals.t))) if limit.quantity == "lug load" else None
         limit = msgspec.structs.replace(limit, elements=on_record)
@@ -101,6 +115,8 @@ def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | N
 def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:
     """The signal at the exact peak of the one rope of a limit, or of several together, and when that was [s]."""
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
+    if alone and limit.quantity == "lug load" and not _on_lug(plan, limit, signals, limit.elements[0], alone[1]):
+        alone = None
     cell = f"{limit.subject}.main" if limit.quantity in ("crane load", "tandem load") else limit.subject
     message = signals.crossings.get(f"{cell.replace(' ', '.')}.load") if limit.quantity != "lug load" else None
     peak = signals.peaks.get(f"{limit.subject} {limit.quantity}") or alone or message
@@ -129,6 +145,15 @@ def _counted(
     return Reading(np.abs(values) if limit.quantity == "side force" else values, exact)
 
 
+def _on_lug(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str, t: float | None = None) -> bool:
+    """Whether a sling is hooked to the lug of a limit at a time [s], or ever."""
+    tie = tie_of(plan, name)
+    if tie is None or tie.lower is not None:
+        return True
+    known = [lugs for start, lugs in signals.hooked if t is None or start <= t]
+    return any(lugs.get(name) == limit.subject for lugs in (known if t is None else known[-1:]))
+
+
 def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:
     """Tensions of slings while they are hooked to the lug of a limit [N]."""
     found = {}
@@ -150,22 +175,24 @@ def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | 
 
 
 def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Vertical load of all legs of a bridle [kg]; the sum of their peaks."""
-    total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
+    """Vertical load of all legs of a bridle [kg]; at the exact peak of each with what the others then carry."""
+    plumb = {}
     for name in limit.elements:
-        angle = _bridle(plan, limit, signals, name)
-        if angle is not None:
-            plumb = np.cos(np.nan_to_num(angle.values)) / plan.gravity
-            total = total + plumb * signals.tensions[name]
-            if name in signals.peaks:
-                peak, when = signals.peaks[name]
-                most.append((peak * float(np.interp(when, signals.t, plumb)), when))
-    return Reading(total, (sum(x for x, _ in most), max(most)[1]) if most else None)
+        if (angle := _bridle(plan, limit, signals, name)) is not None:
+            plumb[name] = np.cos(np.nan_to_num(angle.values)) / plan.gravity
+    loads = {name: x * signals.tensions[name] for name, x in plumb.items()}
+    total, most = np.sum([np.zeros(len(signals.t)), *loads.values()], axis=0), list[tuple[float, float]]()
+    for name, x in plumb.items():
+        peak, when = signals.peaks.get(name, (0.0, -1.0))
+        if signals.t[0] <= when <= signals.t[-1]:
+            more = float(np.interp(when, signals.t, x * peak - loads[name]))
+            most.append((float(np.interp(when, signals.t, total)) + more, when))
+    return Reading(total, max(most, default=None))
 
 
 def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:
     """Angle of a taut sling to the vertical [rad]."""
-    tie = tie_of(plan, name or limit.elements[0])
+    tie = tie_of(plan, name or next(iter(limit.elements), ""))
     if tie is None or tie.rope not in signals.tensions:
         return None
     values = np.full(len(signals.t), np.nan)

@@ -57,9 +57,8 @@ def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) ->
 def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
     """The fastest ordered hook speed (n,) [m/s] in stages with lift-off or landing."""
     values = np.full(len(signals.t), np.nan)
-    stages = [signals.stage_at(float(t), k) for k, t in enumerate(signals.t)]
     for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
-        here = np.array([stage == action.stage for stage in stages], dtype=bool)
+        here = signals.within(action.stage)
         values[here] = np.where(values[here] > speed, values[here], speed)
     return values
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from heavylift.kernel.description.mechanics import WORLD, Point
@@ -14,6 +14,7 @@ from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
 
 Column: TypeAlias = NDArray[np.float64]
+T = TypeVar("T")
 CARRIES = 0.02  # of the capacity of its hook: with less below it a hook is empty
 EMPTY = 0.1  # of its hook block, where no capacity is known
 Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
@@ -40,13 +41,13 @@ class SignalColumns:
     named: Sequence[str] = ()  # stage of each instant, of a path; of a run they follow from the times
     actions: Sequence[int] = ()
     dynamic: bool = False  # of a run, not of a path at rest
-    known: dict[object, Column] = field(default_factory=dict, compare=False, repr=False)  # what was read before
+    known: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)  # what was read before
 
-    def once(self, key: object, make: Callable[[], Column]) -> Column:
-        """A column that is computed on first use."""
-        found = self.known.get(key)
-        if found is None:
-            found = self.known[key] = make()
+    def once(self, key: object, make: Callable[[], T]) -> T:
+        """What is computed on first use, such as a column."""
+        if key not in self.known:
+            self.known[key] = make()
+        found: T = self.known[key]
         return found
 
     def stage_at(self, t: float, k: int | None = None) -> str:
@@ -55,8 +56,18 @@ class SignalColumns:
             return self.named[k]
         return next((name for start, name in reversed(self.stages) if start <= t), "")
 
+    def within(self, stage: str) -> NDArray[np.bool_]:
+        """The instants (n,) in a stage."""
+        if self.named:
+            return np.array([name == stage for name in self.named], dtype=bool)
+        at = np.searchsorted([start for start, _ in self.stages], self.t, side="right")
+        return np.array([False, *(name == stage for _, name in self.stages)], dtype=bool)[at]
+
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
         """The lugs of a sling, each with the samples (n,) at which it was hooked there."""
+        return self.once(("lugs", sling), lambda: self._lugs(sling))
+
+    def _lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
         found: dict[str, NDArray[np.bool_]] = {}
         if self.named:
             on = np.array([lugs.get(sling, "") for _, lugs in self.hooked])

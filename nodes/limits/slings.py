@@ -42,6 +42,8 @@ TERMINATIONS = {
     "grommet": Termination(None, 1.0),
 }
 SOCKETS = ("resin", "swaged")  # whose pins bend no rope
+CABLE_LAID = ("cable-laid splice", "grommet")
+UNREAD = "to be confirmed (EN 13414-3, IMCA M 179: no clause was read): give its 'WLL' and the 'standard' of its gear"
 
 
 class Terms(NamedTuple):

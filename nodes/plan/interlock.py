@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import msgspec
-from heavylift.kernel.description.findings import Severity
+from heavylift.kernel.description.findings import State
 from heavylift.kernel.description.mechanics import Threshold
 
 from .actions import Item
@@ -41,9 +41,9 @@ class Interlock(Item, frozen=True, kw_only=True):
     hooks: tuple[str, ...] = msgspec.field(default_factory=tuple)
     """Ropes of hooks whose chart or load it watches: their limits are checked, and no reason to refuse a scene."""
 
-    def message(self, bypassed: bool = False) -> tuple[Severity, str]:
-        """Severity of its tripping, and the sentence about it."""
+    def message(self, bypassed: bool = False) -> tuple[State, str]:
+        """State of its tripping, and the sentence about it."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
         sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text
-        return ("red" if self.stops else "warning"), f"{self.tells}: {sentence}" if self.tells else sentence
+        return ("red" if self.stops else "amber"), f"{self.tells}: {sentence}" if self.tells else sentence

@@ -18,6 +18,7 @@ from .factors import Factor
 from .spellings import BeamLoad
 
 ROUNDING = 1e-9  # a use so little above 1 is 1
+CLOSE = 1e-4  # by so much beyond a radius or an angle of a chart its value holds
 
 Quantity: TypeAlias = Literal[
     "hook load",
@@ -49,6 +50,7 @@ Quantity: TypeAlias = Literal[
     "clearance",
     "wind",
     "sharing",
+    "heavy sling",
     "inputs",
     "factor",
     "hook design load",
@@ -68,8 +70,8 @@ TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Static load of a part at its highest utilisation, the limit and the stage; `alone`: the limit already includes
-    dynamics."""
+    """Static load of a part at its highest utilisation, the limit and the stage, or a clearance at rest; `alone`: the
+    limit already includes dynamics."""
 
     value: float
     bound: float
@@ -86,7 +88,8 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     though allowed.
     `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
     `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.  `spread`: by how much its use
-    grows at the worst corner of uncertain `inputs`, measured at rest: by a part of it, or (`adds`) by itself.
+    grows at the worst corner of uncertain `inputs`, measured at rest: by a part of it, or (`adds`) by itself; of a
+    clearance by how much it shrinks [m].
     """
 
     subject: str
@@ -132,7 +135,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
                 raise ValueError(f"the {self.quantity} of {self.subject} has no limit")
             return self.value
         if self.over in ("radius", "angle"):
-            return next((value for radius, value in self.chart if x <= radius), 0.0)
+            return next((value for radius, value in self.chart if x <= radius * (1.0 + CLOSE)), 0.0)
         if x <= self.chart[0][0]:
             return self.chart[0][1]
         for (a, low), (b, high) in pairwise(self.chart):
@@ -152,9 +155,14 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
             low, high = self.between
             return abs(2.0 * value - low - high) / (high - low)
         bound = self.at(x)
-        if not bound:
-            return inf * value if value else 0.0
-        return bound / value if self.least else value / bound
+        if self.least:
+            return bound / value if value > 0.0 and bound > 0.0 else inf if value < bound else 0.0
+        return value / bound if bound else inf * value if value else 0.0
+
+    def met(self, value: float | None = None, t: float | None = None) -> Use:
+        """The use by a clearance, else by that at rest; None without any."""
+        value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
+        return Use(self, value, t, use=None if value is None else self.use(value))
 
 
 @dataclass(frozen=True)
@@ -186,6 +194,8 @@ class Use:
         limit, value = self.limit, self.value
         if not limit.spread or value is None or self.use is None:
             return self
+        if limit.quantity == "clearance":
+            return replace(self, use=limit.use(value - limit.spread), value=value - limit.spread)
         use = self.use + limit.spread if limit.adds else self.use * (1.0 + limit.spread)
         if limit.between is not None:
             low, high = limit.between

@@ -243,7 +243,8 @@ class Shapes:
         """Things without shape, for planners."""
         shaped, found = {solid.body for solid in self.solids}, []
         for machine in self.machines:
-            bare = [body.name for body in machine.system.bodies if body.name not in shaped]
+            heavy = (body.name for body in machine.system.bodies if body.mass or body.flexible)
+            bare = [name for name in heavy if name not in shaped]
             if bare:
                 more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
                 message = f"whether {', '.join(bare[:3])}{more} of {machine.name} meet anything: they have no shapes"

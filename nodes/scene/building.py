@@ -99,10 +99,13 @@ def _built(
     passing: bool = True,
     whole: str = "",
     followed: bool = True,
+    corner: bool = False,
 ) -> LoadedScene:
-    """Build the scene of a source; with actions simulated, limits also at the worst uncertain inputs."""
-    given = deepcopy(source.data)
-    stated = uncertainties(replace(source, data=given, faults=[])) if followed else {}
+    """Build the scene of a source; with actions simulated, limits also at the worst uncertain inputs, unless it is a
+    `corner` of these itself."""
+    nominal = followed and not corner
+    given = deepcopy(source.data) if nominal else {}
+    stated = uncertainties(replace(source, data=given, faults=[])) if nominal else {}
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
@@ -139,7 +142,7 @@ def _built(
         ),
         text,
         path,
-        facts(scene),
+        msgspec.structs.replace(facts(scene), uncertain=bool(stated)),
         merged=whole,
         settings=tuple(overrides),
         passing=passing,
@@ -152,7 +155,7 @@ def _built(
     shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
-    raise_faults(source, _impossible(source, loaded, followed))
+    raise_faults(source, _impossible(source, loaded, nominal))
     bent = any(block.flexible for block in scene.all_blocks.values())
     still = {name for name, hook in frames_on_hooks(loaded.plan.machines).items() if hook.ends}
     own = (machine for machine in loaded.plan.machines if machine.name not in still)
@@ -164,7 +167,7 @@ def _built(
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))
     loaded = _on_same_path(loaded, weighed(loaded.plan))
-    if not followed:
+    if not nominal:
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
@@ -172,7 +175,7 @@ def _built(
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
-        return _built(own, path, text, followed=False)
+        return _built(own, path, text, corner=True)
 
     ends = ends_of(scene, stated)
     limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, other)]

@@ -29,6 +29,7 @@ AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope 
 Key = tuple[str, str]  # subject and quantity of a limit
 Values = Mapping[Path, Data]
 Build = Callable[[Values], LoadedScene]  # the scene with other values
+Sizes = Callable[[LoadedScene], dict[Key, float]]
 
 
 @dataclass(frozen=True)
@@ -61,20 +62,9 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
 def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
     """The limits of a scene with the increase of utilisation at the worst corner of the uncertain inputs; an input
     whose end cannot be evaluated gives a limit without value."""
-    corners = _Corners(nominal, build)
-    worse: dict[Key, dict[Path, str]] = {}
-    moved: dict[Key, list[str]] = {}
-    for one in ends:
-        found = [(text, corners.uses({one.path: text})) for text in one.texts]
-        for key, usual in corners.usual.items():
-            text, use = max(((text, uses.get(key, usual)) for text, uses in found), key=lambda pair: pair[1])
-            if any(abs(uses.get(key, usual) - usual) > NOISE * max(1.0, usual) for _, uses in found):
-                moved.setdefault(key, []).append(one.message)
-            if use > usual:
-                worse.setdefault(key, {})[one.path] = text
-    for corner in dict.fromkeys(tuple(x.items()) for x in worse.values() if len(x) > 1):
-        corners.uses(dict(corner))
-    limits = [_spread(limit, corners, moved) for limit in nominal.plan.limits]
+    corners = Corners(nominal, build)
+    corners.search(ends)
+    limits = [_spread(limit, corners) for limit in nominal.plan.limits]
     return [*limits, *_lost(nominal, corners)]
 
 
@@ -82,7 +72,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Ra
     """Design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of each block."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
-    given, corners = scene.factors.built(), _Corners(nominal, build)
+    given, corners = scene.factors.built(), Corners(nominal, build)
     blocks: dict[Path, schema.Block] = {("blocks", name): block for name, block in scene.blocks.items()}
     blocks |= {("block",): scene.block} if scene.block else {}
     for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
@@ -94,29 +84,45 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Ra
     return [*rows, *_lost(nominal, corners)]
 
 
-def _lost(nominal: LoadedScene, corners: _Corners) -> Iterator[RatedLimit]:
+def _lost(nominal: LoadedScene, corners: Corners) -> Iterator[RatedLimit]:
     """Corners that could not be evaluated."""
     where = nominal.plan.limits[0].where if nominal.plan.limits else ""
     for message, why in corners.lost:
         yield RatedLimit(subject=message, quantity="inputs", unit="", note=why, where=where)
 
 
-class _Corners:
-    """Utilisations at evaluated corners."""
+class Corners:
+    """Utilisations, or other sizes of a scene, at evaluated corners; `moved`: the inputs that each depends on."""
 
-    def __init__(self, nominal: LoadedScene, build: Build) -> None:
-        self.usual = _uses(nominal)
+    def __init__(self, nominal: LoadedScene, build: Build, sizes: Sizes | None = None) -> None:
+        self._sizes = sizes or _uses
+        self.usual = self._sizes(nominal)
         self.most = dict(self.usual)
+        self.moved: dict[Key, list[str]] = {}
         self.lost: list[tuple[str, str]] = []  # corners without a path as long as that of the scene, and why
         self._build = build
         self._ends = len(nominal.states) and nominal.states[-1].action
+
+    def search(self, ends: Sequence[Ends]) -> None:
+        """Evaluate both ends of each input, then the corners of worse ends of several."""
+        worse: dict[Key, dict[Path, str]] = {}
+        for one in ends:
+            found = [(text, self.uses({one.path: text})) for text in one.texts]
+            for key, usual in self.usual.items():
+                text, use = max(((text, uses.get(key, usual)) for text, uses in found), key=lambda pair: pair[1])
+                if any(abs(uses.get(key, usual) - usual) > NOISE * max(1.0, usual) for _, uses in found):
+                    self.moved.setdefault(key, []).append(one.message)
+                if use > usual:
+                    worse.setdefault(key, {})[one.path] = text
+        for corner in dict.fromkeys(tuple(x.items()) for x in worse.values() if len(x) > 1):
+            self.uses(dict(corner))
 
     def uses(self, values: Values) -> dict[Key, float]:
         """The use of each limit at a corner."""
         message, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
         try:
             scene = self._build(values)
-            found = _uses(scene)
+            found = self._sizes(scene)
             if scene.states and scene.states[-1].action < self._ends:
                 why = scene.statics.why or "the path at rest ends early"
         except HeavyliftError as error:
@@ -134,14 +140,14 @@ def _uses(scene: LoadedScene) -> dict[Key, float]:
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
 
 
-def _spread(limit: RatedLimit, corners: _Corners, moved: Mapping[Key, list[str]]) -> RatedLimit:
+def _spread(limit: RatedLimit, corners: Corners) -> RatedLimit:
     """A limit with the increase of utilisation at the worst corner."""
     alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
     key = next((key for key in alike if key in corners.usual), None)
-    if key is None or key not in moved or not limit.known:
+    if key is None or key not in corners.moved or not limit.known:
         return limit
     usual, most = corners.usual[key], corners.most[key]
     adds = not limit.loads or most > 2.0 * usual  # what was slack, or pulled straight down, grows in no proportion
     spread = most - usual if adds else most / usual - 1.0
-    inputs = ", ".join(moved[key])
+    inputs = ", ".join(corners.moved[key])
     return msgspec.structs.replace(limit, spread=spread, adds=adds, inputs=inputs) if spread > NOISE else limit

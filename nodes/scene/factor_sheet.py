@@ -29,8 +29,12 @@ def hooks(plan: Plan) -> Table:
 
 
 def charts_used(found: Sequence[Reach]) -> Table:
-    """Radius and use of the chart in each stage."""
-    rows = tuple((x.stage, x.hook, x.when, x.t, x.radius, x.load / 1e3, x.capacity / 1e3, 100.0 * x.use) for x in found)
+    """Radius and use of the chart in each stage, as they change."""
+    numbers = [(x.hook, x.stage, f"{x.radius:.2f} {x.load:.0f} {x.capacity:.0f}") for x in found]
+    changed = (x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1])
+    rows = tuple(
+        (x.stage, x.hook, x.when, x.t, x.radius, x.load / 1e3, x.capacity / 1e3, 100.0 * x.use) for x in changed
+    )
     heads = columns("stage", "hook", "", "at [h:min:s]", "radius [m] .2", "load [t] .1", "chart [t] .1", "use [%] .1")
     note = "Load with hook block and rigging; the next longer radius of the chart counts."
     return Table("Radius and chart", heads, rows, (note,))

@@ -17,6 +17,7 @@ from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Ball, Box, Characteristic, Plane
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
+from heavylift.nodes.plan.factors import Factor
 from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape, frames_on_hooks
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.plan.user_models import UserModel
@@ -43,6 +44,7 @@ NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
 WORDS = {  # fields that hold other words
     Characteristic: ("of",),
     UserModel: ("model",),
+    Factor: ("name",),
     Fidelity: ("ropes", "slings"),
 }
 MACHINES = (

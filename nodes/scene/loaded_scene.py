@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.kernel.description.findings import Check, Finding
+from heavylift.kernel.description.findings import Check, findings
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.judging import findings_of, uses_on_path
-from heavylift.nodes.limits.table_rows import sorted_findings
+from heavylift.nodes.limits.judging import uses_on_path
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import MEANT, OF_TENSIONS, USUAL, Answer, Asked, Question
 from heavylift.nodes.plan.limit import Use
@@ -37,6 +36,7 @@ class SceneFacts(msgspec.Struct, frozen=True):
     remote: list[str]
     tandem: dict[str, float]
     project: dict[str, str] = {}
+    uncertain: bool = False  # inputs state an uncertainty
 
     @property
     def ask(self) -> tuple[Asked, ...]:
@@ -105,34 +105,27 @@ class LoadedScene:
         tripped = {name for _, name in self.statics.tripped}
         return [use for use in found if use.limit.quantity != "interlock" or use.limit.subject not in tripped]
 
-    @cached_property
-    def findings(self) -> list[Finding]:
+    @property
+    def findings(self) -> tuple[Check, ...]:
         """What is beyond a limit on that path, or should be reported."""
-        return sorted_findings([*self._others, *findings_of(self.plan, self.uses, dynamic=False)])
+        return findings(self.checks)
 
     @property
     def errors(self) -> Errors:
         """Measured errors of the figures of a run."""
         return self.answer.figures if self.answer else {}
 
-    @cached_property
-    def _others(self) -> list[Finding]:
-        return [*geometry_findings(self.plan), *path_findings(self.plan, self.statics)]
-
     @property
     def checks(self) -> list[Check]:
         """All checks of that path, including those not possible there."""
         return self.checked()
 
-    def checked(self, near: Sequence[Finding] = ()) -> list[Check]:
+    def checked(self, near: Sequence[Check] = ()) -> list[Check]:
         """The same with clearances too `near`."""
         unread = {id(use.limit) for use in self.uses}
         uses = [
             *self.uses,
-            *(
-                Use(limit, None)
-                for limit in self.plan.limits
-                if id(limit) not in unread and limit.quantity != "interlock"
-            ),
+            *(limit.met() for limit in self.plan.limits if id(limit) not in unread and limit.quantity != "interlock"),
         ]
-        return checks_of(self.plan, uses, [*self._others, *near], None, Shapes(self.plan).shapeless)
+        others = [*geometry_findings(self.plan), *path_findings(self.plan, self.statics), *near]
+        return checks_of(self.plan, uses, others, None, Shapes(self.plan).shapeless)

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
-from heavylift.kernel.description.findings import Finding
+from heavylift.kernel.description.findings import Check
 from heavylift.kernel.errors import SceneError, path_text
-from heavylift.nodes.limits.table_rows import sorted_findings
 from heavylift.nodes.plan.plan import Plan, functions
 from heavylift.nodes.scene.text.files import files_read, scene_file, scene_text
 from heavylift.nodes.scenes import bundled
@@ -96,13 +95,12 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene, chosen=True)
 
 
-def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> SceneReport:
+def check(scene: LoadedScene | str | Path, near: Sequence[Check] = ()) -> SceneReport:
     """Sizes, static loads, utilisation and findings of a scene; `near`: clearances on its path at rest."""
     from .report import report
 
     scene = loaded(scene)
-    found = sorted_findings([*scene.findings, *near])
-    return report(scene.plan, scene.statics, scene.uses, found, scene.checked(near))
+    return report(scene.plan, scene.statics, scene.uses, scene.checked(near))
 
 
 class _CachedScene(msgspec.Struct):

@@ -11,13 +11,12 @@ from itertools import groupby, pairwise
 from math import degrees, pi, sqrt
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.description.findings import Check, Finding, State, clock
+from heavylift.kernel.description.findings import Check, State, clock, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import HEAD, governing, line_of, open_checks, rows as rows_of, state_of
+from heavylift.nodes.limits.checks import HEAD, governing, likewise, line_of, open_checks, rows as rows_of, state_of
 from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
-from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn
@@ -66,8 +65,7 @@ class SceneReport:
     lines: tuple[str, ...]
     brief: tuple[str, ...]  # of them what fits a screen
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
-    findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be reported
-    checks: tuple[Check, ...] = ()  # all of that, and what is not checked, worst first
+    checks: tuple[Check, ...] = ()  # worst first
     line: str = ""  # how many checks have which state
     state: State = "amber"  # the worst
     tables: tuple[Table, ...] = ()  # static loads, radius and chart, design loads, the rigger's list
@@ -80,7 +78,6 @@ def report(
     built: plan.Plan,
     statics: Followed,
     uses: Sequence[Use],
-    findings: Sequence[Finding],
     checks: Sequence[Check] = (),
 ) -> SceneReport:
     """The report of a scene with its path at rest."""
@@ -111,19 +108,20 @@ def report(
         )
     else:
         loads_at_rest, loads = _ropes_at_rest(statics), []
-    first = [*loads_at_rest, _reached(built, statics)]
+    reached = HookReach(built).see_path(statics.states) if statics.states else ()
+    first = [*loads_at_rest, charts_used(reached)]
     then = [table for table in rigging(built, uses) if table.rows]
     loads += _printed(first)
     if statics.why and not rows:
         ends = _ends(statics)
         loads += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
-    listed, line = _limits(built, checks, findings) if checks else _lines(findings), line_of(checks)
+    listed, line = _limits(built, checks), line_of(checks)
     verdict, ramps = f"checks at rest: {line}", _swing_free(built)
     mobile = (f"  {line}" for line in mobility.lines)
     lines = (size, *mobile, *configured, *loads, *listed, *ramps, *_printed(then), "", verdict)
-    known = [*governing(checks), *_lines(findings), *open_checks(checks)]
+    known = [*governing(checks), *_lines(checks), *open_checks(checks)]
     brief = (size, *configured, *loads, *ramps, "", verdict, *known, "", "all checks: --verbose")
-    checked = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
+    checked = tuple(uses), tuple(checks), line, state_of(checks)
     tables = tuple(table for table in (*first, *then) if table.rows)
     return SceneReport(built.name, *counts, mobility, tuple(rows), lines, brief, *checked, tables=tables)
 
@@ -218,21 +216,14 @@ def _changes(rows: Sequence[tuple[Cell, ...]]) -> tuple[tuple[Cell, ...], ...]:
     return tuple(row for i, row in enumerate(rows) if not i or row[1:] != rows[i - 1][1:])
 
 
-def _reached(built: plan.Plan, path: Followed) -> Table:
-    """Radius and use of the chart of each hook that has one, as they change."""
-    found = HookReach(built).see_path(path.states) if path.states else ()
-    numbers = [(f"{x.radius:.2f}", f"{x.load:.0f}", f"{x.capacity:.0f}") for x in found]
-    return charts_used([x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1]])
-
-
-def _limits(built: plan.Plan, checks: Sequence[Check], findings: Sequence[Finding]) -> list[str]:
+def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:
     """The list of checks, worst first, and amplification factors of standards."""
     read = rows_of(checks)
     lines = _printed([words("Checks on the path at rest", HEAD, read)]) if read else [""]
     required = dynamics_required(built)
     lines += [f"  dynamic amplification foreseen: {required[0]:g} ({required[1]})"] if required else []
     lines += [f"  {line}" for line in (*hoisting_factors(built), *shared(built))]
-    return lines + _lines(findings)
+    return lines + _lines(checks)
 
 
 def _swing_free(built: plan.Plan) -> list[str]:
@@ -261,9 +252,11 @@ def _chosen(move: Move, unit: str) -> str:
     return (f"{ramps[0]}, to start and to stop" if same else f"{ramps[0]}, to start; {ramps[1]}, to stop") + left
 
 
-def _lines(findings: Sequence[Finding]) -> list[str]:
-    found = [(f, f", at {clock(f.t, 1)}" if f.kind == "clearance" and f.t else "") for f in likewise(findings)]
-    return [f"{f.severity}: {f.sentence}{at}{f' ({f.stage})' if f.stage else ''}" for f, at in found]
+def _lines(checks: Sequence[Check]) -> list[str]:
+    found = [
+        (x, f", at {clock(x.t, 1)}" if x.quantity == "clearance" and x.t else "") for x in likewise(findings(checks))
+    ]
+    return [f"{x.word}: {x.sentence}{at}{f' ({x.stage})' if x.stage else ''}" for x, at in found]
 
 
 def _ends(statics: Followed) -> list[StaticState]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from heavylift.kernel.description.findings import Finding, Severity
+from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, finding
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn
@@ -15,13 +15,13 @@ from .static_path import Followed
 GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instability, not rounding
 
 
-def path_findings(built: plan.Plan, path: Followed) -> list[Finding]:
+def path_findings(built: plan.Plan, path: Followed) -> list[Check]:
     """Findings of the path in order."""
     checks = (_unstable, _falls, _at_once, _tripped, _cut, _unfollowed)
-    return [finding for check in checks for finding in check(built, path)]
+    return [x for check in checks for x in check(built, path)]
 
 
-def _unstable(built: plan.Plan, path: Followed) -> list[Finding]:
+def _unstable(built: plan.Plan, path: Followed) -> list[Check]:
     found = next((x for x in path.states if x.stiffness is not None and x.stiffness < -GROWTH), None)
     times = [t for t in (path.unstable, found.t if found else None) if t is not None]
     if not times:
@@ -33,15 +33,15 @@ def _unstable(built: plan.Plan, path: Followed) -> list[Finding]:
     return [_finding(built, state.action, "red", "unstable", "scene", sentence, state.t, **numbers)]
 
 
-def _falls(built: plan.Plan, path: Followed) -> list[Finding]:
+def _falls(built: plan.Plan, path: Followed) -> list[Check]:
     found = []
     for t, sentence in path.notes:
         state = next((x for x in path.states if x.t >= t), path.states[-1])
-        found.append(_finding(built, state.action, "warning", "fall", "scene", sentence, t))
+        found.append(_finding(built, state.action, "amber", "fall", "scene", sentence, t))
     return found
 
 
-def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
+def _at_once(built: plan.Plan, path: Followed) -> list[Check]:
     """Stages whose moves end at once because their condition holds already; slings without slack may begin taut."""
     found = []
     times = [x.before.t for x in path.acted] + ([path.states[-1].t] if path.known and path.states else [])
@@ -60,17 +60,17 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
     return found
 
 
-def _tripped(built: plan.Plan, path: Followed) -> list[Finding]:
+def _tripped(built: plan.Plan, path: Followed) -> list[Check]:
     """Interlocks that trip at rest, each once."""
     found, known = [], {x.name: x for x in built.interlocks}
     for name, t in {name: t for t, name in reversed(path.tripped)}.items():
         state = next((x for x in reversed(path.states) if x.t <= t), path.states[-1])
         severity, sentence = known[name].message()
         found.append(_finding(built, state.action, severity, "interlock", name, sentence, t))
-    return sorted(found, key=lambda finding: finding.t or 0.0)
+    return sorted(found, key=lambda x: x.t or 0.0)
 
 
-def _cut(built: plan.Plan, path: Followed) -> list[Finding]:
+def _cut(built: plan.Plan, path: Followed) -> list[Check]:
     if not path.cut or not path.states:
         return []
     last = path.states[-1]
@@ -79,19 +79,19 @@ def _cut(built: plan.Plan, path: Followed) -> list[Finding]:
     return [_finding(built, last.action, "red", "cut", "end", sentence, built.end)]
 
 
-def _unfollowed(built: plan.Plan, path: Followed) -> list[Finding]:
+def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
     """A finding for a lift that can be followed only in part."""
     if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
     sentence = f"the lift is not checked at rest from here on: {path.why}"
-    return [_finding(built, action, "warning", "unfollowed", "scene", sentence, t)]
+    return [_finding(built, action, "amber", "unfollowed", "scene", sentence, t, why=NOT_CHECKED)]
 
 
 def _finding(
-    built: plan.Plan, action: int, severity: Severity, kind: str, who: str, sentence: str, t: float | None, **more: Any
-) -> Finding:
+    built: plan.Plan, action: int, state: State, quantity: str, who: str, sentence: str, t: float | None, **more: Any
+) -> Check:
     """A finding with line and stage of an action; `more`: its numbers."""
     of = built.actions[action - 1] if action else None
     where, stage = (of.where, of.stage) if of else ("", "")
-    return Finding(severity=severity, kind=kind, subject=who, sentence=sentence, where=where, stage=stage, t=t, **more)
+    return finding(state, quantity, who, sentence, where=where, stage=stage, t=t, **more)

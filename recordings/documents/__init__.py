@@ -4,8 +4,7 @@ document  the document as a sheet, and in a file
 beside    two alternatives beside each other
 
 tables    its tables, the one place to add another
-facts     what they read: verdict, peaks, stages
-loads     what lugs, slings and supports bore, and where the block was
+facts     what they read: verdict, plan, peaks
 scene     what was lifted, with what, and how it was computed
 """
 

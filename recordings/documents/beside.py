@@ -19,7 +19,11 @@ WORST = ("red", "undecided", "amber", "green", "none")
 def alternatives(a: Facts, b: Facts, pictures: bool = False) -> Sheet:
     """The sheet of two recordings with their verdicts."""
     both, names = (a, b), _names(a, b)
-    stages = [{s.name: s.end - s.start for s in f.stages} for f in both]
+    ends = [[*f.stages[1:], (f.rec.fact("sim_s", 0.0), "")] for f in both]
+    stages = [
+        {name: after - t for (t, name), (after, _) in zip(f.stages, end, strict=False)}
+        for f, end in zip(both, ends, strict=True)
+    ]
     peaks = [{name: peak.tension / 1e3 for name, peak in f.peaks.items()} for f in both]
     gaps = [{f"{c.a} and {c.b}": c.distance for c in (f.verdict.clearances if f.verdict else ())} for f in both]
     parts: list[Part] = [

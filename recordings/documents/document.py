@@ -113,7 +113,7 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
     uses = {name: peak.tension / rated[name] for name, peak in found.peaks.items() if rated.get(name)}
     if uses:
         most = max(uses, key=lambda name: uses[name])
-        message += f" Governing rope: {most}, {100 * uses[most]:.0f} % of its rated tension."
+        message += f" Most used rope: {most}, {100 * uses[most]:.0f} % of its rated tension."
     wrong = complaints(rec)
     bad = wrong or status != "finished" or (not verdict and (rec.notes() or max(uses.values(), default=0.0) > 1.0))
     state = "bad" if bad else verdict.state if verdict else ""

@@ -56,8 +56,6 @@ def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
         ("centre of gravity at u, v, w", [*block.get("com", (0.0, 0.0, 0.0))], "m"),
         ("moments of inertia about it", [x / 1e3 for x in block.get("moments", (0.0, 0.0, 0.0))], "t m2"),
         ("begins at x, y, z", [*block["pose"][:3]], "m"),
-        ("lugs", [len(block.get("lugs", ()))], ""),
-        ("places to stand on", [block["supports"]], ""),
     ]
     return [row for row in rows if any(row[1]) or row[0].startswith("centre")]
 

@@ -13,7 +13,6 @@ from heavylift.kernel.description.findings import Check
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns, trimmed, words
 
 from .facts import Facts
-from .loads import Borne
 from .scene import block_rows, scene_table
 
 TONNE = 9806.65  # [N] its weight
@@ -23,10 +22,12 @@ UNITS = {
     "rad": ("deg", degrees(1.0), 2),
     "Pa": ("kPa", 1e-3, 0),
 }  # as people read them
+OF_QUANTITY = {
+    **dict.fromkeys(("lift-off speed", "landing speed"), ("m/min", 60.0, 2)),
+    **dict.fromkeys(("uplift", "interlock"), ("%", 100.0, 1)),
+}
+LISTED = ("peak tension", "use of", "smallest clearance")  # figures whose errors stand beside them
 ELSEWHERE = ("rope tension", "sling tension", "clearance")  # quantities that have tables of their own
-PLACE = columns("x [m] .2", "y [m] .2", "z [m] .2")
-FORCE = columns("largest load [kN] .1", "as a mass [t] .1", "at [h:min:s]")
-SAMPLED = "Directions are those at samples, tensions the largest since the sample before."
 
 
 def _findings(f: Facts) -> Iterator[Table]:
@@ -34,7 +35,7 @@ def _findings(f: Facts) -> Iterator[Table]:
     rows: list[tuple[Cell, ...]] = []
     for x in f.verdict.findings if f.verdict else ():
         message = f"{x.sentence} [{x.where}]" if x.where else x.sentence
-        rows.append((x.severity, Marked(message) if x.severity == "red" else message, x.t, x.stage))
+        rows.append((x.word, Marked(message) if x.state == "red" else message, x.t, x.stage))
     yield Table("Findings", columns("", "what", "at [h:min:s]", "stage"), tuple(rows))
     notes = ((Marked(message), t) for t, message in f.rec.notes())
     yield Table("Notes of the kernel", columns("what", "at [h:min:s]"), tuple(notes))
@@ -50,7 +51,9 @@ def _checks(f: Facts) -> Iterator[Table]:
 def _clearances(f: Facts) -> Iterator[Table]:
     rows: list[tuple[Cell, ...]] = []
     for c in f.verdict.clearances if f.verdict else ():
-        red = f.verdict and any(x.kind == "clearance" and x.subject == f"{c.a} and {c.b}" for x in f.verdict.findings)
+        red = f.verdict and any(
+            x.quantity == "clearance" and x.subject == f"{c.a} and {c.b}" for x in f.verdict.findings
+        )
         rows.append((f"{c.a} and {c.b}", Marked(c.distance) if red else c.distance, c.limit, c.t, c.place))
     unseen = tuple(f"Not checked: {x}." for x in f.verdict.not_looked_at) if f.verdict else ()
     heads = columns("between", "smallest [m] .2", "required [m] .2", "at [h:min:s]", "where")
@@ -68,21 +71,19 @@ def _scene(f: Facts) -> Iterator[Table]:
 
 
 def _ropes(f: Facts) -> Iterator[Table]:
-    """Peak tension of each rope with its limit; for slings attachments and angles."""
+    """Peak tension of each rope with its limit."""
     limits = {c.subject: c for c in (f.verdict.checks if f.verdict else ()) if c.quantity in ELSEWHERE[:2]}
-    rated, slings = f.rec.fact("rated", {}), {s.name: s for s in f.loads.slings}
-    rows: list[tuple[Cell, ...]] = []
+    rated, rows = f.rec.fact("rated", {}), list[tuple[Cell, ...]]()
     for name, peak in f.peaks.items():
-        check, sling = limits.get(name), slings.get(name)
+        check = limits.get(name)
         limit = check.limit if check else rated.get(name)
         use = 100.0 * peak.tension / limit if limit else None
         state = check.state if check else "red" if limit and peak.tension > limit else ""
-        row = (name, ", ".join(sling.lugs) if sling else "", peak.tension / 1e3, peak.tension / TONNE, peak.time,
-               f.stage_at(peak.time), limit / 1e3 if limit else None, Marked(use, state) if state else use)  # fmt: skip
-        lies = (degrees(sling.angle), degrees(sling.widest)) if sling else (None, None)
-        rows.append((*row, check.error / 1e3 if check and check.error is not None else None, *lies))
-    heads = columns("rope", "lug", "peak tension [kN] .1", "as a mass [t] .1", "at [h:min:s]", "stage", "limit [kN] .1",
-                    "use [%] .1", "error [kN] .1", "angle to vertical then [deg] .1", "at most [deg] .1")  # fmt: skip
+        error = check.error / 1e3 if check and check.error is not None else None
+        rows.append((name, peak.tension / 1e3, peak.tension / TONNE, peak.time, f.stage_at(peak.time),
+                     limit / 1e3 if limit else None, Marked(use, state) if state else use, error))  # fmt: skip
+    heads = columns("rope", "peak tension [kN] .1", "as a mass [t] .1", "at [h:min:s]", "stage", "limit [kN] .1",
+                    "use [%] .1", "error [kN] .1")  # fmt: skip
     bases = dict.fromkeys(f"{c.quantity}: {c.basis}." for c in limits.values() if c.basis)
     yield trimmed(Table("Ropes and slings", heads, tuple(rows), tuple(bases)))
 
@@ -94,7 +95,7 @@ def _quantities(f: Facts) -> Iterator[Table]:
         if c.basis and c.quantity not in ELSEWHERE and c.value is not None:
             groups.setdefault((c.quantity, c.unit), []).append(c)
     for (quantity, unit), checks in groups.items():
-        message, factor, digits = UNITS.get(unit, (unit, 1.0, 2))
+        message, factor, digits = OF_QUANTITY.get(quantity) or UNITS.get(unit, (unit, 1.0, 2))
         form = f"[{message}] .{digits}" if message else f".{digits}"
         heads = columns("item", f"worst {form}", f"limit {form}", "allowed", "use [%] .1", f"error {form}",
                         "at [h:min:s]", "stage", "state", "basis")  # fmt: skip
@@ -112,39 +113,10 @@ def _quantities(f: Facts) -> Iterator[Table]:
         yield trimmed(Table(quantity.capitalize(), heads, tuple(rows), tuple(notes)))
 
 
-def _borne(f: Facts) -> Iterator[Table]:
-    """Forces on lugs and supports, with their directions and places."""
-    lugs = tuple((*_load(x), *(part / 1e3 for part in x.parts or ())) for x in f.loads.lugs)
-    axes = columns(*(f"along {axis} [kN] .1" for axis in "uvw"))
-    heads = columns("lug", "u [m] .2", "v [m] .2", "w [m] .2")
-    note = f"u, v, w are the axes of the block. {SAMPLED}"
-    yield Table("Loads on lugs", (*heads, *FORCE, *axes), lugs, (note,))
-    supports = tuple(map(_load, f.loads.supports))
-    yield Table("Reactions of supports", (*columns("support"), *PLACE, *FORCE), supports, ("At samples.",))
-
-
-def _stages(f: Facts) -> Iterator[Table]:
-    cranes = list(dict.fromkeys(crane for s in f.stages for crane in s.dynamic))
-    required = f.verdict.dynamic if f.verdict else None
-    rows = []
-    for s in f.stages:
-        known = (s.dynamic.get(crane) for crane in cranes)
-        marked = (Marked(x) if x is not None and required and x > required[0] else x for x in known)
-        use = 100.0 * s.use if s.rope else None
-        rows.append((s.name, s.start, s.end - s.start, s.rope, use, *marked))
-    factors = (f"dynamic factor of {crane} .3" for crane in cranes)
-    heads = columns("stage", "from [h:min:s]", "lasts [s] .1", "governing rope", "use [%] .1", *factors)
-    notes = [f"Dynamic factor required: {required[0]:g} ({required[1]}); more is marked."] if required else []
-    yield Table("Stages", heads, tuple(rows), tuple(notes if cranes else []))
-    path = tuple((s.name, s.start, s.lowest, *map(degrees, s.tilt), *s.com) for s in f.stages if s.com and s.tilt)
-    heads = columns("stage", "from [h:min:s]", "lowest point [m] .2", "least tilt [deg] .1", "largest tilt [deg] .1")
-    note = "Tilt: angle of the block's w axis to the vertical; x, y, z: centre of gravity at the end of the stage."
-    yield Table("Path of the block", (*heads, *PLACE), path, (note,))
-
-
 def _errors(f: Facts) -> Iterator[Table]:
-    """Error estimates of the figures."""
-    errors = ((name, 100.0 * x) for name, x in f.rec.fact("errors", {}).items() if isinstance(x, float))
+    """Error estimates of the figures that no other table has."""
+    known = f.rec.fact("errors", {}).items()
+    errors = ((name, 100.0 * x) for name, x in known if isinstance(x, float) and not name.startswith(LISTED))
     yield Table("Errors of figures", columns("figure", "error [%] .3"), tuple(errors))
     for fact, head, title in (
         ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
@@ -154,7 +126,7 @@ def _errors(f: Facts) -> Iterator[Table]:
 
 
 TABLES: tuple[Callable[[Facts], Iterable[Table]], ...] = (
-    _findings, _checks, _scene, _of_verdict, _ropes, _quantities, _clearances, _borne, _stages, _errors
+    _findings, _checks, _scene, _of_verdict, _ropes, _quantities, _clearances, _errors
 )  # fmt: skip
 
 
@@ -162,11 +134,6 @@ def tables_of(found: Facts) -> list[Table]:
     """All tables with rows, in reading order."""
     with found.rec.reading():
         return [table for make in TABLES for table in make(found) if table.rows]
-
-
-def _load(x: Borne) -> tuple[Cell, ...]:
-    place: tuple[Cell, ...] = x.place or (None, None, None)
-    return x.name, *place, x.force / 1e3, x.force / TONNE, x.when
 
 
 def _colour(state: str) -> str:

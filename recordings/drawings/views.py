@@ -5,7 +5,7 @@ above, with the same axis to the right.
 """
 
 from collections.abc import Sequence
-from itertools import count, pairwise
+from itertools import combinations, count, pairwise
 from math import atan2, cos, degrees, pi, sin
 
 import numpy as np
@@ -22,6 +22,7 @@ LAST = ("world", "crane", "frame", "hook", "block", "deck")  # from aside
 CLOSE = 2.5  # [mm] hooks on paper that have one dimension
 SAME = 0.05  # [m] dimensions that differ by less are one
 LINE = 3.4  # [mm] between labels
+SHORTER = 1e-9  # [mm] of two leader lines, that is no rounding
 SHOWN = 0.3  # of a clearance: what is shorter in a view is not drawn there
 LEVEL = 0.02  # [m] below which a height is no dimension
 
@@ -282,16 +283,20 @@ def _gravity(view: View, p: Floats) -> None:
 
 
 def _labels(view: View, notes: list[tuple[Floats, str]], x: float, top: float) -> None:
-    """Labels in a column with leader lines of least total length, which do not cross."""
+    """Labels in a column; no two leader lines are shorter with their labels exchanged, so none cross."""
     if not notes:
         return
-    from scipy.optimize import linear_sum_assignment
-
     middle = (max(p[1] for p, _ in notes) + min(p[1] for p, _ in notes)) / 2
     first = min(top, middle + LINE * (len(notes) - 1) / 2)
     ends = [np.array([x - 1.0, first - LINE * k + 0.7]) for k in range(len(notes))]
     lengths = np.array([[float(np.hypot(*(p - end))) for end in ends] for p, _ in notes])
-    for i, k in zip(*linear_sum_assignment(lengths), strict=True):
-        p, message = notes[i]
+    at = np.argsort([-p[1] for p, _ in notes], kind="stable").argsort()
+    better = True
+    while better:
+        better = False
+        for i, j in combinations(range(len(notes)), 2):
+            if lengths[i, at[j]] + lengths[j, at[i]] < lengths[i, at[i]] + lengths[j, at[j]] - SHORTER:
+                at[[i, j]], better = at[[j, i]], True
+    for (p, message), k in zip(notes, at, strict=True):
         view.items.append(Path(np.array([p, ends[k], ends[k] + [1.0, 0.0]]), "thin"))
         view.items.append(Text((x + 0.6, float(ends[k][1]) - 0.7), message))

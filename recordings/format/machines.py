@@ -52,13 +52,13 @@ def ties(plan: Data) -> list[Data]:
 
 
 def block(plan: Data) -> Data:
-    """The lifted block, with start pose and number of supports; empty for none or several."""
+    """The lifted block, with start pose; empty for none or several."""
     found = [(machine, cargo) for machine in plan.get("machines", []) for cargo in machine.get("cargo", [])]
     if len(found) != 1:
         return {}
     (machine, cargo), system = found[0], found[0][0]["system"]
     pose = next((x["q0"] for x in system["joints"] if x["child"] == cargo["body"]), [0.0] * 7)
-    return {**cargo, "name": machine["name"], "pose": pose, "supports": len(system.get("supports", []))}
+    return {**cargo, "name": machine["name"], "pose": pose}
 
 
 FACTS = ("asked", "modelled", "steps")  # names of the lines

@@ -12,7 +12,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.findings import Check, Finding, State, clock
+from heavylift.kernel.description.findings import Check, State, clock, findings
 from heavylift.kernel.errors import path_text
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.machines import settings
@@ -49,7 +49,7 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"message": "told"}):
-    """All of a verdict: its state and line, all checks, worst first, and what was found in order of severity and time.
+    """All of a verdict: its state and line, all checks, worst first.
 
     `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
     and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
@@ -59,7 +59,6 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
     red: bool
     line: str
     state: State = "amber"
-    findings: tuple[Finding, ...] = ()
     not_looked_at: tuple[str, ...] = ()
     clearances: tuple[Clearance, ...] = ()
     checks: tuple[Check, ...] = ()
@@ -68,6 +67,11 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
     message: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
     tables: tuple[Table, ...] = ()
+
+    @property
+    def findings(self) -> tuple[Check, ...]:
+        """What was found: beyond limits, warnings, notes."""
+        return findings(self.checks)
 
 
 def contents(rec: Recording) -> Contents:
@@ -221,7 +225,7 @@ def _head(rec: Recording, verdict: RecordedVerdict | None) -> str:
 
 def _findings(verdict: RecordedVerdict | None) -> str:
     found = verdict.findings if verdict else ()
-    return "\n".join(f"  {f.severity}: {f.message}" for f in found)
+    return "\n".join(f"  {x.word}: {x.message}" for x in found)
 
 
 def _clearances(verdict: RecordedVerdict | None) -> str:

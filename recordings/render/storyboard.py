@@ -16,13 +16,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import GENERATOR
-from heavylift.recordings.format.viewer_messages import DrawnBox, corners, turned
+from heavylift.recordings.format.viewer_messages import corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path
@@ -31,7 +31,9 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 INK, QUIET, BAND, LIMIT = "#1d2733", "#6b7682", "#f1f4f7", "#a3182b"
 FORMATS = (".png", ".svg")
@@ -136,6 +138,7 @@ def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path
 Floats = NDArray[np.float64]
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
 FILM, INSTANTS, FRAME_ms = ".gif", 80, 100
+EIGHTH = 8  # of the frames of a film, which tell its colours
 GRID = 200  # instants between which the way is measured
 SWAY, LITTLE = 0.5, 0.2  # [m] way between two of them that may be swing; and of the largest, where all goes slowly
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
@@ -168,11 +171,38 @@ class _Drawing:
         self._ropes, self._stages = _ropes(rec, self.times, self._poses), rec.stages()
         self._scene = rec.run.get("scene", "")
 
-    def draw(self, ax: Axes, i: int) -> None:
-        t = self.times[i]
-        _frame(ax, t, self._poses, self._boxes, self._ropes[i])
-        stage = next((name for at, name in reversed(self._stages) if at <= t), self._scene)
-        ax.set_title(f"{stage}, {clock(t)}", fontsize=9, loc="left")
+    def title(self, i: int) -> str:
+        """Stage and time of an instant."""
+        stage = next((name for at, name in reversed(self._stages) if at <= self.times[i]), self._scene)
+        return f"{stage}, {clock(self.times[i])}"
+
+    def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
+        """Faces (4, 2) from far to near with their colours, and rope lines (n, 2, 2) of an instant, along x."""
+        faces = []
+        for box, world in self._boxes:
+            if box.body in self._poses:
+                pose = self._poses[box.body]
+                row = pose.values[min(int(np.searchsorted(pose.t, self.times[i])), len(pose.t) - 1)]
+                world = turned(row[3:], world) + row[:3]
+            faces += [(world[list(f), 0].mean(), world[list(f), 1:], box.colour) for f in FACES]
+        faces.sort(key=lambda face: -face[0])
+        return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]
+
+    def draw(self, ax: Axes, i: int) -> tuple[PolyCollection, LineCollection, Text]:
+        """One instant: faces, then ropes, and its title."""
+        from matplotlib.collections import LineCollection, PolyCollection
+
+        faces, colours, lines = self.seen(i)
+        bodies = PolyCollection(faces, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.3)
+        ropes = LineCollection(list(lines), colors="0.15", linewidths=0.8)
+        ax.add_collection(bodies)
+        ax.add_collection(ropes)
+        ax.axhline(0.0, color="0.5", linewidth=1.0)
+        ax.set_aspect("equal")
+        ax.autoscale_view()
+        ax.margins(0.03)
+        ax.set_axis_off()
+        return bodies, ropes, ax.set_title(self.title(i), fontsize=9, loc="left")
 
 
 def _figure(drawing: _Drawing, frames: int) -> Figure:
@@ -192,25 +222,27 @@ def _figure(drawing: _Drawing, frames: int) -> Figure:
 
 def _film(drawing: _Drawing) -> bytes:
     """All instants in one frame, one after another."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Canvas
     from PIL import Image
 
     figure = Canvas(figsize=(6.4, 4.8), dpi=100, layout="constrained")
-    ax = figure.subplots()
-    limits = []
-    for i in range(len(drawing.times)):
-        ax.clear()
-        drawing.draw(ax, i)
-        limits.append([*ax.get_xlim(), *ax.get_ylim()])
-    (left, _, low, _), (_, right, _, high) = np.min(limits, axis=0), np.max(limits, axis=0)
-    pictures = []
-    for i in range(len(drawing.times)):
-        ax.clear()
-        drawing.draw(ax, i)
-        ax.set(xlim=(left, right), ylim=(low, high))
-        drawn = io.BytesIO()
-        figure.savefig(drawn, format="png")
-        pictures.append(Image.open(drawn).convert("RGB").convert("P", palette=Image.Palette.ADAPTIVE))
+    canvas, ax = FigureCanvasAgg(figure), figure.subplots()
+    instants = [drawing.seen(i) for i in range(len(drawing.times))]
+    bodies, ropes, title = drawing.draw(ax, 0)
+    places = np.concatenate([x.reshape(-1, 2) for faces, _, lines in instants for x in (*faces, lines)])
+    ax.update_datalim(places)
+    ax.autoscale_view()
+    drawn = []
+    for i, (faces, colours, lines) in enumerate(instants):
+        bodies.set(verts=faces, facecolors=colours)
+        ropes.set_segments(list(lines))
+        title.set_text(drawing.title(i))
+        canvas.draw()  # type: ignore[no-untyped-call]
+        figure.set_layout_engine("none")  # as it is now
+        drawn.append(np.asarray(canvas.buffer_rgba())[:, :, :3].copy())  # type: ignore[no-untyped-call]
+    inks = Image.fromarray(np.concatenate(drawn[::EIGHTH])).quantize()
+    pictures = [Image.fromarray(x).quantize(palette=inks, dither=Image.Dither.NONE) for x in drawn]
     data = io.BytesIO()
     message = {"comment": GENERATOR.encode(), "duration": FRAME_ms, "loop": 0}
     pictures[0].save(data, "gif", save_all=True, append_images=pictures[1:], **message)
@@ -249,28 +281,3 @@ def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: 
     row = poses[body].values[i] if body in poses else np.array((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
     out: Floats = turned(row[3:], np.array(p)) + row[:3]
     return out
-
-
-def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[DrawnBox, Floats]], lines: Floats) -> None:
-    """One instant: faces from far to near, then ropes, seen along x."""
-    from matplotlib.collections import LineCollection, PolyCollection
-
-    faces = []
-    for box, world in boxes:
-        if box.body in poses:
-            pose = poses[box.body]
-            row = pose.values[min(int(np.searchsorted(pose.t, t)), len(pose.t) - 1)]
-            world = turned(row[3:], world) + row[:3]
-        faces += [(world[list(f), 0].mean(), world[list(f), 1:], box.colour) for f in FACES]
-    faces.sort(key=lambda face: -face[0])
-    ax.add_collection(
-        PolyCollection(
-            [f[1] for f in faces], facecolors=[f[2] for f in faces], edgecolors=(0, 0, 0, 0.25), linewidths=0.3
-        )
-    )
-    ax.add_collection(LineCollection(list(lines[:, :, 1:]), colors="0.15", linewidths=0.8))
-    ax.axhline(0.0, color="0.5", linewidth=1.0)
-    ax.set_aspect("equal")
-    ax.autoscale_view()
-    ax.margins(0.03)
-    ax.set_axis_off()

@@ -165,7 +165,7 @@ def _verdict_rows(verdict: RecordedVerdict | None) -> list[tuple[str, str]]:
     if verdict is None:
         return []
     rows = [("verdict", verdict.line)]
-    rows += [(f.severity, f.message) for f in verdict.findings]
+    rows += [(x.word, x.message) for x in verdict.findings]
     rows += [("clearance", c.message) for c in verdict.clearances[:CLEARANCES]]
     return rows + [("not checked", sentence) for sentence in verdict.not_looked_at]
 

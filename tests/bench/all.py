@@ -1,9 +1,10 @@
-"""Runs every script of this folder, each by itself: checks its rows, prints how long it took, fails if one does.
+"""Runs every script of this folder, each by itself: prints its rows as they come and how long it took, checks them,
+fails if one does.
 
     python tests/bench/all.py [--short] [--json] [--at-once N]
 
-The short forms run two at a time, for their figures mean nothing; long ones alone.  `--json` prints all rows, what else
-there is to say goes to standard error.
+The short forms run two at a time, for their figures mean nothing; long ones alone.  `--json`: what else there is to say
+goes to standard error.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import msgspec
-from shared.rows import JSON, SHORT, Row, options
+from shared.rows import JSON, SHORT, Row, line, options
 
 HERE = Path(__file__)
 PATIENCE_s = 120.0 if SHORT else 3600.0  # of one script; a short form takes 15 s on two idle cores
@@ -31,7 +32,7 @@ class Script:
 
     def __init__(self, path: Path) -> None:
         self.name, self._began = path.name, time.monotonic()
-        self.seconds, self.rows, self.fault = 0.0, "", ""
+        self.seconds, self.rows, self.fault, self._told = 0.0, "", "", 0
         self._folder = Path(tempfile.mkdtemp(prefix="bench-"))
         command = [sys.executable, str(path), "--json", *(["--short"] if SHORT else [])]
         with (self._folder / "rows").open("w") as rows, (self._folder / "errors").open("w") as errors:
@@ -48,8 +49,18 @@ class Script:
         self.rows, errors = ((self._folder / name).read_text() for name in ("rows", "errors"))
         why = f"no end within {PATIENCE_s:g} s" if code is None else f"exit code {code}" if code else fault(self.rows)
         self.fault = f"{why}\n{errors}" if why else ""
+        self.tell()
         self.end()
         return True
+
+    def tell(self) -> None:
+        """Print the rows that have come."""
+        rows = (self._folder / "rows").read_text()
+        new = rows[self._told : rows.rfind("\n") + 1]
+        self._told += len(new)
+        for text in new.splitlines():
+            with suppress(msgspec.DecodeError):  # `fault` says so
+                print(text if JSON else line(msgspec.json.decode(text, type=Row)), flush=True)
 
     def end(self) -> None:
         """Nothing of it is left."""
@@ -61,13 +72,13 @@ class Script:
 
 def fault(rows: str) -> str:
     """What is wrong with the rows of a script; "" if nothing is."""
-    for number, line in enumerate(rows.splitlines(), 1):
+    for number, text in enumerate(rows.splitlines(), 1):
         try:
-            row = msgspec.json.decode(line, type=Row)
+            row = msgspec.json.decode(text, type=Row)
         except msgspec.DecodeError as error:
-            return f"line {number} is no row ({error}): {line}"
+            return f"line {number} is no row ({error}): {text}"
         if (row.ratio is None) != (not row.peer_value) or (row.peer is None and row.peer_value is not None):
-            return f"line {number}: peer, its value and the ratio do not go together: {line}"
+            return f"line {number}: peer, its value and the ratio do not go together: {text}"
     return "" if rows else "no rows"
 
 
@@ -81,6 +92,8 @@ def played(scripts: list[Path], at_once: int) -> Iterator[Script]:
             for script in [s for s in running if s.ended()]:
                 running.remove(script)
                 yield script
+            for script in running:
+                script.tell()
             time.sleep(0.05)
     finally:
         for script in running:
@@ -92,8 +105,6 @@ def main() -> None:
     scripts = sorted(path for path in HERE.parent.glob("*.py") if path.name != HERE.name)
     began, failed = time.monotonic(), 0
     for script in played(scripts, given.at_once):
-        if JSON:
-            print(script.rows, end="", flush=True)
         failed += bool(script.fault)
         message = f"{len(script.rows.splitlines())} rows" if not script.fault else f"FAILED: {script.fault}"
         print(

@@ -6,7 +6,7 @@ Every time is the least of several and free of calls from Python: functions of a
 code or by their own batch calls (`shared/native_loops.py`, `shared/peers.py`).  Whole runs are CPU time over the
 tension error against a reference trajectory: at each error the fastest run that is at least as exact counts, whatever
 its method, tolerance or step.  The cost of the formulations is measured in `formulations.py`, whole processes in
-`turnover.py`.
+`wait.py`.
 """
 
 import json

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
-from heavylift.nodes.scene import LoadedScene, check, load, parse
+from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.recordings import Recording
+from heavylift.recordings.read import recorded_verdict
 
 RADIUS, BOOM, FOOT = 18.0, 42.0, 1.5  # beyond it the chart allows 62.5 t, and 63 t hang; of crawler-250 [m]
 AHEAD = 0.2  # [deg] of the boom: the hook swings ahead of its tip by a tenth of a metre
@@ -37,8 +38,8 @@ def said(rec: Recording, kind: str) -> list[tuple[float, dict[str, object]]]:
 
 
 def findings(rec: Recording) -> list[str]:
-    found = rec.fact("verdict", {})["findings"]
-    return [f["sentence"] for f in found if f["kind"] in ("interlock", "bypass")]
+    found = recorded_verdict(rec)
+    return [x.sentence for x in found.findings if x.quantity in ("interlock", "bypass")] if found else []
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +71,7 @@ def test_luffing_in_resets_it_and_the_module_is_set_down(whole: Recording) -> No
 
 
 def test_check_reports_that_the_chart_stops_it() -> None:
-    message = [f.sentence for f in check(load("crawler")).findings if f.kind == "interlock"]
+    message = [f.sentence for f in load("crawler").findings if f.quantity == "interlock"]
     assert message == [STOPPED]
 
 
@@ -92,7 +93,7 @@ def test_a_bypassed_interlock_is_reported_and_stops_nothing(tmp_path: Path) -> N
 
 
 def test_actions_without_an_interlock_are_refused_as_before() -> None:
-    with pytest.raises(SceneError, match=r"would carry 42\.0 t of 24 t"):
+    with pytest.raises(SceneError, match=r"would be 42\.0 t, 175 %; 24\.0 t is allowed"):
         parse("extends: jib\nname: jib\nblock: {mass: 40 t}\n", "scene.yaml", passing=True)
 
 

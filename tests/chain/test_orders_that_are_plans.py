@@ -88,7 +88,7 @@ def test_a_hook_levels_the_block(verb: str, hook: str) -> None:
     made = scene("lift", *UP, off, level, "wait: 1 s", more="end: 200 s\n")
     assert abs(tilt(made, 4)) > 1.0
     assert abs(tilt(made, 7)) <= 0.1
-    assert not [f for f in made.findings if f.severity == "red"]
+    assert not [f for f in made.findings if f.state == "red"]
 
 
 TURNED = (

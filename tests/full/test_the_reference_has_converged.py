@@ -21,7 +21,7 @@ def test_independent_code_reports_the_same_of_peaks_and_ends_of_stages():
     found = {}
     for seed in LIFTS:
         plan = parse(random_lift(seed)).plan
-        run = play(msgspec.structs.replace(Ladder(plan).rungs(Ladder(plan).full[-1])[0].plan, tolerance=1e-6))
+        run = play(msgspec.structs.replace(Ladder(plan).candidates(Ladder(plan).full[-1])[0].plan, tolerance=1e-6))
         true = richest(plan, rtol=RTOL)
         peaks = [
             abs(run.peaks[rope.name].tension / peak - 1.0)

@@ -36,6 +36,7 @@ PLAN = {
 TENSION = np.array([1e5, 3e5, 4.4e5, 4e5, 4e5, 4e5, 4.2e5, 4e5])  # [N] each second; rated 4.3e5
 CRANES = ("lift", "crawler", "hall", "jib", "floating", "spreader", "tandem")  # of every kind
 UNITS = {"N": 1e-3, "kg": 1e-3, "Pa": 1e-3, "rad": 180.0 / np.pi}
+OF_QUANTITY = {"lift-off speed": 60.0, "landing speed": 60.0, "uplift": 100.0, "interlock": 100.0}
 
 
 @pytest.fixture
@@ -88,10 +89,6 @@ def test_every_number_is_that_of_the_samples(recorded: Path) -> None:
     row = {name: column(ropes, name)[0] for name in ("rope", "peak tension", "at", "stage", "limit", "use")}
     use = pytest.approx(100 * 4.4 / 4.3)
     assert row == {"rope": "west.H1", "peak tension": 440.0, "at": 2.0, "stage": "take up", "limit": 430.0, "use": use}
-    take_up, hold = found.stages
-    assert (take_up.start, take_up.end, take_up.rope) == (0.0, 3.0, "west.H1")
-    assert take_up.dynamic == {"west": pytest.approx(1.1)}
-    assert hold.dynamic == {"west": pytest.approx(1.05)}
 
 
 def test_the_page_reports_the_worst_first_and_escapes_what_scenes_say(recorded: Path, tmp_path: Path) -> None:
@@ -99,7 +96,7 @@ def test_the_page_reports_the_worst_first_and_escapes_what_scenes_say(recorded: 
     assert "<b>lift</b>" not in text
     assert "&lt;b&gt;lift" in text
     assert "&lt;i&gt;7" in text
-    assert "It has no verdict. Governing rope: west.H1, 102 % of its rated tension." in text
+    assert "It has no verdict. Most used rope: west.H1, 102 % of its rated tension." in text
     assert re.findall(r'<td class="n red">(.*?)</td>', text) == ["102.3"]
     assert text.count("data:image/png;base64,") == 2
     with pytest.raises(RecordingError, match=r"is written as \.html, \.pdf, .* or \.dxf; give it one"):
@@ -138,7 +135,7 @@ def test_each_item_has_one_largest_value_on_any_crane(lifts: dict[str, Path], na
     peaks = dict(zip(column(ropes, "rope"), column(ropes, "peak tension"), strict=True))
     assert peaks == {rope: peak.tension / 1e3 for rope, peak in found.peaks.items()}
     for check in (c for c in found.verdict.checks if c.basis and c.value is not None and c.quantity != "clearance"):
-        value = check.value * UNITS.get(check.unit, 1.0)
+        value = check.value * OF_QUANTITY.get(check.quantity, UNITS.get(check.unit, 1.0))
         if check.quantity in ("rope tension", "sling tension"):
             assert peaks[check.subject] == pytest.approx(value, rel=1e-9)
         else:

@@ -40,6 +40,8 @@ OTHER_CODES = (  # what, which code, file, the constant in it that bounds the di
     ("flexible pendulum, three modes against twelve segments", "MuJoCo",
      "kernel/multibody/flexible/test_a_flexible_pendulum_agrees_with_mujoco", "ALIKE", "m, of a bow of 0.25 m"),
     ("instant of the fifth event", "SciPy's integrators", "kernel/methods/test_scipy_agrees", "INSTANT", "s"),
+    ("peaks of twenty lifts by seven types", "SciPy's DOP853", "validation/test_scipy_lifts_as_other_cranes_do",
+     "TENSION", "relative"),
     ("tensions of two cranes over ten seconds", "Drake, Exudyn, MuJoCo", "kernel/simulation/test_the_goliath_reference",
      "TENSION_ERROR", "of 550 kN"),
 )  # fmt: skip

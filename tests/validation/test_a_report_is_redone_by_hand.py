@@ -55,7 +55,8 @@ def test_weights_and_reactions_are_in_balance(printed: dict[str, list[dict[str, 
 
 def test_the_load_on_a_lug_is_its_slings_tension_along_the_axes(printed: dict[str, list[dict[str, Any]]]) -> None:
     """One sling on each lug: the same force; its angle to the vertical gives the vertical part of an upright block."""
-    slings = {row["lug"]: row for row in printed["Ropes and slings"] if row.get("lug")}
+    ropes = {row["rope"]: row for row in printed["Ropes and slings"]}
+    slings = {row["lug"]: row | ropes[row["sling"]] for row in printed["Slings"]}
     tilts = {row["stage"]: row["largest tilt"] for row in printed["Path of the block"]}
     for lug in printed["Loads on lugs"]:
         parts = [lug[f"along {axis}"] for axis in "uvw"]
@@ -64,7 +65,7 @@ def test_the_load_on_a_lug_is_its_slings_tension_along_the_axes(printed: dict[st
         if sling is not None:
             assert lug["largest load"] == pytest.approx(sling["peak tension"], rel=HAND)
             if tilts[sling["stage"]] < 0.1:
-                angle = radians(sling["angle to vertical then"])
+                angle = radians(sling["angle to vertical at its peak"])
                 assert parts[2] == pytest.approx(lug["largest load"] * cos(angle), rel=HAND)
                 assert hypot(*parts[:2]) == pytest.approx(
                     lug["largest load"] * sin(angle), abs=HAND * lug["largest load"]

@@ -89,8 +89,7 @@ class Report:
 
     def angles(self) -> list[float]:
         """Of the slings to the vertical, at their peaks."""
-        rows = self.rows("Ropes and slings")
-        return sorted(row["angle to vertical then"] for row in rows if row["angle to vertical then"] is not None)
+        return sorted(row["angle to vertical at its peak"] for row in self.rows("Slings"))
 
     def designs(self) -> list[dict[Any, Any]]:
         """Lines of both factor sheets, in t and in kN."""

@@ -25,7 +25,8 @@ matrices that interpolate displacements with slopes, (5) fulfils this to the ord
 """
 
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
+from operator import is_
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,7 @@ from .attachment import Track
 from .beam import rigid_motions, rounded
 from .modes import FlexibleModes, modes_of
 
+PLAIN = (str, float, int, bool, type(None))
 SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials, sought and refused; shapes are 1 at most
 
 
@@ -86,6 +88,11 @@ def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
     stations: dict[str, Joint] = {}
 
     def on_station(x: Any) -> Any:
+        if type(x) in PLAIN:
+            return x
+        if isinstance(x, tuple):
+            parts = tuple(map(on_station, x))
+            return x if all(map(is_, parts, x)) else parts
         if isinstance(x, Point) and x.body in modes:
             station, place = modes[x.body].station(x.p)
             name = f"{x.body}@{station:.9g}"
@@ -95,19 +102,22 @@ def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
         if isinstance(x, Joint) and x.parent in modes and x.kind != "slider":
             point = on_station(Point(x.parent, x.p_PJ))
             return replace(x, parent=point.body, p_PJ=point.p)
-        if isinstance(x, tuple):
-            return tuple(on_station(e) for e in x)
-        if is_dataclass(x) and not isinstance(x, type):
-            return replace(x, **{f.name: on_station(getattr(x, f.name)) for f in fields(x)})
-        if isinstance(x, Struct):
-            return structs.replace(x, **{name: on_station(getattr(x, name)) for name in x.__struct_fields__})
-        return x
+        kind: Any = type(x)
+        names, change = (x.__struct_fields__, structs.replace) if isinstance(x, Struct) else (_names(kind), replace)
+        moved = {name: new for name in names if (new := on_station(old := getattr(x, name))) is not old}
+        return change(x, **moved) if moved else x
 
     laws = [f.name for f in fields(System) if f.name not in ("bodies", "joints", "gravity")]
     joints = on_station(system.joints)
     changed = {name: on_station(getattr(system, name)) for name in laws}
     bodies = (*system.bodies, *(Body(name, 0.0) for name in stations))
     return replace(system, bodies=bodies, joints=(*joints, *stations.values()), **changed), modes
+
+
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
+    """Fields of a class of data; () of any other."""
+    return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()
 
 
 @dataclass(frozen=True)

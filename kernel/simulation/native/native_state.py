@@ -26,7 +26,7 @@ from heavylift.kernel.methods.stability import jacobian
 from heavylift.kernel.model.checks import check_options
 from heavylift.kernel.model.code_structure import structure
 from heavylift.kernel.model.evaluation import Evaluation, evaluate
-from heavylift.kernel.model.program import Program
+from heavylift.kernel.model.program import Program, program_of
 
 from .native_functions import Oracle, Stepping
 
@@ -108,7 +108,7 @@ class NativeState:
     def _variant(self, locked: frozenset[str] | None) -> Variant:
         o = self.options
         clamped, at_rest = o.method == "dopri5", o.method == AtRest.name
-        program = Program(self._system, o.formulation, locked, clamped, at_rest, self.calm)
+        program = program_of(self._system, o.formulation, locked, clamped, at_rest, self.calm)
         if not program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
         found = choose(o.method, program)

@@ -113,14 +113,21 @@ def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str, 
 
 
 ROUND_OFF = 1e-14  # of a pivot, relative to the products whose sum it is
+MOST = 256
+_resist: dict[tuple[object, ...], None] = {}  # kinds, numbers and poses of trees that do, the oldest first
 FULL = 1e-12  # least principal moment of a full inertia, relative to the largest
 
 
 def check_resistance(program: Program, y: np.ndarray) -> None:
     """Raise KernelError that names a body and joint without inertia against motion; y: initial state."""
     for tree, _ in program.instances:
-        if not all(map(_full, tree.bodies)):
-            _check(program, tree, y[tree.q])
+        q = y[tree.q]
+        key = tree.kind, *tree.numbers, *q.tolist()
+        if key not in _resist and not all(map(_full, tree.bodies)):
+            _check(program, tree, q)
+        _resist[key] = None
+    for old in list(_resist)[: max(0, len(_resist) - MOST)]:
+        _resist.pop(old, None)
 
 
 def _full(body: object) -> bool:

@@ -1,46 +1,31 @@
 """A rope with mass as a chain of lumps.
 
-Lumps sit at the places of Gauss and weigh as his quadrature does, so that two of them already have the mass, the centre
-of mass and the inertia of the rope that is straight and evenly stretched, and so its swing; what is left to more lumps
-is how it vibrates.  They keep the distance of the falls, so that the chain resists yawing as the whole rope does
-(T b2 / 4 L).  Golub and Welsch 1969, Calculation of Gauss quadrature rules; here by Newton's method.
+Two lumps sit at the places of Gauss, so that they already have the mass, the centre of mass and the inertia of the rope
+that is straight and evenly stretched, and so its swing; what is left to more lumps is how it vibrates.  These sit in
+the middles of equal parts: so they come closer to the rope with each more, and what they change by tells by how much
+they are off.  At the places of Gauss they do not, and the last one draws to the hook as 1/n2, which overtakes it when
+it recoils.  Lumps keep the distance of the falls, so that the chain resists yawing as the whole rope does (T b2 / 4 L).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from math import pi
 
-from heavylift.kernel.algebra.elementary import cos
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, Rope, System, Vector
 from heavylift.nodes.plan.mechanism import Heavy
 
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
 Z: Vector = (0.0, 0.0, 1.0)
-QUADRATIC = 5  # steps of Newton from places that are right to 1 %
+GAUSS = 0.28867513459481287  # 1/sqrt(12): the radius of gyration of a straight rope, as part of its length
 
 
-def gauss(n: int) -> list[tuple[float, float]]:
+def lumped(n: int) -> list[tuple[float, float]]:
     """Places from 0 to 1 and weights, which add up to 1, of the n lumps."""
-    found = []
-    for i in range(1, n + 1):
-        x = -cos(pi * (i - 0.25) / (n + 0.5))
-        for _ in range(QUADRATIC):
-            p, slope = _legendre(n, x)
-            x -= p / slope
-        _, slope = _legendre(n, x)
-        found.append(((1.0 + x) / 2.0, 1.0 / ((1.0 - x * x) * slope * slope)))
-    return found
-
-
-def _legendre(n: int, x: float) -> tuple[float, float]:
-    """Legendre polynomial of degree n and its derivative."""
-    before, p = 1.0, x
-    for k in range(2, n + 1):
-        before, p = p, ((2 * k - 1) * x * p - (k - 1) * before) / k
-    return p, n * (x * p - before) / (x * x - 1.0)
+    if n == 2:
+        return [(0.5 - GAUSS, 0.5), (0.5 + GAUSS, 0.5)]
+    return [((i + 0.5) / n, 1.0 / n) for i in range(n)]
 
 
 def pieces(rope: str, lumps: int) -> dict[str, float]:
@@ -48,7 +33,7 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 
     The ends pull with the tensions of the rope's ends; the last piece, at the hook, bears its name.
     """
-    places = [0.0, *(x for x, _ in gauss(lumps)), 1.0]
+    places = [0.0, *(x for x, _ in lumped(lumps)), 1.0]
     names = [*(f"{rope}~{i}" for i in range(1, lumps + 1)), rope]
     return {name: b - a for name, (a, b) in zip(names, pairwise(places), strict=True)}
 
@@ -56,11 +41,12 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
     """A rope as a chain of pieces and lumps, at rest under its load at the start.
 
-    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.
+    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.  Each piece is
+    damped as its share of the whole length is, so that the chain is damped as the rope.
     """
     (x, y, top), (_, _, eye) = row.ends
     parts, falls = pieces(rope.name, lumps), rope.lines[: len(row.beside)]
-    masses = [w * row.line * (rope.L0 - row.lead) for _, w in gauss(lumps)]
+    masses = [w * row.line * (rope.L0 - row.lead) for _, w in lumped(lumps)]
     shares = [line.share for line in falls]
     bodies, joints, ropes = [], [], []
     above, z = [line.a for line in falls], top
@@ -79,7 +65,8 @@ def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> Sy
         if i == 0:
             lines, length = lines + rope.lines[len(falls) :], length + row.lead
         L0 = length / (1.0 + below * gravity / rope.EA)
-        ropes.append(Rope(name, lines, rope.EA, L0, rope.damping / part, rope.winch, rope.hooked))
+        damping = rope.damping * (top - eye + row.lead) / length
+        ropes.append(Rope(name, lines, rope.EA, L0, damping, rope.winch, rope.hooked))
         above = ends
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes))
 

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from math import inf
 
 import msgspec
-from heavylift.nodes.limits.judging import ELSEWHERE, findings_of, uses_on_path
-from heavylift.nodes.limits.messages import WORDS
+from heavylift.nodes.limits.judging import uses_on_path
+from heavylift.nodes.limits.messages import REFUSED, sentence
 from heavylift.nodes.limits.slings import FERRULE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts
@@ -26,7 +26,7 @@ PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that dr
 
 def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
     """(where, sentence) of each."""
-    checked = (x for x in built.limits if x.known and x.quantity not in ELSEWHERE and WORDS[x.quantity].refused)
+    checked = (x for x in built.limits if x.known and x.quantity in REFUSED)
     refused = [x for x in checked if x.source != "assumed" and FERRULE not in x.source]  # that somebody has written
     if not refused or not statics.states:
         return []
@@ -42,10 +42,9 @@ def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
 
 def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
     found = Findings()
-    for use in uses:
-        for finding in findings_of(built, [use], dynamic=False):
-            if finding.severity == "red":
-                where, stage = (finding.where, finding.stage) if use.action else ("", "")
-                violation = (finding.subject, finding.where, finding.sentence)
-                found.take(SAME.get(use.limit.quantity, use.limit.quantity), iter([violation]), stage, where)
+    for use in (use for use in uses if use.beyond):
+        limit, action = use.limit, built.actions[use.action - 1] if use.action else None
+        where, stage = (action.where, use.stage) if action else ("", "")
+        violation = (limit.subject, where or limit.where, sentence(use, ran=False))
+        found.take(SAME.get(limit.quantity, limit.quantity), iter([violation]), stage, where)
     return found.list()

@@ -64,7 +64,7 @@ def kernel_alone(scene, *overrides):
     kernel = room.KernelNode(noted.config, tensions.take)
     start = time.thread_time() - began
     simulation = kernel.simulation
-    native, samples = Clock(simulation.native.code, "call"), Clock(kernel, "_flush")
+    native, samples = Clock(simulation.native, "call"), Clock(kernel, "_flush")
     began = time.thread_time()
     kernel.start()
     for step in noted.history:

@@ -70,10 +70,14 @@ def row(
         met = bool(checked >= target if at_most is None else checked <= target)
     figures = [None if x is None else float(f"{x:.6g}") for x in (value, peer_value, ratio, target)]
     message = Row(name, figures[0] or 0.0, unit, peer, *figures[1:], met)
-    print(msgspec.json.encode(message).decode() if JSON else _line(message, at_most is None), flush=True)
+    print(
+        msgspec.json.encode(message).decode() if JSON else line(message, "<= " if at_least is None else ">= "),
+        flush=True,
+    )
 
 
-def _line(row: Row, from_below: bool) -> str:
+def line(row: Row, bound: str = "") -> str:
+    """A figure as text; `bound`: the sign of its target."""
     message = f"{row.name:<62} {row.value:>10.4g} {row.unit:<9}"
     if row.peer_value is not None:
         message += f" {row.peer} {row.peer_value:.4g}" + (f", ratio {row.ratio:.3g}" if row.ratio is not None else "")
@@ -81,5 +85,5 @@ def _line(row: Row, from_below: bool) -> str:
         message += f" {row.peer}: not measured"
     if row.target is not None:
         verdict = {True: "met", False: "MISSED", None: "not checked"}[row.met]
-        message += f"  target {'>=' if from_below else '<='} {row.target:.4g}: {verdict}"
+        message += f"  target {bound}{row.target:.4g}: {verdict}"
     return message.rstrip()

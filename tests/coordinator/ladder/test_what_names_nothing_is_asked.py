@@ -90,7 +90,7 @@ def test_the_estimated_step_errors_bound_the_true_ones_closely(seed: int) -> Non
         {f"f{i}": order for i in range(5)}, {f"f{i}": draw.choice((-1, 1)) * draw.uniform(0.1, 9.0) for i in range(5)}
     )
     plan = msgspec.structs.replace(load("lift").plan, method="radau5")
-    candidates = Ladder(plan).rungs(Ladder(plan).full[0])
+    candidates = Ladder(plan).candidates(Ladder(plan).full[0])
     first = draw.randrange(4)
     second = first + draw.choice((1, 2))
     third = second + draw.choice((1, 2))

@@ -38,14 +38,14 @@ def test_the_planned_timing_is_quicker_and_green(found) -> None:
 def test_after_a_red_run_the_step_is_halved(found, told: list[str]) -> None:
     runs = [line for line in told if line.startswith("run ")]
     assert len(runs) == 5
-    assert all("worst: the hook crane.H3 carried 172." in run for run in runs[1:3])
+    assert all("worst: hook load of crane.H3 was 172." in run for run in runs[1:3])
     assert " 0 red, 0 undecided" in runs[3]
     rows = {name: (before, after, why) for name, before, after, why in found.rows}
     for stage in ("take up slack", "lift off"):  # with creep speed already
         assert rows[stage][0] == rows[stage][1]
         assert rows[stage][2] == ""
     assert rows["up"][:2] == pytest.approx((100.2, 13.0), abs=0.01)
-    assert rows["up"][2] == "the hook crane.H3 carried 172.0 t of 171.9 t"
+    assert rows["up"][2] == "hook load of crane.H3 was 172.0 t, 100.08 %; 171.9 t is allowed (the scene)"
     assert rows["sideways"][:2] == pytest.approx((12.65, 12.65), abs=0.01)
 
 

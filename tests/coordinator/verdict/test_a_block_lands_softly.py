@@ -28,8 +28,8 @@ def test_a_drop_is_red_and_its_impact_agrees_with_samples(name: str) -> None:
         tensions = run.past().part(0, len(run.t)).tensions
         pads = [tensions[x] for x in use.limit.elements if x in tensions]
         shown = float(np.sum(pads, axis=0).max())
-        assert [f.kind for f in run.verdict.findings if f.severity == "red"] == ["impact"]
-        assert "times its weight; 1.5 times are allowed (assumed)" in run.verdict.line
+        assert [f.quantity for f in run.verdict.findings if f.state == "red"] == ["impact"]
+        assert ": 1.5 times its weight)" in run.verdict.line
     assert found[0][0] == pytest.approx(found[1][0], rel=2e-3)
     assert found[0][0] == pytest.approx(shown, rel=5e-3)
     assert loads[0] == pytest.approx(loads[1], rel=2e-3)

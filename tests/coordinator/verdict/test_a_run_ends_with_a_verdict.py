@@ -34,7 +34,7 @@ def verdict(tmp_path: Path, text: str, *settings: str, commands: tuple[TimedComm
 
 
 def kinds(found: RecordedVerdict) -> list[str]:
-    return [f.kind for f in found.findings if f.severity == "red"]
+    return [f.quantity for f in found.findings if f.state == "red"]
 
 
 def test_a_lift_without_trouble_counts_its_checks_and_lists_what_was_not_checked(tmp_path: Path) -> None:
@@ -82,11 +82,11 @@ def test_a_loader_that_goes_through_the_block_is_red_with_depth_time_and_place(t
 
 def test_an_end_that_cuts_the_lift_is_red_and_check_knows_it_before(tmp_path: Path) -> None:
     cut = parse(LIFT, overrides=["end=20 s"])
-    assert [(f.kind, f.severity) for f in cut.findings if f.kind == "cut"] == [("cut", "red")]
+    assert [(f.quantity, f.word) for f in cut.findings if f.quantity == "cut"] == [("cut", "red")]
     found = verdict(tmp_path, LIFT, "end=20 s")
     assert kinds(found) == ["cut"]
     assert "the end of the scene at 20 s cut the lift: still waiting for" in found.line
-    assert parse(LIFT).findings == [], "a last wait may be cut"
+    assert parse(LIFT).findings == (), "a last wait may be cut"
 
 
 def test_a_stage_that_ended_at_once_is_red_with_its_line(tmp_path: Path) -> None:
@@ -114,8 +114,8 @@ def test_bridles_that_are_too_wide_are_reported(
     text = text.replace("H1, sling: 10 m", f"H1, rope: {rope} m, sling: {sling} m").replace(
         "[20 m, 16 m", "[28 m, 16 m"
     )
-    legs = [f for f in verdict(tmp_path, text, "end=6 s").findings if f.kind == "bridle"]
-    assert [(f.severity, f.subject) for f in legs] == [(severity, f"loader-1.sling-{i}") for i in (1, 2)]
+    legs = [f for f in verdict(tmp_path, text, "end=6 s").findings if f.quantity == "bridle angle"]
+    assert [(f.word, f.subject) for f in legs] == [(severity, f"loader-1.sling-{i}") for i in (1, 2)]
     for leg in legs:
         assert leg.value is not None
         assert np.degrees(leg.value) == pytest.approx(degrees, abs=0.2)

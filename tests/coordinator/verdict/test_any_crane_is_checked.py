@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.ladder import Played, play
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import NOT_CHECKED
+from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.plan import Shapes
 from heavylift.nodes.scene import bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
@@ -28,7 +28,7 @@ def played(name: str, *settings: str) -> Played:
 
 
 def red(run: Played, kind: str) -> list[str]:
-    return [f.sentence for f in run.verdict.findings if f.severity == "red" and f.kind == kind]
+    return [f.sentence for f in run.verdict.findings if f.state == "red" and f.quantity == kind]
 
 
 def test_a_block_that_is_hoisted_into_the_boom_is_reported_with_the_boom() -> None:
@@ -45,7 +45,7 @@ def test_slings_are_checked_for_their_angle() -> None:
     run = played("crawler", *STEEP, 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
     use = next(u for u in run.uses if u.limit.quantity == "bridle angle")
     assert degrees(use.value or 0.0) == pytest.approx(degrees(asin(hypot(3.0, 2.0) / 3.9)), abs=0.3)
-    assert len(red(run, "bridle")) == 4
+    assert len(red(run, "bridle angle")) == 4
 
 
 def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
@@ -165,7 +165,7 @@ def test_drive_and_drum_data_of_a_type_are_checked(tmp_path: Path) -> None:
     drive, brake = (uses["side force", "hall", f"its {what}"] for what in ("drive moves", "brake holds"))
     assert drive.value == brake.value
     assert 8e3 < (drive.value or 0.0) < 80e3
-    assert [f.subject for f in run.verdict.findings if f.kind == "side force"] == ["hall"]
+    assert [f.subject for f in run.verdict.findings if f.quantity == "side force"] == ["hall"]
     pull = uses["drum pull", "hall.main", "12 falls"]
     assert (80e3 + 2.5e3) * G / 12 < (pull.value or 0.0) < 1.2 * (80e3 + 2.5e3) * G / 12
     rails, girder = (next(u for u in run.uses if u.limit.quantity == x) for x in ("rails", "girder"))

@@ -122,13 +122,13 @@ def test_a_hook_that_is_hoisted_into_its_switch_is_two_blocked(tmp_path: Path) -
     up = 'actions=[{crane H1: "unhook"}, {crane H1: "hoist 10 m/min until tension of crane.H1 >= 5 MN"}]'
     result = run(load("lift", [up, "cranes.crane.highest_hook=24 m", "end=20 s"]), tmp_path / RUN, in_process=True)
     assert result.verdict is not None
-    (found,) = [f for f in result.verdict.findings if f.kind == "two-blocked"]
-    assert (found.severity, found.subject) == ("red", "crane.H1"), "told once"
+    (found,) = [f for f in result.verdict.findings if f.quantity == "hook height"]
+    assert (found.word, found.subject) == ("red", "crane.H1"), "told once"
     text = Conduct(stopped=[(3.0, "crane.H1", "upper limit"), (4.0, "crane.lower-slide.drive", "travel limit")])
     switch, end = conduct_findings(load("lift").plan, text)
-    assert (switch.severity, switch.t) == ("red", 3.0)
+    assert (switch.word, switch.t) == ("red", 3.0)
     assert switch.sentence == "the hook H1 of crane was two-blocked: its upper limit switch stopped it"
-    assert (end.severity, end.sentence) == (
+    assert (end.word, end.sentence) == (
         "warning",
         "the lower trolley of crane was stopped by its limit 'travel limit'",
     )

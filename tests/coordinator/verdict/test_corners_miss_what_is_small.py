@@ -43,8 +43,8 @@ def test_a_plinth_smaller_than_the_corners_spacing_is_not_missed(tmp_path: Path)
     result = run(parse(TEXT, passing=True), tmp_path / "run.mcap", in_process=True)
     assert result.verdict is not None
     assert result.verdict.red
-    (red,) = [f for f in result.verdict.findings if f.kind == "clearance"]
-    assert (red.severity, red.subject) == ("red", "block and plinth")
+    (red,) = [f for f in result.verdict.findings if f.quantity == "clearance"]
+    assert (red.word, red.subject) == ("red", "block and plinth")
     assert red.value == pytest.approx(-LOWERED, abs=STOPS)
     assert red.sentence.startswith("the block went ")
     assert red.sentence.endswith("write 'meets: boxes'")

@@ -3,62 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import WORLD, Check, Point
-from heavylift.nodes.limits import UNKNOWN
+from heavylift.kernel.description import UNKNOWN, WORLD, Check, Point
 from heavylift.nodes.plan import lug_places
-from heavylift.nodes.scene import LoadedScene, bundled, load, new_scene_with, parse
-from heavylift.nodes.scene.text import library
+from heavylift.nodes.scene import LoadedScene, bundled, load
 from heavylift.nodes.statics import world
+from lift_of_a_type import Lift
 from lifting import unstated
 from scipy.spatial.transform import Rotation
 
 MOVES = {"travel": "3 m/min by 2 m", "traverse": "3 m/min by 2 m", "slew": "0.5 deg/s by 12 deg"}
 FAST = {"travel": "15 m/min by 8 m", "traverse": "15 m/min by 8 m", "slew": "2 deg/s by 40 deg"}
-TYPES = sorted(library())
-
-
-def begun(crane: str, folder: Path) -> tuple[str, tuple[float, float, float]]:
-    """A scene in which a crane of the type picks up a block, and half the block's length and its place in x and y."""
-    mass, long, wide = (200, 30, 24) if crane.startswith(("goliath", "twin")) else (10, 6, 5)
-    mass, long, wide = (100, 20, 10) if crane.startswith("mobile") else (mass, long, wide)
-    head = "name,mass [t],size x [m],size y [m],size z [m]\n"
-    (folder / "blocks.csv").write_text(f"{head}B,{mass},{long},{wide},4\n", encoding="utf-8")
-    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
-    x, y, _ = (float(word.split()[0]) for word in text.split("  at: [")[1].split("]")[0].split(","))
-    return text, (long / 2, x, y)
-
-
-@pytest.fixture(params=TYPES)
-def lift(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lift:
-    monkeypatch.chdir(tmp_path)
-    return Lift(*begun(request.param, tmp_path), tmp_path)
-
-
-class Lift:
-    """A lift by one crane of a type, to be changed."""
-
-    def __init__(self, text: str, block: tuple[float, float, float], folder: Path) -> None:
-        self.text, (self.half, self.x, self.y), self.name = text, block, str(folder / "made.yaml")
-
-    def read(self, *settings: str, text: str = "") -> LoadedScene:
-        return parse(text or self.text, self.name, list(settings))
-
-    def beginning(self, then: str) -> str:
-        """As far as the block hangs, and then something else."""
-        return self.text[: self.text.index("  - stage: down")] + then
-
-    def moved(self, by: dict[str, str]) -> str:
-        """An order that moves what hangs on the crane sideways."""
-        found = {x.verb for machine in self.read().plan.machines for x in machine.actuators if x.verb in by}
-        verb = next(verb for verb in by if verb in found)
-        return f"crane: {verb} {by[verb]}"
 
 
 def red(scene: LoadedScene, word: str) -> list[Check]:
@@ -85,7 +45,7 @@ def test_a_wall_beside_the_load_is_reported(lift: Lift) -> None:
     wall = f"at: [{lift.x + lift.half + 0.1 + 0.5} m, {lift.y} m, 2 m]"
     scene = lift.read(f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], {wall}}}}}", text=lift.beginning("  - wait: 1 s\n"))
     found = play(scene.plan).verdict.findings
-    assert [f for f in found if f.severity == "red" and f.kind == "clearance" and "wall" in f.sentence]
+    assert [f for f in found if f.state == "red" and f.quantity == "clearance" and "wall" in f.sentence]
 
 
 def test_a_new_scene_is_green_on_the_merits(lift: Lift) -> None:
@@ -125,7 +85,7 @@ def test_slings_through_a_beam_are_reported(lift: Lift) -> None:
     a, b = (world(state, x.body, x.p) for x in (tie.upper, lugs[tie.lug]))
     x, y, z = ((p + q) / 2 for p, q in zip(a, b, strict=True))
     beam = lift.read(f"obstacles={{beam: {{box: [0.3 m, 0.3 m, 0.3 m], at: [{x} m, {y} m, {z} m]}}}}")
-    found = [f for f in near_at_rest(beam.plan, beam.statics) if f.severity == "red" and "beam" in f.subject]
+    found = [f for f in near_at_rest(beam.plan, beam.statics) if f.state == "red" and "beam" in f.subject]
     assert any(tie.rope in f"{f.subject} {f.sentence}" or tie.rope.split(".")[0] in f.subject for f in found)
 
 
@@ -143,7 +103,7 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
     box[axis] = "1 m"
     wall = f"obstacles={{wall: {{box: [{', '.join(box)}], at: [{', '.join(f'{x} m' for x in at)}]}}}}"
     scene = lift.read(wall, text=text)
-    found = [f for f in near_at_rest(scene.plan, scene.statics) if f.severity == "red" and "wall" in f.sentence]
+    found = [f for f in near_at_rest(scene.plan, scene.statics) if f.state == "red" and "wall" in f.sentence]
     assert any("touched wall, which nothing orders" in f.sentence for f in found)
     assert after.stage == "go"
 

@@ -10,7 +10,7 @@ from heavylift.coordinator.commands.common.app import app
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Finding
+from heavylift.kernel.description import Check
 from heavylift.nodes.models.commander import Machines, first_lugs, first_state
 from heavylift.nodes.plan import UnhookSling
 from heavylift.nodes.scene import LoadedScene, new_scene_with, parse
@@ -51,11 +51,11 @@ def shelf(crane: str, gap: float) -> str:
     return f"\nobstacles: {{shelf: {{box: [0.6 m, 0.6 m, 0.5 m], at: {place}}}}}\n"
 
 
-def met(found: list[Finding]) -> list[Finding]:
-    return [f for f in found if f.severity == "red" and f.kind == "clearance"]
+def met(found: list[Check]) -> list[Check]:
+    return [f for f in found if f.state == "red" and f.quantity == "clearance"]
 
 
-def at_rest(loaded: LoadedScene) -> list[Finding]:
+def at_rest(loaded: LoadedScene) -> list[Check]:
     return met(near_at_rest(loaded.plan, loaded.statics))
 
 
@@ -84,7 +84,7 @@ def test_a_run_reports_the_same_as_check(crane: str) -> None:
     assert touches.red
     assert "the block touched shelf, which nothing orders" in str(touches.findings)
     free = play(scene(crane, f"{shelf(crane, gap)}may touch: [[block, shelf]]\n").plan).verdict
-    assert "shelf" not in str([f for f in free.findings if f.severity == "red"])
+    assert "shelf" not in str([f for f in free.findings if f.state == "red"])
 
 
 def test_check_exits_with_1_where_something_touches(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_check_exits_with_1_where_something_touches(tmp_path: Path) -> None:
         message = CliRunner().invoke(app, ["check", str(tmp_path / f"{name}.yaml")])
         assert message.exit_code == code, message.output
         assert ("red: the block touched wall" in message.output) == bool(code)
-        assert "warning: the lift is not checked at rest from here on: 'block-wall' touches at" in message.output
+        assert "not checked: the lift is not checked at rest from here on: 'block-wall' touches at" in message.output
 
 
 @pytest.mark.parametrize(
@@ -160,6 +160,6 @@ def test_an_implausible_mass_for_the_volume_is_reported(crane: str) -> None:
     for density in (draw.uniform(0.01, 19.0), draw.uniform(21.0, 100.0)):
         mass = density * long * wide * 4.0 / 1e3
         loaded = scene(crane, "", ("  from: blocks.csv#B\n", f"  from: blocks.csv#B\n  mass: {mass} t\n"))
-        message = [f for f in loaded.findings if f.kind == "geometry"]
-        assert [f.severity for f in message] == ["warning"] * (density < 20.0)
+        message = [f for f in loaded.findings if f.quantity == "geometry"]
+        assert [f.word for f in message] == ["warning"] * (density < 20.0)
         assert all(f.value == pytest.approx(density) and "light frames, assumed" in f.sentence for f in message)

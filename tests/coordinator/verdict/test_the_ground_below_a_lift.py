@@ -104,4 +104,4 @@ def test_an_empty_hook_may_be_near_the_ground_but_not_in_it() -> None:
     assert loaded.distance == pytest.approx(0.2, abs=EXACT)
     (through,) = hook(below - 0.3, SLACK)
     assert (through.limit, through.distance) == (0.0, pytest.approx(-0.3, abs=EXACT))
-    assert findings([through])[0].severity == "red"
+    assert findings([through])[0].state == "red"

@@ -1,15 +1,21 @@
-"""A condition that one step passes twice begins its stage: beside roots of polynomials by NumPy, with any method."""
+"""A condition that one step passes twice begins its stage: beside roots of polynomials by NumPy, and in swings, beside
+what their own dense output shows, with any method."""
 
 import json
 from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import play
+from heavylift.coordinator.ladder import Played, play
 from heavylift.nodes.scene import parse
 
 CLOSE = 2e-2  # [s] at a tolerance of 1e-2, of methods that a cubic is not exact for
 METHODS = ("dopri5", "dop853", "radau5")
+HOW = (
+    *({"method": method, "tolerance": tolerance} for tolerance in (1e-2, 1e-3, 1e-5) for method in METHODS),
+    *({"method": method, "step": "20 ms"} for method in ("rk4", "semi-implicit-euler")),
+)
+SHALLOW = 2e-4  # relative: a dip that need not be looked for
 
 
 def stages(start: float, speed: float, force: tuple[float, float], level: float, method: str, tolerance: float):
@@ -46,3 +52,34 @@ def test_a_crest_above_the_level_is_not_missed(method: str, tolerance: float) ->
         force = (float(x.deriv(2)(0.0)), float(x.deriv(2)(12.0)))
         (found,) = stages(float(x(0.0)), float(x.deriv()(0.0)), force, level, method, tolerance)
         assert found == pytest.approx(first, abs=CLOSE)
+
+
+def swinging(start: float, level: float, how: dict[str, str | float]) -> Played:
+    """A pendulum of 60 m from an angle [deg], which waits until it passes another one; shown at 50 Hz."""
+    load = {"mass": "450 t", "com": [0, 0, "-60 m"]}
+    pivot = {"type": "revolute", "child": "load", "axis": [0, 1, 0], "start": f"{start!r} deg"}
+    scene = {
+        **{"heavylift": 1, "name": "swing", "end": "60 s", "samples": "50 Hz"},
+        "mechanism": {"bodies": {"load": load}, "joints": {"pivot": pivot}},
+        "actions": [{"stage": "A", "when": f"position of pivot >= {level!r} deg"}, "wait 70 s"],
+    }
+    return play(parse(json.dumps(scene | how)).plan)
+
+
+@pytest.mark.parametrize("how", HOW, ids=str)
+@pytest.mark.large(beyond=4)
+def test_what_the_dense_output_of_a_swing_passes_begins_a_stage(how: dict[str, str | float]) -> None:
+    random = Random(str(how))
+    seen = 0
+    for _ in range(6):
+        start = -random.uniform(2.0, 60.0)
+        run = swinging(start, level := -start * random.uniform(0.99, 0.9999), how)
+        angle = run.rows[:, run.layout.find("joint/position").start]
+        again = 0.2 * float(how.get("tolerance", 0.0))  # a step to an event is taken again, shorter, and is another one
+        above = run.t[angle >= np.radians(level) * (1.0 + SHALLOW + again)]
+        began = [e.tag.t * 1e-9 for e in run.events if e.port == "stage" and e.value.name == "A"]
+        seen += len(above) > 0
+        assert not len(above) or began[0] <= above[0], "the recorded motion meets it before"
+        for t in began:
+            assert np.interp(t, run.t, angle) == pytest.approx(np.radians(level), rel=SHALLOW + again)
+    assert seen > 0

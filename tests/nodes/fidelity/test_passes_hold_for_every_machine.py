@@ -20,6 +20,7 @@ from heavylift.nodes.models.levels import PASSES, as_modelled, left_out
 from heavylift.nodes.plan import Fidelity, Mechanism, Plan
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene import load, parse
+from lifts_of_kinds import lift_of_kinds
 from lifts_of_the_world import lift_of_the_world
 
 SCENES = Path(__file__).parents[3] / "nodes" / "scenes"
@@ -40,6 +41,8 @@ ROUNDING, STATIC, STILL = (
     1e-5,
     2e-3,
 )  # relative: of masses, of tensions at the start, of those in its first second
+CAUGHT = 5e-2  # relative, of peaks by more lumps; one that a hook overtakes makes them 40 % higher
+STRETCHED = 2e-2  # relative, of lengths of a rope: by its load at the start
 COUPLED = 1e-2  # relative, of a stiff mode by what hangs below
 LANDING = 2e-3  # relative, of peaks that one more lump changes
 
@@ -76,6 +79,36 @@ def test_each_pass_is_pure_and_idempotent(name: str) -> None:
                 assert repr(machine) == before
                 assert repr(each.apply(machine, level)) == repr(once)
                 assert each.apply(once, level) == once, each.name
+
+
+@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+@pytest.mark.large(beyond=len(BUNDLED) + 6)
+def test_a_chain_is_as_stiff_and_as_damped_as_its_rope_in_each_of_its_lengths(name: str) -> None:
+    for machine, _ in given(plan_of(name), Fidelity()):
+        for lumps in (1, 2, 8):
+            fidelity = Fidelity(ropes="massive", lumps=lumps)
+            found = as_modelled(at_level(plan_of(name), fidelity), machine).system.ropes
+            for rope in (r for r in machine.system.ropes if any(x.rope == r.name and not x.why for x in machine.heavy)):
+                chain = [r for r in found if r.name.partition("~")[0] == rope.name]
+                assert len(chain) == lumps + 1
+                assert sum(r.L0 / r.EA for r in chain) == pytest.approx(rope.L0 / rope.EA, rel=STRETCHED)
+                for piece in chain:
+                    assert piece.damping * piece.L0 == pytest.approx(rope.damping * rope.L0, rel=STRETCHED)
+
+
+@pytest.mark.parametrize("seed", [70_012, 70_024])
+@pytest.mark.large
+def test_a_hook_that_recoils_does_not_overtake_its_rope(seed: int) -> None:
+    """The slings of one of several hooks are let go under load; what it weighs is thrown up by its rope."""
+    plan = parse(lift_of_kinds(seed).text).plan
+    few, many = (play(level(plan, Fidelity(ropes="massive", lumps=n, girder="elastic"))).peaks for n in (2, 8))
+    for name, peak in few.items():
+        assert "~" in name or many[name].tension == pytest.approx(peak.tension, rel=CAUGHT)
+
+
+def level(plan: Plan, fidelity: Fidelity) -> Plan:
+    """The plan at a level, in steps that suffice for its peaks."""
+    return msgspec.structs.replace(at_level(plan, fidelity), method="radau5", tolerance=1e-4)
 
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])

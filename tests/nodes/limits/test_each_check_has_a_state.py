@@ -9,7 +9,8 @@ from typing import get_args
 
 import pytest
 from heavylift.coordinator.commands.common import fails
-from heavylift.nodes.limits import ABSENT, NOT_CHECKED, STATES, UNKNOWN, RatedLimit, checks_of, line_of
+from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN
+from heavylift.nodes.limits import ABSENT, RatedLimit, checks_of, line_of
 from heavylift.nodes.plan import Quantity, Use
 from heavylift.nodes.scene import new_scene_with, parse
 from heavylift.nodes.scene.text import library

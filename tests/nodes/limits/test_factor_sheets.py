@@ -107,8 +107,8 @@ def test_dynamic_factors_depend_on_place_and_mass() -> None:
     expected = [1.07 + 0.05 * 2, 1.07 + 0.05 * sqrt(100 / 3), 1.12, 1.05, 1.5, 1 + 0.25 * sqrt(100 / 3), 1.25, 1.10]
     assert found == pytest.approx(expected)
     assert daf(None, 50e3) is None
-    assert load("floating").plan.place is None
-    message = [c for c in load("floating", ["practice=0027/ND"]).checks if c.quantity == "factor"]
+    assert bare("floating").plan.place is None
+    message = [c for c in bare("floating", ["practice=0027/ND"]).checks if c.quantity == "factor"]
     assert "dynamic" in [c.subject for c in message]
 
 
@@ -154,7 +154,7 @@ def test_a_run_uses_the_larger_of_predicted_and_simulated_load() -> None:
 
 def test_a_design_load_beyond_its_limit_is_red_and_shows_the_product() -> None:
     scene = load("crawler", ["practice=0027/ND", "block.lug capacity=25 t", "factors={weight: 1.1}"])
-    message = [f.sentence for f in scene.findings if f.kind == "design load" and "lug" in f.sentence]
+    message = [f.sentence for f in scene.findings if f.quantity == "lug design load"]
     assert len(message) == 4
     assert "16.8 t x weight 1.1 x dynamic 1.1 x skew 1.25 x consequence 1.3" in message[0]
 

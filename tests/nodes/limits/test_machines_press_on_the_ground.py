@@ -24,6 +24,7 @@ from heavylift.nodes.limits import (
 from heavylift.nodes.plan import Mechanism, Plan
 from heavylift.nodes.scene import load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
+from lifting import bare
 
 EXACT = 1e-9
 BASE = 7.2, 6.4  # length and width [m]
@@ -168,12 +169,12 @@ def test_mats_spread_the_load_and_add_their_weight() -> None:
 
 
 def states(scene: str, quantity: str, *settings: str) -> set[str]:
-    return {c.state for c in load(scene, list(settings)).checks if c.quantity == quantity}
+    return {c.state for c in bare(scene, settings).checks if c.quantity == quantity}
 
 
 def test_the_bearing_capacity_of_the_ground_decides() -> None:
     assert states("crawler", "ground pressure") == {"amber"}
-    message = next(c.sentence for c in load("crawler").checks if c.quantity == "ground pressure")
+    message = next(c.sentence for c in bare("crawler").checks if c.quantity == "ground pressure")
     assert "write 'ground: {bearing: 200 kPa}'" in message
     assert states("crawler", "ground pressure", "ground={bearing: 500 kPa}") == {"green"}
     assert states("crawler", "ground pressure", "ground={bearing: 100 kPa}") == {"red"}

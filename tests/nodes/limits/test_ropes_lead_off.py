@@ -9,20 +9,11 @@ from math import atan, degrees, radians, sin, tan
 import msgspec
 import numpy as np
 import pytest
-from heavylift.nodes.limits import (
-    NOT_CHECKED,
-    Finding,
-    SignalColumns,
-    Use,
-    checks_of,
-    findings_of,
-    rows,
-    uses_of,
-    uses_on_path,
-)
+from heavylift.kernel.description import NOT_CHECKED
+from heavylift.nodes.limits import Check, SignalColumns, Use, checks_of, rows, uses_of, uses_on_path
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.statics import StaticState
-from lifting import bare, cargo, hook_ropes, slings
+from lifting import bare, cargo, findings_of, hook_ropes, slings
 
 EXACT = 1e-12  # relative: the same triangle by other functions
 LEVEL = np.eye(3)
@@ -52,7 +43,7 @@ def hung(built: Plan, along: float, across: float, tension: float = LOADED, slin
     return SignalColumns(t=np.array([7.0]), tensions=tensions, poses=placed, stages=[(0.0, "swing")], dynamic=True)
 
 
-def judged(built: Plan, signals: SignalColumns) -> list[Finding]:
+def judged(built: Plan, signals: SignalColumns) -> list[Check]:
     return findings_of(built, uses_of(built, [signals]), dynamic=True)
 
 
@@ -73,10 +64,8 @@ def test_three_degrees_are_allowed_and_more_is_red() -> None:
     built = plan()
     assert judged(built, hung(built, LENGTH * tan(radians(2.99)), 0.0)) == []
     (red,) = judged(built, hung(built, 0.0, LENGTH * tan(radians(3.4))))
-    assert (red.severity, red.kind, red.subject, red.stage, red.t) == ("red", "off-lead", HOOK, "swing", 7.0)
-    assert red.sentence == (
-        "the rope crane.H3 led 3.4 degrees off the vertical across the rails, 3 degrees are allowed (assumed)"
-    )
+    assert (red.word, red.quantity, red.subject, red.stage, red.t) == ("red", "off-lead across", HOOK, "swing", 7.0)
+    assert red.sentence == "off-lead across of crane.H3 was 3.40 deg; 3.00 deg is allowed (assumed)"
 
 
 def test_an_empty_hook_may_swing() -> None:
@@ -87,11 +76,8 @@ def test_an_empty_hook_may_swing() -> None:
 def test_a_machine_has_its_own_limit_in_each_direction() -> None:
     built = plan("limits={off-lead: 2 deg}", "cranes.crane.off-lead across=5 deg")
     signals = hung(built, LENGTH * tan(radians(4)), LENGTH * tan(radians(4)))
-    assert [(f.kind, f.sentence) for f in judged(built, signals)] == [
-        (
-            "off-lead",
-            "the rope crane.H3 led 4.0 degrees off the vertical along the rails, 2 degrees are allowed (the scene)",
-        )
+    assert [(f.quantity, f.sentence) for f in judged(built, signals)] == [
+        ("off-lead along", "off-lead along of crane.H3 was 4.00 deg; 2.00 deg is allowed (the scene)")
     ]
     assert use(built, signals, "off-lead across").use == pytest.approx(4 / 5, rel=1e-9)
 
@@ -112,7 +98,7 @@ def test_the_side_pull_is_checked_against_drive_and_brake() -> None:
     pulled = [x for x in uses_of(built, [signals]) if x.limit.quantity == "side force" and x.limit.known]
     assert [x.value for x in pulled if x.limit.subject == "crane lower"] == pytest.approx([LOADED * sin(angle)] * 2)
     assert [(f.subject, f.sentence) for f in judged(built, signals)] == [
-        ("crane lower", "the ropes pulled crane lower along its girder with 78.5 kN, its drive moves 60 kN")
+        ("crane lower", "side force of crane lower was 78.5 kN, 131 %; 60 kN is allowed (the scene; its drive moves)")
     ]
     uses = uses_of(unstated_pushes(built), [signals])
     unknown = [c for c in checks_of(built, uses, [], {}, []) if c.quantity == "side force" and c.why == NOT_CHECKED]
@@ -143,9 +129,9 @@ def test_bridles_beyond_45_degrees_are_noted_and_beyond_60_are_red() -> None:
     built = plan()
     for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
         found = judged(built, replace(spread(built, radians(angle)), dynamic=True))
-        assert [f.severity for f in found] == severities, angle
+        assert [f.word for f in found] == severities, angle
         for finding in found:
-            assert finding.kind == "bridle"
+            assert finding.quantity == "bridle angle"
             assert degrees(finding.value or 0.0) == pytest.approx(angle)
     assert judged(built, spread(built, radians(80.0), tension=0.0)) == [], "a slack sling may hang as it will"
     wide = plan("limits={bridle: 70 deg, bridle warning: 65 deg}")
@@ -181,11 +167,11 @@ def test_a_path_at_rest_is_checked_state_by_state() -> None:
             )
         )  # fmt: skip
     found = findings_of(built, uses_on_path(built, states), dynamic=False)
-    assert [(f.severity, f.kind, f.stage) for f in found] == [
-        ("red", "off-lead", "stage 3"),
-        ("red", "bridle", "stage 3"),
+    assert [(f.word, f.quantity, f.stage) for f in found] == [
+        ("red", "bridle angle", "stage 3"),
+        ("red", "off-lead along", "stage 3"),
     ]
-    assert found[1].sentence.startswith("the sling loader-3.sling-1 would stand 65.0 degrees off the vertical")
+    assert found[0].sentence.startswith("bridle angle of loader-3.sling-1 would be 65.00 deg; 60.00 deg is allowed")
     assert {f.where for f in found} == {built.actions[2].where}
 
 

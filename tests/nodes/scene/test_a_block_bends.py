@@ -196,7 +196,7 @@ def test_mass_properties_are_those_of_the_block() -> None:
 
 def test_a_run_samples_what_bends_and_reports_it() -> None:
     result = simulate(hung())
-    message = [f.sentence for f in result.verdict.findings if f.kind == "bending"]
+    message = [f.sentence for f in result.verdict.findings if f.quantity == "bending"]
     bent = result["deflection"]
     assert bent.unit == "m"
     assert bent.names[:3] == ["block.L0.x", "block.L0.y", "block.L0.z"]

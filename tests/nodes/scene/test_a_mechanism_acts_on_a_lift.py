@@ -62,10 +62,10 @@ def test_a_tag_line_pulls_until_the_block_meets_a_guide() -> None:
     assert end.tensions["tag"] > 10e3
     assert world(end, "block", side)[1] < 66.89
     assert world(guided.states[-1], "block", side)[1] > 66.898
-    message = [finding for finding in guided.findings if finding.kind == "unfollowed"]
-    assert [finding.severity for finding in message] == ["warning"]
+    message = [finding for finding in guided.checks if finding.quantity == "unfollowed"]
+    assert [finding.word for finding in message] == ["not checked"]
     assert "'w' touches at" in message[0].sentence
-    assert not [finding for finding in pulled.findings if finding.kind == "unfollowed"]
+    assert not [finding for finding in pulled.checks if finding.quantity == "unfollowed"]
 
 
 def test_a_storm_brake_holds_the_crane_by_its_own_joint() -> None:

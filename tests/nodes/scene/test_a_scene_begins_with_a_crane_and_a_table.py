@@ -40,7 +40,7 @@ def test_each_type_lifts_a_block_of_the_table(folder: Path, crane: str) -> None:
     assert scene.statics.known
     assert any(not state.grounded for state in scene.statics.states)
     assert scene.statics.states[-1].grounded
-    assert not [f for f in scene.findings if f.severity == "red"]
+    assert not [f for f in scene.findings if f.state == "red"]
 
 
 def test_the_command_writes_one_for_each_row(folder: Path) -> None:

@@ -104,7 +104,7 @@ def test_lugs_and_centres_of_mass_off_the_block_are_red_with_their_line(old: str
     text = LIFT.replace(old, new).replace("slack: 50 mm", "slack: 1.5 m").replace("sling: 10 m", "sling: 12 m")
     scene = parse(text)
     (found,) = geometry_findings(scene.plan)
-    assert (found.severity, found.kind) == ("red", "geometry")
+    assert (found.word, found.quantity) == ("red", "geometry")
     assert told in found.sentence
     wanted = "com:" if "com:" in new else new.partition(":")[0] + ":"
     line = int(found.where.split(":")[1])

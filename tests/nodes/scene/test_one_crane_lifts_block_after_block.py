@@ -72,7 +72,7 @@ def test_each_block_hangs_on_the_hook_in_its_turn(scene: LoadedScene, both: Reco
     first, second = (both[f"pose/{name}"].values[-1, :3] for name in ("first", "second"))
     assert first[:2] == pytest.approx((0.0, 16.0), abs=0.15)  # swinging is over as it lands
     assert second[2] > 3.0
-    assert scene.findings == []
+    assert scene.findings == ()
 
 
 def test_until_it_is_hooked_the_next_block_changes_nothing(both: Recording, tmp_path: Path) -> None:

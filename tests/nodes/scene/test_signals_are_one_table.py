@@ -121,9 +121,9 @@ def test_limits_are_over_the_same_signals():
     machines = {machine.name: machine for machine in cranes(scene.plan)}
     (west, east), width = (machines[name].actuators[0].start for name in ("west", "east")), 34.0
     assert signals["gap west east"].value == pytest.approx(east - west - width, abs=1e-3)
-    message = [f.sentence for f in scene.findings if f.kind == "signal"]
-    assert "gap west east would be 2.00 m, at least 3.00 m is allowed" in message
-    assert "load of east H2 would be 171.5 t, at most 100.0 t is allowed" in message
+    message = [f.sentence for f in scene.findings if f.quantity == "signal"]
+    assert "gap west east would be 2.00 m; at least 3.00 m is needed (the scene)" in message
+    assert "load of east H2 would be 171.5 t, 172 %; 100.0 t is allowed (the scene)" in message
     assert len(message) == 4, "the hooks are level"
 
 
@@ -143,8 +143,8 @@ def test_a_share_is_the_utilisation_of_a_row():
     for words, front in sets.items():
         most = max(use for sling, use in slings.items() if sling.startswith(front))
         assert uses[f"tension of {words}"].value == pytest.approx(most, rel=1e-12), "of a set, the most used one"
-    message = [f.sentence for f in scene.findings if f.kind == "signal"]
-    assert "load of east H2 would be 38 %, at most 30 % is allowed" in message
+    message = [f.sentence for f in scene.findings if f.quantity == "signal"]
+    assert "load of east H2 would be 38 %; 30 % is allowed (the scene)" in message
 
 
 CHART = "[[60 m, 400 t], [82 m, 300 t], [140 m, 120 t]]"

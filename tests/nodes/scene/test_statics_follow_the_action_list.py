@@ -50,30 +50,30 @@ def test_a_block_that_is_set_down_lands_where_the_path_says():
 
 
 def test_an_end_that_cuts_the_list_is_red():
-    (cut,) = [f for f in load("lift", ["end=20 s"]).findings if f.kind == "cut"]
-    assert cut.severity == "red"
+    (cut,) = [f for f in load("lift", ["end=20 s"]).findings if f.quantity == "cut"]
+    assert cut.state == "red"
     assert cut.sentence.startswith(
         "the scene ends at 20 s before its action list is done: still waiting for moves done"
     )
     assert cut.stage == "lift off"
-    assert not [f for f in load("lift").findings if f.kind == "cut"], "its last wait goes on until the end"
+    assert not [f for f in load("lift").findings if f.quantity == "cut"], "its last wait goes on until the end"
 
 
 def test_a_stage_whose_condition_holds_already_is_red():
     scene = lift("  - stage: again\n    all hooks: hoist 0.3 m/min until lifted\n")
-    (message,) = [f for f in scene.findings if f.kind == "stage"]
-    assert (message.severity, message.subject) == ("red", "again")
+    (message,) = [f for f in scene.findings if f.quantity == "stage"]
+    assert (message.word, message.subject) == ("red", "again")
     assert message.sentence == "the stage 'again' ends at once: 'lifted' holds already as it begins"
     assert "red: the stage 'again' ends at once" in str(check(scene))
 
 
 def test_a_lift_that_finds_no_rest_is_reported_as_unchecked_from_there():
     scene = lift("  - stage: higher\n    all hooks: hoist 3 m/min by 1 m\n  - stage: let go\n    crane H1: unhook\n")
-    (message,) = [f for f in scene.findings if f.kind == "unfollowed"]
-    assert message.severity == "warning"
+    (message,) = [f for f in scene.checks if f.quantity == "unfollowed"]
+    assert message.word == "not checked"
     assert message.sentence.startswith("the lift is not checked at rest from here on: at ")
     assert "finds no rest" in message.sentence
-    assert "warning: the lift is not checked at rest from here on" in str(check(scene))
+    assert "the lift is not checked at rest from here on" in str(check(scene))
 
 
 def test_a_mechanism_that_does_not_rest_reports_why():

@@ -78,7 +78,7 @@ def test_a_value_beyond_its_limit_at_the_worst_corner_only_is_red_with_the_corne
 def test_a_run_is_checked_by_the_same_rule() -> None:
     scene = bare("lift", ["block.mass=510 t +- 5 %", "end=90 s"])
     run = play(scene.plan)
-    red = [f.sentence for f in run.verdict.findings if f.severity == "red"]
+    red = [f.sentence for f in run.verdict.findings if f.state == "red"]
     assert len(red) == 2
     assert all("at the worst of block.mass 510 t +- 5 %" in x for x in red)
     peaks = [x.limit for x in run.uses if x.limit.quantity == "sling peak"]

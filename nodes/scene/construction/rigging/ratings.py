@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from heavylift.nodes.limits.sharing import DETERMINATE
-from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
+from heavylift.nodes.limits.slings import CABLE_LAID, UNREAD, assembly, at_rest, in_a_run, shackle
 from heavylift.nodes.limits.standards import TANDEM, TANDEM_SOURCE, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import RatedLimit
@@ -128,7 +128,7 @@ def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -
     limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"
-        return RatedLimit(quantity="bridle angle", note=note, **row)  # type: ignore[arg-type]
+        return RatedLimit(quantity="bridle angle", note=note, **row | {"elements": ()})  # type: ignore[arg-type]
     source = "the scene" if limits.model_fields_set & {"bridle", "bridle_warning"} else "EN 13414-1"
     warning = limits.bridle_warning
     return RatedLimit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
@@ -140,6 +140,8 @@ def sling_limits(builder: SceneBuilder, given: SlingType, name: str, where: str,
     own = {"factor": tuple(at_rest(known, builder.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
     own |= {x: (getattr(given, x), "the scene", "") for x in own if x in given.model_fields_set and getattr(given, x)}
     yield from strength_limits("sling", name, given.breaking, where, own)  # type: ignore[arg-type]
+    if known.termination in CABLE_LAID and not known.WLL:
+        yield RatedLimit(subject=name, quantity="heavy sling", unit="", elements=(name,), note=UNREAD, where=where)
 
 
 def _assembly(

@@ -1,0 +1,168 @@
+"""Tables of what a run's samples show besides limits: reactions, loads on lugs, slings, stages, the path of the block.
+
+A crane's load is the sum of its hook tensions.  The dynamic factor of a stage is the largest such sum over the larger
+one of the sums at rest before and at the end of the stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise, product
+from math import degrees
+
+import numpy as np
+from heavylift.kernel.description.mechanics import Point
+from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.plan import Plan
+from heavylift.recordings.format.viewer_messages import RopeLine
+from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns
+
+from .named import rated
+from .sharing import dynamics_required
+from .signals import Column, SignalColumns, place
+
+EMPTY = 1.1  # times what always hangs on its hooks: with less a crane carries nothing
+SETTLED = 0.05  # last part of a stage over which its resting load is taken
+TONNE = 9806.65  # [N] its weight
+FORCE = columns("largest load [kN] .1", "as a mass [t] .1", "at [h:min:s]")
+PLACE = columns("x [m] .2", "y [m] .2", "z [m] .2")
+At = Callable[[float], tuple[SignalColumns, Sequence[RopeLine]]]  # columns of one sample, and the ropes that hang then
+Cells = tuple[Cell, ...]
+
+
+class RunTables:
+    """What the samples of a run show, part by part; `stages`: (begin [s], name)."""
+
+    def __init__(self, plan: Plan, stages: Sequence[tuple[float, str]], end: float) -> None:
+        self._plan, self._rated = plan, rated(plan)
+        self._spans = [(name, a, b) for (a, name), (b, _) in pairwise([*stages, (end, "")])]
+        self._cranes = [machine for machine in plan.machines if machine.hooks]
+        self._pads = [support for machine in plan.machines for support in machine.system.supports]
+        self._cargo = [cargo for machine in plan.machines for cargo in machine.cargo]
+        boxes = [x for machine in plan.machines for x in machine.shapes]
+        self._points = {
+            cargo.body: [
+                [c + sign * side / 2.0 for c, sign, side in zip(x.centre, signs, x.size, strict=True)]
+                for x in boxes if x.body == cargo.body
+                for signs in product((-1.0, 1.0), repeat=3)
+            ]
+            or [[*cargo.com]]
+            for cargo in self._cargo
+        }  # fmt: skip
+        self._t, self._loads = list[Column](), list[list[Column]]()
+        self._paths: dict[str, list[Column]] = {}
+        self._reactions: dict[str, tuple[float, float, Cells]] = {}
+        self._most: list[dict[str, float]] = [{} for _ in self._spans]
+
+    def see(self, signals: SignalColumns) -> SignalColumns:
+        """The next samples, which are given back."""
+        t, zero = signals.t, np.zeros(len(signals.t))
+        if not len(t):
+            return signals
+        self._t.append(t)
+        pulls = [[signals.tensions.get(hook.rope, zero) for hook in crane.hooks] for crane in self._cranes]
+        self._loads.append([np.asarray(np.sum(pull, axis=0)) for pull in pulls])
+        for cargo in (x for x in self._cargo if x.body in signals.poses):
+            p, R = signals.poses[cargo.body]
+            low = np.min([p[:, 2] + R[:, 2] @ np.array(x) for x in self._points[cargo.body]], axis=0)
+            path = np.column_stack([low, np.arccos(np.clip(R[:, 2, 2], -1.0, 1.0)), p + R @ np.array(cargo.com)])
+            self._paths.setdefault(cargo.body, []).append(path)
+        for (_, a, b), most in zip(self._spans, self._most, strict=True):
+            inside = (t >= a) & (t <= b)
+            for rope in self._rated.keys() & signals.tensions.keys() if inside.any() else ():
+                most[rope] = max(most.get(rope, 0.0), float(signals.tensions[rope][inside].max()))
+        forces = [signals.tensions[pad.name] for pad in self._pads if pad.name in signals.tensions]
+        for pad in (pad for pad in self._pads if pad.name in signals.tensions):
+            self._react(pad.name, t, signals.tensions[pad.name], place(signals, pad.point))
+        if forces:
+            self._react("all together", t, np.sum(forces, axis=0), None)
+        return signals
+
+    def _react(self, name: str, t: Column, force: Column, at: Column | None) -> None:
+        k = int(np.argmax(force))
+        if force[k] > self._reactions.get(name, (0.0,))[0]:
+            found: Cells = (None, None, None) if at is None else tuple(at[k].tolist())
+            self._reactions[name] = float(force[k]), float(t[k]), found
+
+    def tables(self, uses: Sequence[Use], peaks: dict[str, tuple[float, float]], at: At) -> Iterator[Table]:
+        """All tables, with the largest load of each lug as its limit is checked, and peaks (tension [N], when [s])."""
+        yield Table("Loads on lugs", LUGS, tuple(self._lugs(uses, at)), ("u, v, w are the axes of the block.",))
+        yield Table("Slings", SLINGS, tuple(self._slings(uses, peaks, at)))
+        rows = tuple((name, *p, F / 1e3, F / TONNE, t) for name, (F, t, p) in self._reactions.items())
+        yield Table("Reactions of supports", (*columns("support"), *PLACE, *FORCE), rows, ("At samples.",))
+        yield self._stages()
+        for body in self._paths:
+            title = f"Path of {'the ' * (body == 'block')}{body}"
+            yield Table(title, (*PATH, *PLACE), tuple(self._path(body)), (TILT,))
+
+    def _lugs(self, uses: Sequence[Use], at: At) -> Iterator[Cells]:
+        known = lug_places(self._plan.machines)
+        for use in (x for x in uses if x.limit.quantity == "lug load" and x.value and x.t is not None):
+            lug = known.get(use.limit.subject)
+            cargo = next((x for x in self._cargo if lug and x.body == lug.body), None)
+            if lug is None or cargo is None or use.t is None or use.value is None:
+                continue
+            signals, lines = at(use.t)
+            mine = [x for x in lines if (x.b_body, tuple(x.b)) == (lug.body, tuple(lug.p))]
+            pulls = [(signals.tensions[x.rope][0], _up(signals, x)) for x in mine if x.rope in signals.tensions]
+            F = np.sum([T * d for T, d in pulls], axis=0) if pulls else np.zeros(3)
+            size, force = float(np.linalg.norm(F)), use.value * self._plan.gravity
+            along = signals.poses[lug.body][1][0].T @ F * (force / size / 1e3 if size else 0.0)
+            yield use.limit.subject, *lug.p, force / 1e3, force / TONNE, use.t, *along.tolist()
+
+    def _slings(self, uses: Sequence[Use], peaks: dict[str, tuple[float, float]], at: At) -> Iterator[Cells]:
+        widest = {x.limit.subject: x.value for x in uses if x.limit.quantity == "bridle angle"}
+        lugs = {(x.body, tuple(x.p)): name for name, x in lug_places(self._plan.machines).items()}
+        ropes = [tie.rope for machine in self._plan.machines for tie in machine.ties]
+        for rope, (_, t) in ((x, peaks[x]) for x in ropes if peaks.get(x, (0.0,))[0] > 0.0):
+            signals, lines = at(t)
+            for line in (x for x in lines if x.rope == rope):
+                angle = degrees(float(np.arccos(np.clip(abs(_up(signals, line)[2]), 0.0, 1.0))))
+                most = widest.get(rope)
+                lug = lugs.get((line.b_body, tuple(line.b)), "")
+                yield rope, lug, angle, None if most is None else max(angle, degrees(most))
+
+    def _stages(self) -> Table:
+        """Stages with governing rope and dynamic factors of cranes."""
+        t = np.concatenate([np.zeros(0), *self._t])
+        loads = [np.concatenate([np.zeros(0), *each]) for each in zip(*self._loads, strict=True)]
+        required, rows = dynamics_required(self._plan), list[Cells]()
+        for (name, a, b), most in zip(self._spans, self._most, strict=True):
+            rope = max(sorted(most), key=lambda x: most[x] / self._rated[x], default="")
+            inside = (t >= a) & (t <= b)
+            factors = [self._factor(crane, load[inside], t[inside]) for crane, load in enumerate(loads)]
+            marked = (Marked(x) if x is not None and required and x > required[0] else x for x in factors)
+            rows.append((name, a, b - a, rope, 100.0 * most[rope] / self._rated[rope] if rope else None, *marked))
+        heads = columns("stage", "from [h:min:s]", "lasts [s] .1", "governing rope", "use [%] .1",
+                        *(f"dynamic factor of {crane.name} .3" for crane in self._cranes))  # fmt: skip
+        note = f"Dynamic factor required: {required[0]:g} ({required[1]}); more is marked." if required else ""
+        return Table("Stages", heads, tuple(rows), (note,) if note and self._cranes else ())
+
+    def _factor(self, crane: int, load: Column, t: Column) -> float | None:
+        """Dynamic factor of a crane; None with empty hooks."""
+        dead = sum(hook.below or hook.block_mass for hook in self._cranes[crane].hooks) * self._plan.gravity
+        late = load[t >= t[-1] - SETTLED * (t[-1] - t[0])] if len(t) else load
+        rest = max(float(load[0]), float(late.mean())) if len(late) else 0.0
+        return float(load.max()) / rest if rest > EMPTY * dead else None
+
+    def _path(self, body: str) -> Iterator[Cells]:
+        t, path = np.concatenate(self._t), np.concatenate(self._paths[body])
+        for name, a, b in self._spans:
+            inside = path[(t >= a) & (t <= b)] if len(path) == len(t) else path[:0]
+            if len(inside):
+                low, least, most = inside[:, 0].min(), inside[:, 1].min(), inside[:, 1].max()
+                yield name, a, float(low), degrees(float(least)), degrees(float(most)), *inside[-1, 2:].tolist()
+
+
+def _up(signals: SignalColumns, line: RopeLine) -> Column:
+    """Direction (3,) from the lower to the upper end of a rope line at the first sample."""
+    a, b = (place(signals, Point(body, p)) for body, p in ((line.a_body, line.a), (line.b_body, line.b)))
+    d = (a - b)[0] if a is not None and b is not None else np.zeros(3)
+    return np.asarray(d / max(float(np.linalg.norm(d)), 1e-12))
+
+
+LUGS = (*columns("lug", "u [m] .2", "v [m] .2", "w [m] .2"), *FORCE, *columns(*(f"along {x} [kN] .1" for x in "uvw")))
+SLINGS = columns("sling", "lug", "angle to vertical at its peak [deg] .1", "at most [deg] .1")
+PATH = columns("stage", "from [h:min:s]", "lowest point [m] .2", "least tilt [deg] .1", "largest tilt [deg] .1")
+TILT = "Tilt: angle of the block's w axis to the vertical; x, y, z: centre of gravity at the end of the stage."

@@ -1,0 +1,29 @@
+"""A run that nobody records passes values from model to model: rows, events, notes and end are those of a recorded one,
+whose messages are bytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.ladder import play
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import load
+from heavylift.nodes.scenes import bundled
+from heavylift.recordings import Recording
+
+FIRST = ("gust", "girder", "damper")  # forces alone, a beam that bends, a model of a user's own
+
+
+@pytest.mark.large(beyond=len(FIRST))
+@pytest.mark.parametrize("name", [*FIRST, *sorted({*bundled()} - {*FIRST})])
+def test_of_a_bundled_scene(name: str, tmp_path: Path) -> None:
+    scene = load(name)
+    played = play(scene.plan)
+    recorded = run(scene, tmp_path / "run.mcap", in_process=True)
+    assert played.digest == recorded.digest
+    rec = Recording(recorded.recording)
+    assert [(e.t, e.k, e.source, e.port, e.index, e.type) for e in played.events] == [
+        (e.t_ns, e.microstep, e.source, e.port, e.index, e.type) for e in rec.events()
+    ]
+    assert played.end_ns == round(recorded.sim_s * 1e9)

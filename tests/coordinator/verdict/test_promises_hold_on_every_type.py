@@ -1,0 +1,106 @@
+"""What a verdict promises, attacked by random scenes of every bundled type."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import isfinite
+from random import Random
+
+import msgspec
+import pytest
+from heavylift.coordinator.ladder import play
+from heavylift.coordinator.verdict import near_at_rest, with_worst_clearances
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import UNKNOWN, Check
+from heavylift.nodes.limits import checks_of, signals_of, uses_of, uses_on_path
+from heavylift.nodes.plan import Use
+from heavylift.nodes.scene import LoadedScene
+from lift_of_a_type import Lift
+
+STILL = "  - wait: 1 s\n"
+AT_ONCE = ("clearance", "interlock")  # checked by shapes, or as they trip
+
+
+def wall(lift: Lift, gap: float, spread: str = "") -> str:
+    """A wall that stands so far from the long side of the block, up to which it does not move."""
+    x = lift.x + lift.half + gap + 0.5
+    return f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], at: ['{x!r} m{spread}', {lift.y} m, 2 m]}}}}"
+
+
+def apart(scene: LoadedScene) -> list[Check]:
+    checks = scene.checked(near_at_rest(scene.plan, scene.statics))
+    return [x for x in checks if x.quantity == "clearance" and "block" in x.subject and "wall" in x.subject]
+
+
+def test_a_clearance_that_fails_at_the_worst_of_uncertain_inputs_is_red(lift: Lift) -> None:
+    """The gap of the wall as it is written, and a scene in which it stands where it is worst."""
+    random = Random(lift.x)
+    for _ in range(2):
+        gap, half = random.uniform(0.55, 1.2), random.uniform(0.02, 0.5)
+        text = lift.beginning(STILL)
+        scene = with_worst_clearances(lift.read(wall(lift, gap, f" +- {half!r} m"), text=text))
+        worst = apart(lift.read(wall(lift, gap - half), text=text))
+        row = next(x for x in apart(scene) if "at the worst of" in f"{x.basis} {x.sentence}")
+        assert row.value == pytest.approx(gap - half, abs=0.05)
+        assert (row.state == "red") == (gap - half < 0.5) == bool([x for x in worst if x.state == "red"])
+        assert "obstacles.wall.at.x" in row.basis
+
+
+@pytest.mark.large(beyond=3)
+def test_in_a_run_it_comes_nearer_by_as_much(lift: Lift) -> None:
+    text = lift.beginning(STILL)
+    scene = with_worst_clearances(lift.read(wall(lift, 0.7, " +- 0.3 m"), text=text))
+    rows = [x for x in play(scene.plan).verdict.checks if x.quantity == "clearance" and "wall" in x.subject]
+    assert [(x.state, x.value) for x in rows if "block" in x.subject] == [("red", pytest.approx(0.4, abs=0.05))]
+
+
+def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(lift: Lift) -> None:
+    random = Random(lift.half)
+    deep = random.uniform(0.05, 1.0)
+    text = f"{lift.text}\nobstacles:\n  wall: {wall(lift, -deep).partition('wall: ')[2].removesuffix('}')}\n"
+    with pytest.raises(SceneError, match=r"made\.yaml:\d+:\d+: error: obstacles\.wall: .*begins") as told:
+        lift.read(text=text)
+    line = int(str(told.value).split(":")[1])
+    assert text.splitlines()[line - 1].startswith("  wall: ")
+
+
+def test_all_cranes_stop_as_one_does(lift: Lift) -> None:
+    one, all_ = (lift.read(text=lift.beginning(f"  - {{stage: halt, {x}: stop}}\n")).plan for x in ("crane", "cranes"))
+    halted = [{order.actuator for order in plan.actions[-1].orders} for plan in (one, all_)]
+    assert halted[0] == halted[1]
+    winches = {hook.rope for machine in one.machines for hook in machine.hooks}
+    drives = {x.name for machine in one.machines if machine.hooks for x in machine.actuators if x.verb != "hoist"}
+    assert winches | drives <= halted[0]
+
+
+def moved(use: Use, share: float) -> Use | None:
+    """The limit of a use so that its value uses `share` of it."""
+    limit, value = use.limit, use.value
+    if value is None or not value or not limit.known or use.use is None or not isfinite(use.use) or limit.rest:
+        return None
+    if limit.between is not None:
+        low, high = limit.between
+        middle, half = (low + high) / 2.0, abs(value - (low + high) / 2.0) / share
+        row = msgspec.structs.replace(limit, between=(middle - half, middle + half)) if half else None
+    elif limit.chart:
+        row = msgspec.structs.replace(limit, chart=tuple((x, y * use.use / share) for x, y in limit.chart))
+    else:
+        row = msgspec.structs.replace(limit, value=value * share if limit.least else value / share)
+    return None if row is None else Use(row, value)
+
+
+@pytest.mark.parametrize("share", [0.95, 1.2])
+def test_each_limit_alone_turns_red_where_it_is_used_beyond(lift: Lift, share: float) -> None:
+    scene, seen = lift.read(), set()
+    states = scene.statics.states
+    ran = replace(signals_of(states), dynamic=True)
+    for use in (x for x in scene.uses if x.limit.quantity not in AT_ONCE):
+        if (row := moved(use, share)) is None:
+            continue
+        plan = msgspec.structs.replace(scene.plan, limits=(row.limit,))
+        (check,) = (x for x in checks_of(plan, uses_on_path(plan, states), (), None, ()) if x.basis)
+        assert (check.state == "red") == (share > 1.0), (use.limit.quantity, use.limit.subject)
+        (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), {}, ()) if x.basis)
+        assert check.state == "red" if share > 1.0 else check.why == UNKNOWN, (use.limit.quantity, use.limit.subject)
+        seen.add(use.limit.quantity)
+    assert len(seen) >= 8, seen
