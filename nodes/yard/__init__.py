@@ -8,8 +8,8 @@ reading       the file and its table of blocks
 fields        dates, shifts, predecessors and durations as they are written
 calendars     working time: shifts across midnight, holidays
 network       activities, forward and backward pass, priority rules
-generation    serial schedule generation, the PERT chain, the critical sequence
-models        dispatcher, steps and resources as atomics
+generation    serial schedule generation, the PERT chain
+models        dispatcher with its critical sequence, steps and resources as atomics
 answers       what `heavylift check` and `heavylift run` say of a yard, as a sheet; its schedule as a calendar
 """
 

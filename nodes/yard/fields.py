@@ -1,4 +1,4 @@
-"""Dates, shifts, predecessors and durations as a yard file writes them; each raises ValueError where it is none."""
+"""Dates, shifts, predecessors, durations and units as a yard file writes them; ValueError where one is none."""
 
 import re
 from collections.abc import Iterator
@@ -21,6 +21,7 @@ from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.nodes.scene.text.units import TIME
 
 from .calendars import DAY, MINUTE, WEEK, Shift
+from .network import RULES
 
 QUANTITY = re.compile(rf"{NUMBER}\s*[A-Za-z]+")
 CLOCK = re.compile(r"([01]?\d|2[0-4]):([0-5]\d)-([01]?\d|2[0-4]):([0-5]\d)")
@@ -167,3 +168,23 @@ def instant(start: date, when: date) -> int:
 def at(start: date, t: float) -> datetime:
     """Date and time of day, to the minute, of a time [s]."""
     return datetime(start.year, start.month, start.day) + timedelta(minutes=round(t * 1e9 / MINUTE))
+
+
+def words(data: object) -> list[str]:
+    """One word, or several."""
+    return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
+
+
+def units(value: object) -> int:
+    """A number of units of a resource."""
+    if isinstance(value, bool) or not re.fullmatch(r"\d+", str(value)):
+        raise ValueError(f"'{value}' is no number of units: write a whole number, such as 1")
+    return int(str(value))
+
+
+def rule(value: object) -> str:
+    """A priority rule, by its name or its letters."""
+    text, short = str(value), {letters: name for name, letters in RULES.items()}
+    if text not in RULES and text not in short:
+        raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")
+    return short.get(text, text)

@@ -4,9 +4,6 @@ The serial scheme takes activities one after the other and starts each as early 
 dispatcher of `models` is the parallel one, which never lets an activity wait that could start (Kolisch 1996).
 """
 
-from math import sqrt
-from statistics import NormalDist
-
 from .fields import variance
 from .network import Activity, Yard, dates, ranks
 
@@ -66,9 +63,3 @@ def chain(yard: Yard) -> tuple[list[int], float, float]:
         path.insert(0, before[0])
     on_it = [yard.activities[n].takes for n in path]
     return path, sum(x.mean for x in on_it), sum(variance(x) for x in on_it)
-
-
-def probability(mean: float, spread: float, limit: float) -> float:
-    """The chance that a normal length of a chain with a variance is at most `limit`; with other paths that merge into
-    it an upper estimate."""
-    return NormalDist(mean, sqrt(spread)).cdf(limit) if spread else float(mean <= limit)

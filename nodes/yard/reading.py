@@ -95,9 +95,9 @@ class _Reading:
             self.source.fault((HEAD,), "this version reads 'heavylift yard: 1'")
         self.start = self.take(("start",), fields.day, date(2000, 1, 1))
         calendars = self.calendars()
-        capacities = {key: self.take(("resources", key), _units, 1) for key in self.mapping(("resources",))}
+        capacities = {key: self.take(("resources", key), fields.units, 1) for key in self.mapping(("resources",))}
         steps = self.steps(capacities, calendars)
-        rule = self.take(("rule",), _rule, next(iter(RULES)))
+        rule = self.take(("rule",), fields.rule, next(iter(RULES)))
         quantile = self.take(("quantile",), RATIO.read, 0.9)
         if not 0 < quantile < 1:
             self.source.fault(("quantile",), "a quantile is between 0 % and 100 %, such as '90 %'")
@@ -147,12 +147,12 @@ class _Reading:
                 self.known((*at, "until", resource), resource, self.mapping((*at, "needs")), "need")
                 self.known((*at, "until", resource), self.source.at((*at, "until", resource)), given, "step")
             for key, among, what in (("after", given, "step"), ("works", shifts, "shift")):
-                for word in _words(self.source.at((*at, key))):
+                for word in fields.words(self.source.at((*at, key))):
                     self.known((*at, key), word, among, what)
-        for step in _words(self.source.at(("erection",))):
+        for step in fields.words(self.source.at(("erection",))):
             self.known(("erection",), step, given, "step")
         try:
-            after = {s: _words(self.source.at(("steps", s, "after"))) for s in given}
+            after = {s: fields.words(self.source.at(("steps", s, "after"))) for s in given}
             order = [step for step in TopologicalSorter(after).static_order() if step in given]
         except CycleError as error:
             self.source.fault(("steps",), f"steps come after each other in a circle: {_circle(error)}")
@@ -174,7 +174,7 @@ class _Reading:
     def needed(self, path: Path, resource: str, capacities: dict[str, int], cell: TableCell | None = None) -> int:
         """Units of a resource that a step takes."""
         mark, most = cell.mark if cell else None, capacities.get(resource, 0)
-        units = self.take(path, _units, 0, mark, cell.text if cell else None)
+        units = self.take(path, fields.units, 0, mark, cell.text if cell else None)
         if resource in capacities and units > most:
             self.source.fault(path, f"needs {units} of '{resource}', which has {most}", mark=mark)
         return units
@@ -207,7 +207,8 @@ class _Reading:
         if self.source.faults:
             return (), blocks
         calendars = {
-            s: self.calendar(("steps", s), _words(self.source.at(("steps", s, "works"))) or [""], shifts) for s in steps
+            s: self.calendar(("steps", s), fields.words(self.source.at(("steps", s, "works"))) or [""], shifts)
+            for s in steps
         }
         begins, ends = self.erection(steps)
         number = {(block, step): i * len(steps) + j for i, block in enumerate(blocks) for j, step in enumerate(steps)}
@@ -234,7 +235,7 @@ class _Reading:
                     takes = self.take(("steps", step, "takes"), lambda x: fields.duration(str(x)), Fixed(0))
                     if text is None:
                         self.source.fault(at, f"neither column nor step says what '{step}' takes", mark=row[0].mark)
-                after = [(number[block, s], 0) for s in _words(self.source.at(("steps", step, "after")))]
+                after = [(number[block, s], 0) for s in fields.words(self.source.at(("steps", step, "after")))]
                 if step in begins:
                     after += [(number[b, s], lag) for b, lag in predecessors if b in blocks for s in ends]
                 needs = self.needs(step, block, cells, capacities, number)
@@ -256,10 +257,10 @@ class _Reading:
 
     def erection(self, steps: list[str]) -> tuple[list[str], list[str]]:
         """The steps that begin the erection of a block, and those that end it."""
-        given = _words(self.source.at(("erection",)))
+        given = fields.words(self.source.at(("erection",)))
         if given and len(given) != 2:
             self.source.fault(("erection",), "name the step that begins the erection and the one that ends it")
-        after = {s: _words(self.source.at(("steps", s, "after"))) for s in steps}
+        after = {s: fields.words(self.source.at(("steps", s, "after"))) for s in steps}
         before = {x for xs in after.values() for x in xs}
         return given[:1] or [s for s in steps if not after[s]], given[1:] or [s for s in steps if s not in before]
 
@@ -279,7 +280,7 @@ class _Reading:
 
     def order(self, blocks: list[str]) -> tuple[str, ...]:
         """The blocks in a given order, the others behind them."""
-        given = _words(self.source.at(("order",)))
+        given = fields.words(self.source.at(("order",)))
         for block in given:
             self.known(("order",), block, blocks, "block")
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
@@ -290,24 +291,6 @@ class _Reading:
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")
         return {key: self.take(("contract", key), fields.day, date.max) for key in given}
-
-
-def _words(data: Data) -> list[str]:
-    """One word, or several."""
-    return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
-
-
-def _units(value: object) -> int:
-    if isinstance(value, bool) or not fullmatch(r"\d+", str(value)):
-        raise ValueError(f"'{value}' is no number of units: write a whole number, such as 1")
-    return int(str(value))
-
-
-def _rule(value: object) -> str:
-    short = {word: rule for rule, word in RULES.items()}
-    if value not in RULES and value not in short:
-        raise ValueError(f"there is no rule '{value}': {closest(str(value), RULES)}")
-    return short.get(str(value), str(value))
 
 
 def _circle(error: CycleError) -> str:
