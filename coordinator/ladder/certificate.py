@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field
 from math import floor, hypot, inf, log10
 from pathlib import Path
 
-from heavylift.coordinator.participants.session import OPERATOR
+from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError, RecordingError
 from heavylift.nodes.plan.fidelity import Asked

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import msgspec
 import zenoh
-from heavylift.coordinator.participants.session import COMMAND, OPERATOR
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.supervision.journal import Journal, read
 from heavylift.coordinator.transport.hub import Hub

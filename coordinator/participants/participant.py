@@ -144,7 +144,7 @@ class Participant:
         from heavylift.nodes.models import build, together
         from heavylift.nodes.plan.plan import decode
 
-        from .session import wiring
+        from .configuration import wiring
 
         plan = decode(part.plan)
         models = [*build(plan, self.models).values()]

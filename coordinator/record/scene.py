@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 from heavylift.coordinator import verdict as verdicts
 from heavylift.coordinator.live.pace import Lateness
-from heavylift.coordinator.participants.session import COMMAND, OPERATOR
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict.conduct import Conduct, conduct_of

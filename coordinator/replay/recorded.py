@@ -17,8 +17,9 @@ from pathlib import Path
 
 import msgspec
 from heavylift.coordinator.participants import building
+from heavylift.coordinator.participants.configuration import Wiring, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.session import Wiring, configured, wiring
+from heavylift.coordinator.participants.session import configured
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError

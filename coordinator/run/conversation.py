@@ -17,9 +17,9 @@ from heavylift.coordinator.live.command_queue import CommandQueue
 from heavylift.coordinator.live.observers import EventPublisher
 from heavylift.coordinator.live.pace import Tempo
 from heavylift.coordinator.participants import NODE_MODULE, PRELOAD
+from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import External
 from heavylift.coordinator.participants.participant import Participant
-from heavylift.coordinator.participants.session import Wiring
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.node import kept

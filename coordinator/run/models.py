@@ -23,9 +23,9 @@ from heavylift.coordinator.live.observers import shown
 from heavylift.coordinator.live.pace import Tempo
 from heavylift.coordinator.participants import NODE_MODULE, parts
 from heavylift.coordinator.participants.building import built, couplings, declarations, difference, module, stopping
+from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.participant import read
-from heavylift.coordinator.participants.session import Wiring
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.record.run_record import FileRecorder, RunRecorder
 from heavylift.coordinator.supervision.failover import DEADLINE_s

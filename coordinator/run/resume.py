@@ -14,7 +14,8 @@ from tempfile import TemporaryDirectory
 
 import msgspec
 from heavylift.coordinator.live.command_queue import TimedCommand, journaled
-from heavylift.coordinator.participants.session import OPERATOR, configured
+from heavylift.coordinator.participants.configuration import OPERATOR
+from heavylift.coordinator.participants.session import configured
 from heavylift.coordinator.record.scene import MERGED, RESOLVED, RunResult
 from heavylift.coordinator.replay.deviation import Deviation, EventComparison
 from heavylift.coordinator.replay.recorded import RecordedRun

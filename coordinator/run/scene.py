@@ -19,9 +19,9 @@ from heavylift.coordinator.live.command_queue import CommandQueue, TimedCommand
 from heavylift.coordinator.live.keys import Keyboard, Keys
 from heavylift.coordinator.live.observers import EventPublisher, OnTheBus, shown
 from heavylift.coordinator.live.pace import Pace, Tempo
+from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, postponed, wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, encode as part, fingerprint
-from heavylift.coordinator.participants.session import PATIENCE_ns, kernel_config, postponed, wiring
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.record.run_record import Budget

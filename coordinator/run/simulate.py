@@ -21,7 +21,7 @@ import numpy as np
 from heavylift.coordinator.ladder.choosing import chosen
 from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.coordinator.live.command_queue import TimedCommand
-from heavylift.coordinator.participants.session import COMMAND, OPERATOR
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice

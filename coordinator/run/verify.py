@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand
-from heavylift.coordinator.participants.session import OPERATOR
+from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.record.scene import MERGED, RESOLVED
 from heavylift.coordinator.replay.deviation import Deviation, EventComparison, ReplayResult
 from heavylift.coordinator.replay.recorded import RecordedRun

@@ -1,0 +1,74 @@
+"""Couplings of a plan's models, and the kernel's configuration; the same wherever the models run."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.kernel.description.mechanics import System
+from heavylift.nodes.devs import FOREVER, Tag
+from heavylift.nodes.models import COMMANDER, NodeModel, couplings, driving, hooked_later, subscriptions
+from heavylift.nodes.plan.plan import Plan
+
+from .parts import KernelConfig, SignalSubscription
+
+PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
+# that swings undamped never comes to rest, and a run must not go on for ever
+
+OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
+
+
+class Wiring(NamedTuple):
+    """Couplings of a run: between nodes, from outside; the port (model, port) whose event ends the run; ports whose
+    events the coordinator receives."""
+
+    couplings: list[Coupling]
+    outside: list[Coupling]
+    finish: tuple[str, str] | None
+    message: tuple[tuple[str, str], ...] = ()
+    """Ports (model, port) on which nobody hears what is said but who watches the run, and at once."""
+
+    @property
+    def all(self) -> list[Coupling]:
+        """All couplings, also those from outside and those of ports that the coordinator receives."""
+        message = (*self.message, *([self.finish] if self.finish else []))
+        return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in message)]
+
+
+def wiring(plan: Plan) -> Wiring:
+    """Return how the models of a plan are coupled."""
+    wires = [Coupling(*wire) for wire in couplings(plan)]
+    notices = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
+    return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), notices)
+
+
+def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:
+    """Return the kernel's configuration for a plan, its models and their declared mechanics."""
+    declared = dict(zip(models, systems, strict=True))
+    return KernelConfig(
+        [*declared.values()],
+        plan.gravity,
+        plan.tolerance,
+        round(1e9 / plan.samples_hz),
+        {element: list(hearing) for element, hearing in subscriptions(plan, models).items()},
+        plan.method,
+        plan.step,
+        hooked_later(plan),
+        plan.fidelity.islands == "apart",
+        {own.name: SignalSubscription(own.period, own.signals) for own in plan.models},
+        {
+            x.name: [b.name for machine in x.machines for b in declared[machine].bodies]
+            for x in plan.lists
+            if x.machines
+        },
+    )
+
+
+def postponed(core: OpenCoordinator, plan: Plan) -> bool:
+    """Postpone the end of a run whose plan has no end time, if its bound is reached but a driving model is still
+    scheduled (a swinging load alone does not count); returns whether it was postponed."""
+    if plan.end is not None or core.over is not RunEnd.BOUND or (due := core.scheduled(driving(plan))) >= FOREVER:
+        return False
+    core.extend(Tag(due.t + PATIENCE_ns))
+    return True
