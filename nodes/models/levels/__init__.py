@@ -48,7 +48,7 @@ PASSES = (
     Pass("locked", locking, guard_locked),
     Pass("motion", planar, guard_motion),
     Pass("drives", yielding, unless(lambda machine: any(map(yields, machine.system.drives)))),
-    Pass("beams", bending, unless(lambda machine: bool(machine.girders))),
+    Pass("girders", bending, unless(lambda machine: bool(machine.girders))),
     Pass("beams", beams, unless(lambda machine: bool(machine.bends))),
     Pass("ropes", heavy, unless(lambda machine: any(not row.why for row in machine.heavy))),
     Pass("slings", rigid_slings, unless(lambda machine: bool(machine.ties))),
