@@ -203,15 +203,17 @@ def test_an_interlock_takes_the_share_of_each_hook():
     assert {guard.numbers for guard in found.guards} == {(1.0 / (g * 420e3), 25e3 / 420e3)}
 
 
-@pytest.mark.parametrize(("value", "number"), [("95 %", 5.0 / 6.43e6), ("1 MN", None)])
-def test_an_interlock_watches_each_sling(value, number):
-    """By what it may carry at rest, its breaking force over its design factor, or by one force for all."""
+@pytest.mark.parametrize(("value", "quantity"), [("95 %", "load"), ("1 MN", "tension")])
+def test_an_interlock_watches_each_sling(value, quantity):
+    """Shares refer to the limit of each sling at rest, forces to all slings."""
     interlock = f"interlocks: {{snatch: {{when: tension of any sling >= {value}, stops: [hoist], on: west}}}}"
     plan = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True, followed=False).plan
     (found,) = plan.interlocks
     assert sorted(guard.ropes[0] for guard in found.guards) == sorted(slings(plan))
-    assert {guard.quantity for guard in found.guards} == {"load" if number else "tension"}
-    assert all(guard.numbers == (pytest.approx((number, 0.0)) if number else ()) for guard in found.guards)
+    assert {guard.quantity for guard in found.guards} == {quantity}
+    rated = {limit.subject: limit.value for limit in plan.limits if limit.quantity == "sling tension"}
+    for guard in found.guards:
+        assert guard.numbers == (pytest.approx((1.0 / rated[guard.ropes[0]], 0.0)) if quantity == "load" else ())
 
 
 @pytest.mark.parametrize(
