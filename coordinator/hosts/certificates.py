@@ -68,7 +68,7 @@ class CertificateLibrary:
         except (OSError, ValueError, TypeError):
             key = None
         if not isinstance(key, self.ec.EllipticCurvePrivateKey):
-            raise ProtocolError(f"{path} is no private key of this yard that can be read")
+            raise ProtocolError(f"{path} is not a readable private key of these hosts")
         return key
 
     def common_name(self, certificate: x509.Certificate) -> str:
@@ -184,7 +184,7 @@ def _check(found: Credentials, name: str) -> None:
     if (whose := use.common_name(own)) != name:
         raise ProtocolError(f"{found.certificate} was made for '{whose}' and not for '{name}'")
     if not use.signed(own, authority):
-        raise ProtocolError(f"{found.certificate} was not made by the yard of {found.authority}, use one directory")
+        raise ProtocolError(f"{found.certificate} was not signed by {found.authority}; take both from one directory")
 
 
 def make_certificates(directory: Path, names: Sequence[str], hosts: Sequence[str] = (), days: int = 365) -> list[Path]:

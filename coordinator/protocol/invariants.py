@@ -88,8 +88,8 @@ def _promise(before: Before, events: Sequence[Event]) -> str:
         soonest = min(says, after(node.hears, node.lookahead.get(port, node.least)))
         if at < (node.first if port in node.inner else soonest):
             return (
-                f"sent an event on port {event.port} at {event.tag}, before {soonest} as declared: the "
-                "lookahead of that port is too long"
+                f"sent an event on port {event.port} at {event.tag}, earlier than the {soonest} that it had declared: "
+                "the lookahead of that port is too long"
             )
     return ""
 

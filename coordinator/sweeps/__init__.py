@@ -6,7 +6,7 @@ study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Execut
 limiting, motions   how far a number may go before the verdict turns red; speeds of all moves of a kind
 planning            the shortest timing of an action list within its limits
 timing              possible accelerations, written into the scene; comparison of two timings
-summary, page       sampling designs and statistics of rows: counts, curves, histograms, indices, probabilities; pages
+summary, page       sampling designs and statistics of rows: histograms, Sobol indices, Clopper-Pearson intervals; pages
 """
 
 from heavylift.kernel.on_demand import face

@@ -239,7 +239,7 @@ class FoundTiming:
 
 
 def last_wait(actions: Sequence[Action]) -> int:
-    """Return the number of the first action of the waits at the end of the list."""
+    """Return the index of the first of the wait actions that end the list."""
     n = len(actions)
     while n and all(isinstance(order, Wait) for order in actions[n - 1].orders):
         n -= 1

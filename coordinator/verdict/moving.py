@@ -51,7 +51,8 @@ class BodyTrack:
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Bounds (n - 1,) of the deviation from chords: of the quaternion, and per metre from the origin."""
+        """Bounds (n - 1,) between samples of how far a rotation deviates from linear interpolation: of the quaternion,
+        and of a point per metre of its distance from the origin."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)

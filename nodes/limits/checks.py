@@ -205,7 +205,7 @@ def open_checks(checks: Sequence[Check]) -> list[str]:
 
 
 def likewise(found: Iterable[Check]) -> list[Check]:
-    """What was found of one quantity, limit and stage merged into one that names the others."""
+    """Merge findings of one quantity, limit and stage into one that lists the other subjects."""
     groups: dict[object, list[Check]] = {}
     for x in found:
         groups.setdefault((x.word, x.quantity, x.limit, x.unit, x.stage), []).append(x)

@@ -135,7 +135,7 @@ class _Reading:
         return self.take(path, lambda _: working(self.start, days, windows, frozenset(off)), Calendar(), value=1)
 
     def steps(self, capacities: dict[str, int], shifts: dict[str, Any]) -> list[str]:
-        """The steps of a block, none before those that it comes after."""
+        """Steps of a block in an order in which each follows its predecessors."""
         given = self.mapping(("steps",))
         for step in given:
             at = ("steps", step)

@@ -95,7 +95,7 @@ class Container:
             message = message if why == message else f"{message}; {why}"
             return self.error(f"is damaged ({message}); `heavylift recover {self.path}` saves what can be read")
         return self.error(
-            f"has contents that no run writes ({message}), but no damage: another program has changed it; "
+            f"has contents that no run writes ({message}), though no byte is damaged: another program has changed it; "
             "run the scene again"
         )
 

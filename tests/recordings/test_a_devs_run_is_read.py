@@ -119,5 +119,5 @@ def test_events_of_one_instant_are_drawn_without_a_warning(tmp_path: Path, recwa
 
 
 def test_a_recording_of_models_has_no_lift_report(recorded: Path, tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match=r"a DEVS model lifts nothing to report; `heavylift info` prints"):
+    with pytest.raises(RecordingError, match=r"a run of a DEVS model has no lift report; `heavylift info` prints"):
         report(recorded, tmp_path / "report.html")

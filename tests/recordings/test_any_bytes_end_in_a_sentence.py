@@ -175,7 +175,7 @@ def test_a_number_too_large_to_be_drawn_is_damage(
         rec.samples(msgspec.msgpack.encode([0, TIMES, rows.tobytes()]))
     whole = tmp_path / "run.mcap"
     # in newtons or kilonewtons
-    too_large = r"run\.mcap: holds what no run records \(1e\+(200|197) is too large to be drawn\)"
+    too_large = r"run\.mcap: has contents that no run writes \(1e\+(200|197) is too large to be drawn\)"
     with pytest.raises(RecordingError, match=too_large):
         content(Recording(whole))
     with pytest.raises(RecordingError, match=too_large):

@@ -108,7 +108,9 @@ def test_content_changed_by_another_program_is_not_sent_to_recover(recorded: Pat
         parts.messages[i] = parts.messages[i]._replace(data=parts.messages[i].data[:-1])
 
     path = altered(recorded, tmp_path / "changed.mcap", spoil)
-    with pytest.raises(RecordingError, match=r"has contents that no run writes \(.*\), but no damage: another pro"):
+    with pytest.raises(
+        RecordingError, match=r"has contents that no run writes \(.*\), though no byte is damaged: another pro"
+    ):
         Recording(path).signal("rope/tension")
     with pytest.raises(RecordingError, match="is whole; there is nothing to recover"):
         recover(path)

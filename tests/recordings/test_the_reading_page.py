@@ -145,5 +145,5 @@ def test_tables_hold_the_messages_of_a_chunk_in_their_order(seed: int) -> None:
     for table in tables_of(data, {1, 3}):
         found[table.channel] += [(t, x.tobytes()) for t, x in zip(table.times.tolist(), table.data, strict=True)]
     assert found == {1: sent[1], 3: sent[3]}
-    with pytest.raises(ValueError, match="whole records"):
+    with pytest.raises(ValueError, match="incomplete record"):
         list(tables_of(data[:-1], {1, 3}))

@@ -1,4 +1,4 @@
-"""Ropes over sheaves and edges, with friction.
+"""Ropes over sheaves and edges, with capstan friction (Euler and Eytelwein).
 
 law       the entry of the force table
 groups    parts of a rope that slip together, and their strains; edges of several bodies

@@ -96,7 +96,7 @@ def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
 
 
 def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.CrossingCondition]]:
-    """Return the thresholds of a condition with the numbers of their terms."""
+    """Return the thresholds of a condition with the indices of their terms."""
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.CrossingCondition)]
 
 

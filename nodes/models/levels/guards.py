@@ -51,7 +51,7 @@ def guard_motion(plan: Plan) -> str:
 
 
 def ordered(plan: Plan) -> set[str]:
-    """Actuators that the action list, user models or logs move; all drives, where a block turns."""
+    """Actuators that the action list, user models or logs move; if a block turns, all drives."""
     orders = [order for action in plan.actions for order in action.orders]
     moves = [order for order in orders if isinstance(order, Move)]
     found = {move.actuator for move in moves} | {kept.actuator for move in moves for kept in move.keeps}

@@ -75,7 +75,7 @@ class Inclinometer(LiveActor):
         self.arm()
 
     def arm(self) -> None:
-        """Arm the marks above and below."""
+        """Watch the thresholds next above and below the present value."""
         self.say(Watch(self.up, MARK * (self.mark + 1), True), Watch(self.down, MARK * self.mark - FLUTTER, False))
 
 

@@ -50,5 +50,5 @@ def test_the_digest_is_that_of_a_run_without_it(guest, tmp_path: Path) -> None:
 
 
 def test_external_mechanics_have_another_digest() -> None:
-    with pytest.raises(SceneError, match="--external 'kernel': the mechanics are heavylift's own"):
+    with pytest.raises(SceneError, match="--external 'kernel': the kernel cannot be an external program"):
         place(node_names(LIFT.plan), {}, external=["kernel"])

@@ -67,7 +67,7 @@ def test_a_run_without_its_external_node_ends_with_a_sentence(tmp_path: Path, mo
 def test_an_existing_file_in_the_place_of_the_ticket_is_kept(tmp_path: Path, monkeypatch, guest) -> None:
     path = tmp_path / "s1.ticket"
     path.write_text("a ticket for the theatre")
-    with pytest.raises(OutputError, match="no ticket of a run that has ended; move it"):
+    with pytest.raises(OutputError, match="is not the ticket of an ended run; move it"):
         run_models(RING, until=0.101, external=["s1"])
     assert path.read_text() == "a ticket for the theatre"
 

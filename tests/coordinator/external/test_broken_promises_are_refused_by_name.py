@@ -35,15 +35,18 @@ def bye(path: str, type_: str = "Token") -> m.Bye:
 
 
 REFUSED = {  # what it says, and the sentence
-    "wrong version": (m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="wire 2"), "node s1 speaks 'wire 2', and"),
-    "an older program": (m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="0.1.0"), "speaks '0.1.0', and this"),
+    "wrong version": (
+        m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="wire 2"),
+        "node s1 uses protocol 'wire 2', this",
+    ),
+    "an older program": (m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="0.1.0"), "uses protocol '0.1.0', this"),
     "no lookahead": (
         m.Hello(FOREVER, [], FOREVER, {}, version="wire 1"),
         "node s1 does not declare a lookahead of s1.out",
     ),
     "a port too many": (
         m.Hello(FOREVER, [], FOREVER, {"s1.out": 0, "s1.in\n": 0}, version="wire 1"),
-        r"node s1 tells a lookahead of s1.in\\n; its out ports are s1.out",
+        r"node s1 declares a lookahead of s1.in\\n; its out ports are s1.out",
     ),
     "wrong port": (
         done([event(ms(5), "exit")]),

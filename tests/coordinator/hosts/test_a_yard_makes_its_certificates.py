@@ -75,7 +75,7 @@ def test_missing_wrong_and_readable_key_files_are_named(tmp_path: Path) -> None:
     (tmp_path / "south.key").chmod(0o600)
     assert refusal(tmp_path, "south") == f"{tmp_path}/south.pem was made for 'west' and not for 'south'"
     (tmp_path / "west.pem").write_bytes((tmp_path / "other" / "west.pem").read_bytes())
-    assert "was not made by the yard of" in refusal(tmp_path, "west")
+    assert "was not signed by" in refusal(tmp_path, "west")
     (tmp_path / "east.pem").write_text("no certificate")
     assert refusal(tmp_path, "east") == f"{tmp_path}/east.pem is no certificate that can be read"
 

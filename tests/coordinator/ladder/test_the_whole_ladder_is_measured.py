@@ -57,9 +57,9 @@ def test_the_printed_command_of_a_level_runs_it(measured: MeasuredLadder) -> Non
 @pytest.mark.parametrize(
     ("ask", "budget", "told"),
     [
-        ("swng", 60.0, "a scene cannot be asked this"),
-        ("lift-off time", 60.0, "the run shows none"),
-        ("", 1e-3, "too small"),
+        ("swng", 60.0, "is not a known quantity"),
+        ("lift-off time", 60.0, "the run has no such quantity"),
+        ("", 1e-3, "too little"),
     ],
 )
 def test_figures_that_cannot_be_measured_are_refused_in_a_sentence(ask: str, budget: float, told: str) -> None:

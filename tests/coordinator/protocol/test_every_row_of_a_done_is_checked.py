@@ -49,7 +49,7 @@ def offering(done: Done, **fields: Any) -> Done | None:
 
 ROWS: dict[str, tuple[str, Spoiled]] = {
     "is the node's own": (
-        "spoke for zz: a node sends events of its own models only",
+        "sent an event of zz: a node sends events of its own models only",
         lambda n, d, s: alone(d, source="zz"),
     ),
     "leaves by a port that HELLO named": ("sent an event on port nix at", lambda n, d, s: alone(d, port="nix")),
@@ -77,7 +77,7 @@ ROWS: dict[str, tuple[str, Spoiled]] = {
         lambda n, d, s: offering(d, next=succ(d.next), quiet=succ(d.next)),
     ),
     "quiet is the tag of an offer, and never earlier than the next tag": (
-        "says that it is quiet until",
+        "quiet must be the tag of its first possible event",
         lambda n, d, s: offering(d, quiet=succ(d.next)),
     ),
 }
@@ -125,7 +125,9 @@ def test_every_check_has_a_case() -> None:
 @pytest.mark.parametrize("ahead", [-1, NEVER + 1])
 def test_a_lookahead_that_is_no_time_is_refused(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
     hello = Hello(Tag(0), [], Tag(0), {"a.out": ahead})
-    with pytest.raises(ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port a.out, which is no time"):
+    with pytest.raises(
+        ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port a.out, which is not between 0"
+    ):
         check_hello(NodeState("a", 0, "a"), hello)
     monkeypatch.delitem(WHOLE, "a lookahead is a time")
     check_hello(NodeState("a", 0, "a"), hello)

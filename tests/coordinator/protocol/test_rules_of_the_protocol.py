@@ -157,7 +157,7 @@ def test_welcome_and_stop_frame_a_run() -> None:
     quiet.hello()
     assert quiet.handle(Stop(Tag(9))) == Bye()
     for message in (Bye(), hello(3), Fail(Tag(0), "a", "", "")):
-        with pytest.raises(ProtocolError, match=rf"^a cannot be sent {type(message).__name__.upper()}$"):
+        with pytest.raises(ProtocolError, match=rf"^a does not accept {type(message).__name__.upper()}$"):
             node.handle(message)
 
 

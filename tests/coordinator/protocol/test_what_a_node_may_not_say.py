@@ -12,7 +12,7 @@ def test_forbidden_messages_of_a_node_are_refused() -> None:
     with pytest.raises(ProtocolError, match=r"^x is not a node of this run: they are a, b$"):
         core.hello("x", hello(1))
     core.hello("a", hello(5, [event(5)]))
-    with pytest.raises(ProtocolError, match=r"^a said HELLO twice"):
+    with pytest.raises(ProtocolError, match=r"^a sent HELLO twice"):
         core.hello("a", hello(5))
     core.hello("b", hello(FOREVER.t))
     done = Done(1, FOREVER, [], FOREVER, [], FOREVER, b"")
@@ -77,6 +77,6 @@ def test_an_exception_in_a_model_is_a_fail_message_with_sentence_and_traceback()
     fail = node.handle(Grant(1, Tag(6), None, True, []))
     assert isinstance(fail, Fail)
     line = Broken.internal.__code__.co_firstlineno + 1
-    message = f"internal() raised ValueError: no rope (test_forbidden_messages_of_a_node_are_refused.py:{line})"
+    message = f"internal() raised ValueError: no rope (test_what_a_node_may_not_say.py:{line})"
     assert fail.sentence == f"a at (0.000000005 s, 0): {message}"
     assert "in internal" in fail.traceback

@@ -121,7 +121,7 @@ def test_the_schema_completes_and_explains(page: Any) -> None:
     page.locator(".cm-tooltip-autocomplete", has_text="inertia").wait_for()
     page.keyboard.press("Escape")
     page.locator(".cm-line .tok-key", has_text="supports").hover()
-    page.locator(".cm-tooltip .about", has_text="Stools").wait_for()
+    page.locator(".cm-tooltip .about", has_text="Supports under the block").wait_for()
 
 
 def drag(page: Any, body: str, p: list[float], by: tuple[int, int]) -> None:

@@ -65,7 +65,7 @@ def sliding() -> list[tuple[str, str, str]]:
 @pytest.mark.parametrize(("name", "drive", "verb"), sliding())
 @pytest.mark.large(beyond=4)
 def test_a_move_past_an_end_is_refused(name: str, drive: str, verb: str) -> None:
-    with pytest.raises(SceneError, match="past the end of its"):
+    with pytest.raises(SceneError, match="past the end of its|would be"):
         scene(name, drive, f"{verb} 1 m/min by {FAR:g} m")
 
 
@@ -74,7 +74,7 @@ def test_a_move_past_an_end_is_refused(name: str, drive: str, verb: str) -> None
 @pytest.mark.large(beyond=3)
 def test_a_hook_is_not_moved_past_its_rope(name: str, order: str) -> None:
     hook = next(iter(bare(name).scene.machines["crane"].hooks))
-    with pytest.raises(SceneError, match=r"would be wound to|its drum holds|its upper limit is"):
+    with pytest.raises(SceneError, match=r"would be|its drum holds|its upper limit is"):
         scene(name, hook.replace(".", " ", 1), f"{order} 1 m/min by {FAR:g} m")
 
 
