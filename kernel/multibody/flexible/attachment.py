@@ -44,8 +44,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Track:
-    """Modes along a beam: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for geometric terms. `slope` is 2/L
-    [1/m]; `X`: offset of a slider from its station, always zero here."""
+    """Modes along a beam: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for geometric terms. `slope` is
+    2/L [1/m]; `X`: offset of a slider from its station, always zero here."""
 
     X: np.ndarray
     slope: Scalar
@@ -172,8 +172,8 @@ class FlexibleInertia:
 def flexible_inertia(
     e: Any, eta: Array, rates: Array, accelerations: Array, R: Array, r: Array, V: Array, A: Array
 ) -> FlexibleInertia:
-    """Evaluate equations (7) and (8) of the package: mass matrix and inertia forces of a flexible body; e: `tracks.ReducedBody` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A
-    (6,) in world axes."""
+    """Evaluate equations (7) and (8) of the package: mass matrix and inertia forces of a flexible body. e:
+    `tracks.ReducedBody` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes."""
     m = range(len(eta))
     to_body = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     nu, a = to_body @ V, to_body @ A

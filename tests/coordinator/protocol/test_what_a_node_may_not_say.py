@@ -19,7 +19,7 @@ def test_forbidden_messages_of_a_node_are_refused() -> None:
     with pytest.raises(ProtocolError, match=r"^a sent DONE 1 out of order, its last GRANT is 0$"):
         core.done("a", done)
     core.ready()
-    with pytest.raises(ProtocolError, match=r"^a spoke for b: a node sends events of its own models only$"):
+    with pytest.raises(ProtocolError, match=r"^a sent an event of b: a node sends events of its own models only$"):
         core.done("a", Done(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
     with pytest.raises(ProtocolError, match=r"^a offers a\.out at \(0.000000007 s, 0\): an offer holds its own"):
         core.done("a", Done(1, Tag(5, 1), [], Tag(8), [event(7)], Tag(8), b""))

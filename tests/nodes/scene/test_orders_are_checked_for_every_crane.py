@@ -65,7 +65,7 @@ def sliding() -> list[tuple[str, str, str]]:
 @pytest.mark.parametrize(("name", "drive", "verb"), sliding())
 @pytest.mark.large(beyond=4)
 def test_a_move_past_an_end_is_refused(name: str, drive: str, verb: str) -> None:
-    with pytest.raises(SceneError, match="past the end of its|would be"):
+    with pytest.raises(SceneError, match=r"past the end of its|would be"):
         scene(name, drive, f"{verb} 1 m/min by {FAR:g} m")
 
 
