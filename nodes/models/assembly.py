@@ -185,7 +185,7 @@ def _only(plan: Plan, machines: Collection[str], **more: Any) -> Plan:
     """Return the part of a plan for some machines."""
     more["machines"] = tuple(each for each in plan.machines if each.name in machines)
     more["interlocks"] = tuple(each for each in plan.interlocks if each.machine in machines)
-    return msgspec.structs.replace(plan, limits=(), **more)
+    return msgspec.structs.replace(plan, limits=(), gear=(), **more)
 
 
 def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
