@@ -75,7 +75,8 @@ def test_an_overlap_of_any_size_is_red(meets: str, overlap: float) -> None:
             "[10 m, 10 m, 4 m]", f"[{own[0]} m, {own[1]} m, {own[2]} m]"
         )
         text = text.replace("box: [4 m, 4 m, 1.5 m], at: [0 m, 20 m, 0.75 m]", f"overlap: {overlap} m, {size}")
-        plan = parse(text.replace("lower corners", meets), passing=True, followed=False).plan
+        lugs = LUGS.replace("2 m]", f"{own[2] / 2} m]").replace("-2 m", f"{-own[0] / 9} m")
+        plan = parse(text.replace("lower corners", meets).replace(LUGS, lugs), passing=True, followed=False).plan
         deep = min((a + b) / 2 - abs(x) for a, b, x in zip(own, other, at, strict=True))
         places = {"block": (at[0], at[1], 50.0 + at[2]), "plinth": (0.0, 0.0, 50.0)}
         poses = {body: np.tile([*p, 0.0, 0.0, 0.0, 1.0], (3, 1)) for body, p in places.items()}
