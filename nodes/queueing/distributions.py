@@ -3,6 +3,7 @@
 Law and Kelton, Simulation Modeling and Analysis, 6.2; PERT-beta after Malcolm et al. (1959) with shape 4.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from itertools import accumulate
 from math import isfinite, log, sqrt
@@ -13,14 +14,14 @@ from heavylift.kernel.errors import ModelError
 SHAPE = 4.0  # of PERT: how many times the most likely value counts in the mean (a + 4 m + b) / 6
 
 
-class Distribution:
+class Distribution(ABC):
     """A distribution of times [s] >= 0 with its `mean`; `draw` takes from a random stream."""
 
     mean: float
 
+    @abstractmethod
     def draw(self, random: Random) -> float:
         """A time [s]."""
-        raise NotImplementedError
 
 
 class Fixed(Distribution):

@@ -102,7 +102,8 @@ def main() -> None:
             row("seconds until the page is there", opened, "s", at_most=OPEN_s, absolute=True)
             row("processor time of a picture", 1e3 * cost, "ms")
             row("level of pixels, 0 = all", level)
-    row("page of an hour", size / 1e6, "MB", at_most=HOUR_bytes / 1e6)
+    if not SHORT:  # seconds of a lift say nothing of an hour
+        row("page of an hour", size / 1e6, "MB", at_most=HOUR_bytes / 1e6)
     for name, settings in LONG.items():
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             long(name, settings, Path(folder))

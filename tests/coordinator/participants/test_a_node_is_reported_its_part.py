@@ -11,9 +11,9 @@ from heavylift.nodes.scene import load, parse
 YARD = "heavylift: 1\nname: yard\nlifts:\n"
 
 
-def yard(lifts: int) -> Plan:
+def yard(lifts: int, scene: str = "hall") -> Plan:
     """So many lifts of one scene side by side."""
-    rows = [f"  l{i}: {{extends: hall, at: [0 m, {40 * i} m]}}\n" for i in range(lifts)]
+    rows = [f"  l{i}: {{extends: {scene}, at: [0 m, {400 * i} m]}}\n" for i in range(lifts)]
     return parse(YARD + "".join(rows), overrides=["samples=5 Hz"]).plan
 
 
@@ -31,9 +31,14 @@ def test_a_node_builds_its_own_part_as_it_would_build_the_whole(scene: str) -> N
         assert theirs == [x for x in wires if name in (x.source, x.target)]
 
 
-def test_the_configuration_of_a_machine_does_not_grow_with_the_yard() -> None:
-    message = {n: len(encode(next(divided(yard(n), [["l0-hall"]])))) for n in (1, 9)}
-    assert message[9] == message[1] < 12_000
+@pytest.mark.parametrize("scene", ["hall", "crawler", "spreader", "lift", "jib", "edge", "tandem"])
+def test_the_configuration_of_a_machine_does_not_grow_with_the_yard(scene: str) -> None:
+    size = {}
+    for lifts in (1, 4):
+        plan = yard(lifts, scene)
+        first = next(machine.name for machine in plan.machines if machine.name.startswith("l0-"))
+        size[lifts] = len(encode(next(divided(plan, [[first]]))))
+    assert size[4] == size[1] < 12_000
 
 
 def test_a_commander_of_one_action_list_receives_that_lift_only() -> None:

@@ -93,8 +93,7 @@ def by_priority(preemptive: bool) -> Callable[[int], Coupled]:
             weights = (1.0,) if n == 0 else (0.0, 1.0)
             source = net.add(Source(f"source-{n}", Exponential(1 / rate), str(n), weights, seed=seed))
             net.connect(source.out, server.into)
-        for n, weights in enumerate(((1.0, 0.0), (0.0, 1.0))):
-            del weights
+        for n in range(2):
             kind = net.add(OfKind(f"kind-{n}", str(n)))
             net.connect(server.done, kind.into)
         return net
