@@ -90,7 +90,7 @@ def _issue(rec: Recording, project: Project) -> Table:
         ("approved", "", "", ""),
     ]
     if project.number or project.name:
-        rows.insert(0, ("project", project.number, project.name, ""))
+        rows.insert(0, ("project", ", ".join(filter(None, (project.number, project.name))), "", ""))
     heads = tuple(map(Column, ("", "name", "date", "signature")))
     return Table("Issue", heads, tuple(rows), (_origin(rec),), blank=True)
 

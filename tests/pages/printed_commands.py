@@ -20,6 +20,7 @@ PLACEHOLDER = re.compile(r"\b(SCENE|FILE|DIR|DIRECTORY|NAME|MODEL|RUN|LOG|N)\b")
 EXCEPTIONS = {  # what is not run as it is printed, and why
     r"(watch|pause|continue|step|command|stop) ": "speaks to a run that goes on: tests/coordinator/live",
     r"node ": "waits for a coordinator on another host: tests/coordinator/hosts",
+    r"workbench ": "serves until it is stopped: tests/coordinator/workbench",
     r".*--foxglove\b": "serves a port: tests/coordinator/live/test_any_program_may_listen.py",
     r".*--external\b": "waits for a program of another kind: tests/coordinator/external",
     r".*--view\b": "opens a browser and waits for it: tests/recordings/test_a_page_shows_a_run_that_goes_on.py",

@@ -177,7 +177,7 @@ def test_the_project_is_that_of_the_scene_or_of_the_command(tmp_path: Path, caps
     found = json.loads(capsys.readouterr().out)
     assert found["title"] == "Lift report: Block <17>"
     assert found["tables"][0]["rows"][:3] == [
-        ["project", "4711", "Block <17>", ""],
+        ["project", "4711, Block <17>", "", ""],
         ["revision", "2", "2026-11-28", ""],
         ["prepared", "B. Other", "2026-11-28", ""],
     ]
