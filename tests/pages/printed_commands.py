@@ -73,7 +73,7 @@ def prepare(folder: Path, scene: str) -> None:
     run(load(scene, ["end=2 s"]), folder / "turnover.mcap", in_process=True)
     chunk = Recording(folder / "turnover.mcap")._file.summary.chunk_indexes[-1]
     cut_off = (folder / "turnover.mcap").read_bytes()[: chunk.chunk_start_offset + chunk.chunk_length + 3]
-    for name in ("a.mcap", "b.mcap", "run.mcap", "lift.mcap"):
+    for name in ("a.mcap", "b.mcap", "run.mcap", "lift.mcap", "slower.mcap"):
         shutil.copyfile(folder / "turnover.mcap", folder / name)
     for name in ("turnover.mcap.part", "lift.mcap.part", "cut.mcap.part"):
         (folder / name).write_bytes(cut_off)
