@@ -28,8 +28,8 @@ def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], objec
 
 
 def face(package: str) -> None:
-    """Let a package offer every public name that exactly one of its modules defines. Names that the package imports
-    itself, or by `on_demand`, take precedence."""
+    """Let a package offer lazily every public name that exactly one of its modules defines. Names that the package
+    imports itself, or by `on_demand`, take precedence."""
     module: Any = sys.modules[package]
     declared = getattr(module, "__getattr__", None)
 

@@ -37,7 +37,8 @@ Report = Callable[[str], None]
 
 
 def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the model level and steps that its accuracy requires; `say` reports the runs made for it."""
+    """Return the scene with the model level and steps that its accuracy requires; `say` reports the runs made to find
+    them."""
     from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 
     scene = with_worst_clearances(scene)
@@ -69,7 +70,7 @@ def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSce
 
 
 def known(scene: LoadedScene) -> Answer | None:
-    """Return the cached answer to the accuracy question of a scene, or None."""
+    """Return the cached choice of level and steps for a scene, or None."""
     if scene.question is None:
         return scene.answer
     try:
@@ -79,7 +80,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the level and steps of an answer."""
+    """Return the scene with the level and steps of an `Answer`."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -87,7 +88,8 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene as it is modelled, with the measured errors of the quantities that it asks for."""
+    """Measure the errors of the requested quantities at the scene's own level and steps; return the scene with these
+    errors."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)
@@ -108,8 +110,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 @dataclass(frozen=True)
 class Look:
-    """A candidate with its measured errors: in all, of its steps, of its level; the pairs of candidates whose
-    difference is the error of the level; why it could not run; which errors are missing, and why."""
+    """Measured errors of a candidate: in all, of its steps, of its level; why it could not run; which errors are
+    missing, and why."""
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -240,9 +242,9 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Pairs that tell the error of a candidate's level: with the cheapest level that puts back all that it leaves out;
-    where hook ropes slacken or something has no damping with all such levels, for waves that run along ropes are of
-    any length; of the finest with the one before it."""
+    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate with the
+    cheapest level that models everything it leaves out. If hook ropes go slack or something has no damping, with all
+    such levels, since waves along ropes have any length; for the finest level, with the next coarser one."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     if len(levels) > 1 and not undamped(system(candidate.plan)):
         levels = levels if any(measuring.slack(x, hooks=True) for x in (own, own.on(levels[0]))) else levels[:1]
@@ -257,14 +259,15 @@ def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) 
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the candidate with tighter steps; with rigid ropes, whose impacts can bifurcate, two such."""
+    """Return the candidate with tighter steps; with rigid ropes, whose impacts can bifurcate, two increasingly tight
+    ones."""
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
 
 
 def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
-    """Measure the errors of a plan as it is modelled: of its steps twice the difference to tighter ones, of its level
-    the difference to its witnesses. Raises HeavyliftError if the plan cannot run."""
+    """Measure the errors of a plan at its own level and steps: for the steps twice the difference to tighter ones, for
+    the level the difference to its witnesses. Raises HeavyliftError if the plan cannot run."""
     ladder, candidate = Ladder(plan), ModelLevel(plan)
     while not measuring.read_well(candidate, accuracy):
         pass

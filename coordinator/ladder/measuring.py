@@ -73,7 +73,7 @@ class Measuring:
         return self._read[candidate.key]
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
-        """Whether a rope goes slack in the run of a candidate, or one of its hook ropes."""
+        """Return whether a rope goes slack in a candidate's run; with `hooks`, whether a hook rope does."""
         self.figures(candidate)
         found = self._slack[candidate.key]
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)

@@ -78,7 +78,7 @@ STOP = "stop"  # in place of the words of a command: the end of the run
 
 
 class Asked(NamedTuple):
-    """An encoded RunOrder and the receiver of its replies."""
+    """A queued order: an encoded RunOrder and the receiver of its replies."""
 
     order: bytes
     reply: Callable[[Reply], None]

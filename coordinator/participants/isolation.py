@@ -161,7 +161,8 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Guard for global variables that several children use: their values must stay as before the first transition."""
+    """Guard for global variables that several children use: their values must remain as they were before the first
+    transition."""
 
     def __init__(self, root: Coupled) -> None:
         alike: dict[frozenset[type], list[str]] = {}

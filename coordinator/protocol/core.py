@@ -193,7 +193,8 @@ class Coordinator:
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
-        """The error to raise for a FAIL: its sentence, or the cycle between nodes without time advance."""
+        """Return the error to raise for a FAIL: the node's sentence, or the cycle of nodes in which time does not
+        advance."""
         node = self._node(name)
         if self._open and node.running:
             for event in fail.spoken:
@@ -214,8 +215,7 @@ class Coordinator:
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return the nodes that blocked this one since the last call, each with the number of the DONE since which it
-        did."""
+        """Return the nodes that blocked this one since the last call, each with the number of its DONE since then."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:

@@ -63,8 +63,9 @@ def distances(
     finish: tuple[str, str] | None = None,
     heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """Return the matrices D and R of the module's docstring for nodes by their models; `lookaheads` by "model.port";
-    `heard`: models with input from outside. The port `finish` reaches each node after 1 ns."""
+    """Return the matrices of least delays between nodes, D from an output and R from an input to an arrival at another
+    node. `nodes`: their models; `lookaheads` by "model.port"; `heard`: models with input from outside. The port
+    `finish` reaches each node after 1 ns."""
     home = [rank for rank, models in enumerate(nodes) for _ in models]
     place = {model: i for i, model in enumerate(model for models in nodes for model in models)}
     w: Matrix = [{} for _ in (*home, *nodes)]
@@ -91,8 +92,8 @@ def distances(
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return all paths that reach node i, as (index of a tag, ns, microsteps); tags: says_j at j, hears_j at n + j, o_j
-    at 2n + j.
+    """Return all delay paths that reach node i, as (index of a tag, ns, microsteps); tags: says_j at j, hears_j at n +
+    j, o_j at 2n + j.
 
     o_j = min(says_j, hears_j + least lookahead of j) replaces both if a port of j with its least lookahead leads to i.
     """
@@ -168,7 +169,7 @@ NAMED = 4  # models of a node that are named in a sentence
 
 
 def together(models: Sequence[str]) -> str:
-    """Return the names of the models of a node, shortened, as text."""
+    """Return the names of a node's models as one short text."""
     more = f" and {len(models) - NAMED + 1} others" if len(models) > NAMED else ""
     return ", ".join(models[: NAMED - 1] if more else models) + more
 
@@ -227,8 +228,7 @@ class NodeState:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return the nodes that blocked this one since the last call, each with the number of the DONE since which it
-        did."""
+        """Return the nodes that blocked this one since the last call, each with the number of its DONE since then."""
         held, self._held = self._held, []
         return held
 

@@ -33,20 +33,20 @@ class OpenCoordinator(Coordinator):
     """A coordinator with couplings `outside`, whose sources are not nodes; `inject` adds their events."""
 
     def extend(self, end: Tag) -> None:
-        """Move the time bound of the run to a later time, unless a model has ended it."""
+        """Move the time bound of the run to a later time, unless a model has already ended it."""
         if not self._finished:
             self.end = max(self.end, end)
 
     @property
     def safe(self) -> Tag:
-        """The earliest tag at which nothing is decided yet."""
+        """The earliest tag that is still open: events at it or later can be injected."""
         nodes = self._nodes.values()
         committed = (node.next for node in nodes if node.committed and not node.running)
         return max(self.floor, *(node.until for node in nodes), *committed)
 
     @property
     def safe_ns(self) -> int:
-        """The first whole nanosecond at which nothing is decided yet."""
+        """The earliest whole nanosecond that is still open: events at it or later can be injected."""
         safe = self.safe
         return safe.t + (safe.k > 0)
 
@@ -79,7 +79,7 @@ def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random
 def turns(
     coordinator: Coordinator, nodes: Mapping[str, Node], until: Tag, order: Random | None = None, wired: bool = True
 ) -> int:
-    """Let nodes that have sent HELLO execute everything before a tag; returns the number of grants."""
+    """Let started nodes (after HELLO) execute everything before a tag; returns the number of grants."""
     answers, grants = list[tuple[str, Done]](), 0
     while True:
         for name, grant in coordinator.ready(until):

@@ -63,8 +63,8 @@ def hanging(plan: Plan) -> dict[str, str]:
 
 
 class EnergyAudit:
-    """Energy balance of a run: largest imbalance [J] and energy turned over [J], that is work of drives and winches,
-    heat, and changes of kinetic energy."""
+    """Energy balance of a run: largest imbalance [J], and energy turned over [J]: work of drives and winches, heat, and
+    changes of kinetic energy."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")

@@ -56,7 +56,7 @@ class RecordedModels:
 
     @property
     def nodes(self) -> list[str]:
-        """All nodes."""
+        """Names of all recorded nodes."""
         return list(self.models.values())
 
     def node(self, name: str) -> str:

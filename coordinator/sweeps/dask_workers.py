@@ -25,7 +25,7 @@ HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
 class Unpickled(AttributeError):
-    """Refused unpickling of code; a subclass of AttributeError, so that dask handles it like its own errors."""
+    """Error for refused pickled code; a subclass of AttributeError, which dask handles like its own errors."""
 
 
 class _Guard:

@@ -55,7 +55,7 @@ class FoundLimit:
 
     @property
     def most(self) -> Row:
-        """The row of the last green value."""
+        """The row of the last value whose verdict is green."""
         return {} if self.green is None else self.runs.get(self.green, {})
 
     @property
@@ -138,7 +138,7 @@ def limits_of_all(
     workers: int = 0,
     say: Callable[[str], None] = LOG.info,
 ) -> list[FoundLimit]:
-    """Find the limits of several numbers separately, in parallel processes; `say` reports the runs."""
+    """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs."""
 
     def message(name: str, value: str, row: Row) -> None:
         status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"

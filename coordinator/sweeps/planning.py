@@ -77,7 +77,8 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Take each step as far as checks and static limits allow; returns why the scene itself is refused, or ""."""
+        """Take each step as far as checks and static limits allow; returns why the unchanged scene is refused, or
+        ""."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -160,8 +161,8 @@ class _Search:
         return found
 
     def in_runs(self, first: Played) -> tuple[LoadedScene, Played] | None:
-        """Return the quickest green variant, searched back from the static result, with its run; None if there is
-        none."""
+        """Return the quickest variant with a green verdict and its run, searching back from the static result; None if
+        there is none."""
         lost = Parts()
         while self.parts and not self.spent:
             found = self._green(lost)

@@ -134,7 +134,7 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
 
 
 def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
-    """Return the text with new values at paths; a new key becomes the first of its mapping.
+    """Return the text with new values at paths; a key that is missing is added as the first of its mapping.
 
     A comment after a value keeps its column as long as there is room. Raises SceneError if a value cannot be replaced
     alone: one of several lines, an alias, or one in another file.

@@ -91,7 +91,7 @@ class LivenessMonitor:
             self.notice()
 
     def excuse(self, *processes: str) -> None:
-        """Allow processes to leave."""
+        """Let processes leave without counting them as lost."""
         self._excused.update(processes)
 
     def lost(self, process: str) -> bool:

@@ -28,7 +28,7 @@ MOST_FOLDERS = 200  # that are watched
 
 
 class Message(NamedTuple):
-    """A message for pages: its number in the order of all, its kind, its content as JSON."""
+    """A message to the pages: serial number, kind, content as JSON."""
 
     number: int
     kind: str
@@ -66,23 +66,23 @@ class OpenScene:
 
     @property
     def closing(self) -> bool:
-        """Whether pages are to be let go."""
+        """Whether the server is closing and pages should disconnect."""
         return self._closing.is_set()
 
     # ---- pages -------------------------------------------------------------------------------------------
 
     def listen(self, ring: Callable[[], None]) -> None:
-        """Call this whenever there are new messages."""
+        """Register a function that is called whenever there are new messages."""
         with self._lock:
             self._listeners.add(ring)
 
     def forget(self, ring: Callable[[], None]) -> None:
-        """No longer."""
+        """Remove a function registered by `listen`."""
         with self._lock:
             self._listeners.discard(ring)
 
     def since(self, number: int) -> list[Message]:
-        """The last message of each kind, those after a number in order."""
+        """Return the last message of each kind that is newer than a serial number, in order."""
         with self._lock:
             return sorted(x for x in self._messages.values() if x.number > number)
 
@@ -102,7 +102,7 @@ class OpenScene:
             ring()
 
     def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
-        """Drawings of a state of the picture of this number; None if it is no longer shown."""
+        """Return the drawings of a state of the picture with this number; None if that picture is no longer shown."""
         with self._lock:
             found = self.picture
         if found is None or found[0] != number or not 0 <= k < len(found[1].states):
@@ -113,11 +113,11 @@ class OpenScene:
 
     @property
     def own(self) -> bool:
-        """Whether the scene is in the folder, so that it may be changed."""
+        """Whether the scene file is in the folder and may be changed."""
         return self.scene is not None and self.scene.resolve().is_relative_to(self.folder)
 
     def open(self, name: str) -> None:
-        """Put another scene of the folder, or a bundled one, in place of this; SceneError if there is none."""
+        """Open another scene of the folder, or a bundled one; raises SceneError if there is none."""
         try:
             path = within(self.folder, self.folder / name)
         except ValueError as error:
@@ -177,7 +177,8 @@ class OpenScene:
         self.open(path.name)
 
     def ask(self, do: str, text: str) -> str:
-        """`run` the open scene, `live` with a page of its own, `plan` it within a wall time, or order what goes on."""
+        """Carry out a request of a page: `run` the open scene (`live`: with a page of its own), `plan` it within a wall
+        time, or give an order to the run in progress."""
         if self.scene is None:
             raise SceneError("choose a scene first")
         if do in ("run", "live"):

@@ -52,7 +52,8 @@ def _schema() -> bytes:
 
 
 class Guard:
-    """Lets requests through that name this host, come from no other site and know the word."""
+    """Middleware that admits requests to this host only, from the workbench's own page, with the secret word in the
+    address."""
 
     def __init__(self, app: ASGIApp, word: str, port: int) -> None:
         self._app, self._word, self._port = app, word, port
@@ -77,41 +78,41 @@ class Guard:
 
 
 class Save(msgspec.Struct):
-    """A whole text, and the version that it replaces."""
+    """Request to save a whole text in place of this version."""
 
     text: str
     version: str
 
 
 class Edit(msgspec.Struct):
-    """A value (YAML in one line; None: removed) at a path, or the new number of the item there."""
+    """Request to change one path: a value (YAML in one line; None: remove it), or the new number of a list item."""
 
     path: list[str | int]
     value: str | int | None
 
 
 class Edits(msgspec.Struct):
-    """Several edits, and the version that they change."""
+    """Request for several changes of this version, made together or not at all."""
 
     edits: list[Edit]
     version: str
 
 
 class Asked(msgspec.Struct):
-    """What is to be done: see `OpenScene.ask`."""
+    """Request for a run, a search or an order: see `OpenScene.ask`."""
 
     do: str
     text: str = ""
 
 
 class Named(msgspec.Struct):
-    """A scene."""
+    """Request that names a scene."""
 
     name: str
 
 
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
-    """The routes of an open scene behind the guard."""
+    """Return the web application of an open scene, behind the guard."""
 
     async def page(_: Request) -> Response:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
@@ -220,14 +221,15 @@ class _Server(uvicorn.Server):
         self._opened = opened
 
     def handle_exit(self, sig: int, frame: Any) -> None:
-        """End."""
+        """End the event streams, then the server."""
         self._opened.__exit__()
         super().handle_exit(sig, frame)
 
 
 @contextmanager
 def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[], None], uvicorn.Server]]:
-    """The address of a workbench, what serves it until it is asked to exit, and the server."""
+    """Start a server for an open scene; return its address, a function that serves until it is asked to exit, and the
+    server."""
     word = secrets.token_urlsafe(24)
     with socket.create_server((HOST, 0)) as listening, OpenScene(folder, scene) as opened:
         port = listening.getsockname()[1]
@@ -240,8 +242,8 @@ def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[],
 
 
 def workbench(place: str, ready: Callable[[str], object]) -> None:
-    """Serve a folder, a scene file in its folder, or a bundled scene beside the working folder, until a signal ends it;
-    `ready` gets the address."""
+    """Serve the workbench for a folder, a scene file, or a bundled scene until a signal ends it; `ready` receives the
+    address."""
     folder, scene = Path(place), None
     if not folder.is_dir():
         scene = scene_file(place).resolve()

@@ -124,7 +124,8 @@ class Corrector:
         return None
 
     def stiffness(self, q: np.ndarray) -> float:
-        """Smallest eigenvalue of the tangent stiffness over the inertia at a pose [1/s2]."""
+        """Return the smallest eigenvalue of the tangent stiffness relative to the inertia at a pose [1/s2]: positive if
+        the equilibrium is stable."""
         K, B = self.poses.stiffness(q, SECOND), self.poses.basis(q)
         K = K if B is None else B.T @ K @ B
         return float(np.linalg.eigvals(-K).real.min(initial=inf))

@@ -55,7 +55,7 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Follows the equilibrium of a simulation, which it owns; events of the laws `heard` stop `run`. `points`: all
+    """Follows the equilibrium of a simulation, which it owns; an event of a law in `heard` ends `run`. `points`: all
     equilibria so far; `notes`: messages for the user."""
 
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
@@ -282,7 +282,7 @@ class EquilibriumPath:
     # ---- stability ----------------------------------------------------------------------------------------
 
     def stiffness(self) -> float:
-        """Return the smallest eigenvalue of the tangent stiffness over the inertia at the present equilibrium
+        """Return the smallest eigenvalue of the tangent stiffness relative to the inertia at the present equilibrium
         [1/s2]."""
         return self._near.stiffness(self._q)
 

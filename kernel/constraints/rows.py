@@ -60,7 +60,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Return whether (n,) each row moves anything beyond round-off; on floats."""
+        """Return which rows (n,) move anything beyond round-off; on floats only."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -73,7 +73,7 @@ class ConstraintRows:
         return self._instances[i][0].free_dofs
 
     def held(self, values: list[Scalar]) -> list[Scalar]:
-        """Return the values of active rows, 0 for the others."""
+        """Return the values of active rows, with 0 for the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
@@ -93,7 +93,7 @@ class ConstraintRows:
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Array:
-        """G H^-1 G^T (n, n) of all rows, active or not; on floats."""
+        """Return G H^-1 G^T (n, n) of all rows, active or not; on floats only."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 

@@ -76,9 +76,9 @@ class Load(Element, frozen=True, tag=True):
 
 
 class Wind(Element, frozen=True, tag=True):
-    """Drag of a wind on an area: F = 1/2 density C A |w - v| (w - v) at a point that moves with v.
+    """Drag of a wind w on an area A: F = 1/2 density C A |w - v| (w - v), at a point that moves with velocity v.
 
-    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.  To A is added the
+    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history. To A is added the
     shadow of a box, the sum of its `sides` times |n_i (w - v)| / |w - v|, n_i: the body's axes in the world.
     """
 
@@ -219,7 +219,7 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def apart(self) -> bool:
-        """Whether the edges of the rope are on several bodies."""
+        """Whether the edges that the rope may touch are on several bodies."""
         return len({s.at.body for s in self.edges}) > 1
 
     @property

@@ -39,7 +39,7 @@ def _own(file: str) -> bool:
 
 
 class Taken(Exception):
-    """Raised if another module already has the name that a file would get."""
+    """Error for a file whose module name is already taken by another module."""
 
 
 def imported(where: str, name: str = "") -> ModuleType:

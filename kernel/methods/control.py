@@ -45,14 +45,14 @@ def allowed(s: StepState, size: Value) -> Value:
 
 
 def still_below(scale: Value, faint: Value) -> Value:
-    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] for rest; lower if the scene has only crept."""
+    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] below which the scene is at rest; lower if it has only crept."""
     part = maximum(scale, faint)
     return STILL * STILL * (part * part)
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
     """Return the effect of rounding at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the
-    part of STILL that remains at rest.
+    part of the rest threshold STILL that remains.
 
     `acceleration`: accelerations (nv,) at coordinates. A law that makes a displacement d an acceleration a oscillates
     at sqrt(a / d), so that a displacement by rounding becomes a speed of sqrt(a d).

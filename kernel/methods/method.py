@@ -184,7 +184,7 @@ def combine(c: list[float], k: list[Value]) -> Value:
 
 
 def fallen_in(r: Evaluated) -> Value:
-    """Return whether a guard is negative in an evaluation."""
+    """Return whether any guard is negative in an evaluation."""
     return any_of(g < 0.0 for g in r.G)
 
 

@@ -62,8 +62,8 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts, 0 if none; and the number
-    of periods until the worst is a tenth of a period out of phase or half damped."""
+    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts, 0 if none; and after how
+    many periods the worst one is a tenth of a period out of phase or half damped."""
     if not np.isfinite(J).all():
         return 0.0, np.inf
     bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
@@ -115,7 +115,7 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the share of turned-over energy that was lost or gained at a loose tolerance, once, when it first
+        """Return the fraction of turned-over energy that was lost or gained at a loose tolerance, once, when it first
         becomes large, else 0; `held`: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
@@ -136,7 +136,7 @@ class Balance:
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Return whether n readings give `check` nothing to report; if so, they count as read."""
+        """Return whether `check` would report nothing for n readings; if so, they count as read."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():

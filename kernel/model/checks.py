@@ -140,7 +140,7 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """Mark a part of a checked description as checked, and return it."""
+    """Mark a part of a description as checked, and return it."""
     _checked[id(part)] = part
     return part
 

@@ -174,7 +174,7 @@ class Evaluation:
 
     @property
     def drift(self) -> Scalar:
-        """The largest gap of active rows [m or rad], beyond round-off of the coordinates."""
+        """The largest gap of active rows [m or rad], less the round-off of the coordinates."""
         widest: Scalar = 0.0
         for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
             widest = maximum(widest, gap)

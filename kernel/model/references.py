@@ -82,7 +82,7 @@ class References:
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
 
     def stand(self, epoch_ns: int) -> None:
-        """Set the present time [ns], at which following commands are given."""
+        """Set the present time [ns], from which the next commands act."""
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
@@ -130,7 +130,7 @@ class References:
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
     def moves(self, name: str, t_ns: int) -> bool:
-        """Return whether an actuator moves, or follows a master that does."""
+        """Return whether an actuator moves, or follows a master that moves."""
         a = self._actuator(name)
         masters = [self._masters[m] for m in a.follows]
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)

@@ -66,7 +66,7 @@ class Events:
                 switched.append(found)
 
     def look(self) -> None:
-        """Make guards that are negative after a jump immediate events."""
+        """Turn guards that are negative after a jump into immediate events."""
         self.fallen = self._below()
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
@@ -91,7 +91,7 @@ class Events:
         self.before, self.fallen, self.t_ns = None, [], FOREVER_NS
 
     def take_back(self) -> None:
-        """Return to the start of the tentative step."""
+        """Undo the tentative step: return to its start."""
         if self.before is not None:
             self._native.X[:] = self.before
             self.forget()
@@ -142,7 +142,8 @@ class Events:
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events; note a beam at its first limit, and calm a rope that switches too often."""
+        """Log events; add a note for a beam at its first limit, and make a rope that switches too often calm (without
+        events)."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

@@ -20,7 +20,7 @@ SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
 
 
 class Integrator:
-    """Takes the steps of a run; `held`: its constraint rows, for error messages."""
+    """Takes the integration steps of a run; `held`: its constraint rows, for error messages."""
 
     def __init__(
         self, native: NativeState, recorder: SampleRecorder, references: References, held: HeldRows, fixed: bool
@@ -93,7 +93,7 @@ class Integrator:
         return "sound" not in self.native.at or self.native["sound"] > 0.0
 
     def take_back(self) -> None:
-        """Return to the start of the tentative step."""
+        """Undo the tentative step: return to its start."""
         native = self.native
         for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
             native.X[native.at[name]] = native.X[native.at[old]]
@@ -126,7 +126,7 @@ class Integrator:
             np.maximum(native.part("top"), T, out=native.part("top"))
 
     def check_pace(self, patience: StepBudget) -> None:
-        """Raise KernelError if the run stops making progress."""
+        """Raise KernelError if the run stops making progress, with too many steps per simulated second."""
         native = self.native
         if patience.ends(native.attempts, native.now):
             raise too_slow(self._name, native.now, native["h0"], fastest_mode_text(native))

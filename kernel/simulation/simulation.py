@@ -134,7 +134,7 @@ class Simulation(CommandTarget):
 
     @property
     def now(self) -> float:
-        """The time reached by steps [s]."""
+        """The time reached by committed steps [s]."""
         return self.native.now
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:

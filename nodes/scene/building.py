@@ -77,8 +77,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Build the scene of a text with settings. `passing`: one of many variants; without `followed`, its actions are not
-    followed statically."""
+    """Build the scene of a text with settings. `passing`: the scene is one of many variants; without `followed`, its
+    equilibrium path is not computed."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -173,7 +173,7 @@ def _built(
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Return the scene with other values, whose limits are not checked before."""
+        """Return the scene with other values, whose limits are not checked in advance."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]

@@ -90,7 +90,8 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Utilisations, or other sizes of a scene, at evaluated corners; `moved`: the inputs that each depends on."""
+    """Searches the corners of uncertain inputs for the highest utilisation of each limit (or other values of a scene);
+    `moved`: the inputs that influence each."""
 
     def __init__(self, nominal: LoadedScene, build: Build, sizes: Sizes | None = None) -> None:
         self._sizes = sizes or _uses
@@ -102,7 +103,8 @@ class Corners:
         self._ends = len(nominal.states) and nominal.states[-1].action
 
     def search(self, ends: Sequence[Ends]) -> None:
-        """Evaluate both ends of each input, then the corners of worse ends of several."""
+        """Evaluate both ends of each input, then, for each value, the corner of the worse ends if several inputs
+        influence it."""
         worse: dict[Key, dict[Path, str]] = {}
         for one in ends:
             found = [(text, self.uses({one.path: text})) for text in one.texts]

@@ -63,7 +63,7 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """The unit in SI."""
+        """The value of one unit in SI."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:

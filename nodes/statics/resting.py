@@ -15,7 +15,8 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with its blocks at rest on their supports; written poses within `WRITTEN` of these are kept."""
+    """Return the plan with its blocks at rest on their supports; poses in the scene within `WRITTEN` of these are
+    kept."""
     machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
@@ -31,7 +32,8 @@ def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
 
 
 def settled(built: plan.Plan) -> plan.Plan:
-    """Return the plan with flexible blocks at rest, iterated, since friction holds them where they begin."""
+    """Return the plan with flexible blocks at rest; iterated, since friction holds the supports where they first
+    touch."""
     for _ in range(SETTLES):
         built = rigged(built, first_rest(built))
     return built

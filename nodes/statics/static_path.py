@@ -73,7 +73,7 @@ def at_rest(built: plan.Plan) -> plan.Plan:
 
 
 def plan_key(built: plan.Plan) -> str:
-    """Return the cache key of a plan and of the code that follows it."""
+    """Return the cache key of a plan and of the code that computes its equilibrium path."""
     return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
 
 

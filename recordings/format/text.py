@@ -51,7 +51,7 @@ def cell(value: object) -> object:
 
 
 def meant(name: str, names: Sequence[str]) -> str:
-    """Return a question with the names most similar to the given one, or a list of names."""
+    """Return a question with the known names most similar to a given one, or a list of all names."""
     lower = {x.lower(): x for x in names}
     near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
     if near:

@@ -49,10 +49,10 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"message": "told"}):
-    """All of a verdict: its state and line, all checks, worst first.
+    """A complete verdict: state, one-line summary, and all checks, worst first.
 
-    `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
-    and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
+    `head`, `rows`: checks as people read them, those of one kind and state in one row. `told`: what standards foresee
+    and what is not determined. `dynamic`: the amplification that a standard foresees for this lift, and its source.
     `tables`: what only the scene knows, for the report.
     """
 
@@ -70,7 +70,7 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """What was found: beyond limits, warnings, notes."""
+        """What was found, in order of severity: exceeded limits, warnings, notes."""
         return findings(self.checks)
 
 

@@ -70,8 +70,8 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the height of a point of `body` above that of three `faces` which is marked, if the point lies over
-        this face; else its depth."""
+        """Return the height of a point of `body` above the marked one of three `faces`, if the point lies over this
+        face; else its depth."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):

@@ -100,7 +100,7 @@ class Groups:
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
     def grips(self) -> list[Scalar]:
-        """Return the guards of the sheaves with friction."""
+        """Return the guards of the sheaves with friction: how far each is from slipping."""
         s = self.strains
         out = []
         for i, (ratio, _) in enumerate(self._ratios):

@@ -86,7 +86,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
-        """Describe where a rope has lost its sheave or direction; "" if it runs."""
+        """Describe where a rope has left its sheave or runs the wrong way; "" if it runs."""
         first = 3 * len(f.sheaves) + 3
         return lost(f, poses, list(shown[first : first + len(leavable(f))]))
 
@@ -219,7 +219,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from a to b; return by how much its unstretched length L0 is too short [m]."""
+        """Hang the rope, slack, from a to b; returns by how much its unstretched length L0 is too short [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0

@@ -191,8 +191,8 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
 
 
 def turn(x: SheavePoint, plane: Array) -> Any:
-    """Return the angle [rad] from a node's dividing direction to where a part of this direction touches it, within half
-    a turn."""
+    """Return the angle [rad], within half a turn, from a node's dividing direction to the point where a straight part
+    of this direction touches the sheave."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)
 

@@ -34,7 +34,7 @@ NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 @dataclass(frozen=True, eq=False)
 class FlexibleModes:
-    """The modes of a body: shapes over its model's degrees of freedom, modal mass, stiffness and damping."""
+    """The modes of a body: shapes over the degrees of freedom of its model, modal mass, stiffness and damping."""
 
     name: str
     flexible: Flexible

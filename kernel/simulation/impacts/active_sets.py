@@ -35,8 +35,9 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """Operations of the solver on a simulation. `survey`: returns matrix, speeds and free accelerations of the rows;
-    `slack`: of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions and speeds onto the rows."""
+    """Operations that the impact solver applies to a simulation. `survey`: returns matrix, speeds and free
+    accelerations of the rows; `slack`: of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions and
+    speeds onto the rows."""
 
     survey: Callable[[], Survey]
     slack: Callable[[], np.ndarray]

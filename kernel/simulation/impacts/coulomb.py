@@ -65,7 +65,7 @@ class FrictionSolution:
 
 
 def settle(c: ContactProblem) -> FrictionSolution:
-    """Return the set of contacts that push, stick and slide."""
+    """Determine which contacts push, stick and slide."""
     m = len(c.mu)
     given = np.abs(c.moving).sum(axis=1) > 0.0
     stick, u, share, prior, side = _begin(c, given)
@@ -231,8 +231,8 @@ REST = 1e-2  # part of the largest acceleration of what slides below which a pla
 
 
 def mobile(A: np.ndarray, f: FrictionSolution) -> np.ndarray:
-    """Return whether (m,) a place at the limit of friction is free to move along f.u; A: (3m, 3m) Delassus matrix of
-    all."""
+    """Return whether (m,) a contact at the friction limit is free to move along f.u; A: (3m, 3m) Delassus matrix of all
+    contacts."""
     m = len(f.push)
     rows = [3 * i + k for i in range(m) if f.push[i] for k in range(3 if f.stick[i] else 1) if A[3 * i + k, 3 * i + k]]
     out = np.zeros(m, bool)

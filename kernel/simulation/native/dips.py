@@ -16,18 +16,18 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with a point before the start, on the tangent to the evaluation `ahead`."""
+    """Begin with an extrapolated point before the start, on the tangent to the evaluation `ahead`."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 
 def remember(s: StepState) -> None:
-    """Make the last accepted step the previous one, before an attempt."""
+    """Keep the last accepted step as the previous one, before the next attempt."""
     taken = s.t > s.t0
     s.tg, s.Ga, s.Gb = select(taken, s.t0, s.tg), select(taken, s.Gb, s.Ga), select(taken, s.G, s.Gb)
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """Determine, after an accepted step without an event, whether a guard may have dipped below zero."""
+    """Determine, after an accepted step without an event, whether a guard may have dipped below zero in between."""
     end = select(taken, s.t, s.t0 + 1.0)
     h, over, twice, whole = end - s.t0, 1.0 / (end - s.t0), 1.0 / (s.t0 - s.tg), SEEN / (end - s.tg)
     low = []

@@ -23,13 +23,13 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with a point before the start, on the tangent to the evaluation `ahead`."""
+    """Begin with an extrapolated point before the start, on the tangent to the evaluation `ahead`."""
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
 
 
 def remember(s: StepState) -> None:
-    """Make the last accepted step the previous one, before an attempt."""
+    """Keep the last accepted step as the previous one, before the next attempt."""
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
 
@@ -58,7 +58,7 @@ def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
 
 
 def slope(s: StepState, rate: Rate) -> None:
-    """Determine whether a rising tension falls at the end of the step."""
+    """Determine whether a tension that rose falls at the end of the step."""
     behind = rate(s.t - NEAR, s.t0 + 0.5 * s.h0, s.y - NEAR * s.f).T
     _, rises = _bounds(s, s.t)
     s.hilly = select(any_of(r & (b > c) for r, b, c in zip(rises, behind, s.T, strict=True)), 1.0, 0.0)

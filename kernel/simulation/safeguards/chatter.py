@@ -23,7 +23,8 @@ Rate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Rattling:
-    """Counter of rapidly repeated events of each rope; `counts`: name -> number, time of the first and of the last."""
+    """Detects rattling: counts rapidly repeated events of each rope; `counts`: name -> number, time of the first and of
+    the last."""
 
     def __init__(self, resolved: float) -> None:
         self._resolved_ns = round(resolved * 1e9)

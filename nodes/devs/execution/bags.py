@@ -94,7 +94,7 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Return the entry of a message from another node, and its decoded value, which all receivers here share."""
+    """Return the entry of a message from another node, with its decoded value, which all receivers here share."""
     if (event.source, event.port) not in entries:
         raise ModelError(f"{event.source}.{event.port} at {event.tag}: nothing here is coupled to it")
     start, targets = entries[event.source, event.port]
@@ -154,7 +154,7 @@ class Schedule:
         return FOREVER
 
     def wait(self) -> None:
-        """Put the imminent atomics back into their slot, since an input arrives earlier."""
+        """Put the imminent atomics back into the schedule, since an input arrives earlier."""
         if self.imminent:
             self.slots[self.times[0]] = self.imminent
 

@@ -106,7 +106,7 @@ class Simulator:
 
     @property
     def quiet(self) -> Tag:
-        """The earliest tag at which an event can leave the root without input."""
+        """The earliest tag at which an event can leave the root if no input arrives."""
         tag = self.next_time
         if tag == FOREVER or leaving(self._lambda(tag).sources):
             return tag

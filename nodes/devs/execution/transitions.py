@@ -134,13 +134,13 @@ def leaving(sources: Iterable[Port[Message]]) -> bool:
 
 
 def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
-    """Return the atomics with events that leave the node, each with the least lookahead of its ports [ns]."""
+    """Return the atomics whose events leave the node, each with the least lookahead of its ports [ns]."""
     found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
     return [(m, min(aheads)) for m, aheads in found if aheads]
 
 
 class Border:
-    """Out ports of root models and the atomics behind them, for an unchanged model structure."""
+    """Out ports of root models and the atomics that feed them, for an unchanged model structure."""
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
@@ -166,7 +166,7 @@ class Border:
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def still_promises(self, at: Tag, before: "Border") -> None:
-        """Raise ModelError for a change of structure that reduces a lookahead."""
+        """Raise ModelError for a change of structure that reduces a promised lookahead."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
@@ -178,7 +178,8 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Raise ModelError for an output earlier than the port's lookahead after the transition that scheduled it."""
+    """Raise ModelError for an output sent earlier than its port's lookahead allows, counted from the transition that
+    scheduled it."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             since = tag[0] - m._set
@@ -200,14 +201,14 @@ class Observed:
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Return the outputs that other nodes may not receive, since the last call."""
+        """Return the outputs since the last call that may have no receiver in another node."""
         noted, self._among = self._among, []
         return noted
 
     def note(
         self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
     ) -> None:
-        """Record the outputs at a tag; those scheduled before the start do not bound a lookahead."""
+        """Record the outputs at a tag; those scheduled before the start do not count as observed lookahead."""
         t = tag[0]
         if noted:
             self._among.append((tag, sources, values))

@@ -52,7 +52,7 @@ class Findings:
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the violations of a check; `where` of the causing action replaces that of the thing."""
+        """Add the violations of a check; `where` (line of the causing action) replaces the place of the thing."""
         for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue
@@ -128,7 +128,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def named(block: str) -> str:
-    """A block as messages call it."""
+    """Return the name of a block in messages."""
     return block if block == "block" else f"block {block}"
 
 

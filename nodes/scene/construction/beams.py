@@ -222,7 +222,7 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """Return the keys of a machine in which joints with `start: above its lugs` begin above the lugs of their load."""
+    """Return the keys of a machine in which joints with `start: above its lugs` start above the lugs of their load."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE

@@ -31,8 +31,8 @@ from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
-    """Cranes with girders or frames of `rig`, the frames and the blocks below; what is wrong is added to the faults of
-    the source."""
+    """Build the machines of a lift: cranes with girders or frames of `rig`, those frames, and the blocks below; faults
+    are added to those of the source."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:

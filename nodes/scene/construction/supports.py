@@ -151,7 +151,7 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block with these mass properties and pads, None if it is rigid; errors are
+    """Return the flexible part of a block with these mass properties and supports, None if it is rigid; errors become
     faults."""
     if block.beam is None and not block.modes:
         return None

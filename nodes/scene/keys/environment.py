@@ -39,7 +39,7 @@ SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
 
 class Waves(Base):
-    """A regular wave that grows from still water at the start."""
+    """A regular wave, whose amplitude grows from still water at the start."""
 
     height: u.Extent  # from trough to crest
     period: u.Duration
@@ -107,7 +107,7 @@ class Vessel(Base):
 
     @property
     def attitude(self) -> Matrix:
-        """The axes of the vessel in the world, at rest."""
+        """The axes of the vessel in the world at rest."""
         return turned(0.0, 0.0, self.heading)
 
     def place(self, p: Sequence[float]) -> Vector:

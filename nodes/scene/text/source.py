@@ -202,9 +202,7 @@ def _composed(text: str, name: str) -> Source:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Return keys and values of a mapping, followed by those merged by `<<: *name` or `<<: [*one,
-        *other]`.
-        """
+        """Return keys and values of a mapping, followed by those merged by `<<: *name` or `<<: [*one, *other]`."""
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]

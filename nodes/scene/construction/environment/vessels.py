@@ -87,7 +87,7 @@ def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
 
 
 def check_decks(builder: SceneBuilder) -> None:
-    """Blocks stand on vessels that are there."""
+    """Check that blocks stand on existing vessels only."""
     scene = builder.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
