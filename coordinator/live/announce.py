@@ -188,7 +188,7 @@ def ask(
             except UNREADABLE:
                 made = found.notice.version
                 raise ProtocolError(
-                    f"run {found.notice.run} is of heavylift {made} and answers in words that {__version__} does not "
+                    f"run {found.notice.run} is of heavylift {made} and uses a protocol that {__version__} does not "
                     f"know; {install(made)} to give it orders"
                 ) from None
             if answer.last:

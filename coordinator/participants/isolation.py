@@ -197,8 +197,8 @@ class Commons:
             message = image(around.get(name))
             if self._known.setdefault(full, message) != message:
                 raise ModelError(
-                    f"{self._by(full)} use {full}, which has changed, though each process has a copy of its own; keep "
-                    "it in attributes and send it to others by messages"
+                    f"{self._by(full)} use {full}, which has changed, but each process has its own copy; keep it "
+                    "in attributes of a model and send it to others by messages"
                 )
 
     def _by(self, full: str) -> str:

@@ -26,7 +26,7 @@ def steering(
     if control is None and period is None:
         return []
     if control is None or period is None:
-        raise KernelError("a control is called every `period` [s]: give both, or none")
+        raise KernelError("`control` is called every `period` [s]: give both, or neither")
     each, f = seconds(time_s("period", period, PERIOD)), control
     return [(t, lambda s: _steer(s, f, each)) for t in range(0, end_ns, each)]
 

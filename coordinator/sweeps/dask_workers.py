@@ -45,7 +45,7 @@ class _Guard:
 
     def _hear(self, event: str, details: tuple[Any, ...]) -> None:
         if self.entered and event == "pickle.find_class" and tuple(details) not in HARMLESS:
-            raise Unpickled(f"{details} is not unpickled: rows of workers are data")
+            raise Unpickled(f"{details} is not unpickled: workers may return data only")
 
 
 no_code = _Guard()

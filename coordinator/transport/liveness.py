@@ -102,7 +102,7 @@ class LivenessMonitor:
         """Make the next incarnation of a process the present one."""
         if self.epochs[process] == LAST_EPOCH:
             raise ProtocolError(
-                f"process {process} was replaced {LAST_EPOCH} times, the machine is not fit for this run"
+                f"process {process} was replaced {LAST_EPOCH} times, this machine cannot keep it running"
             )
         self.epochs[process] += 1
         self.joined.discard(process)

@@ -102,7 +102,7 @@ def present(path: Path) -> str:
 def _data(text: str) -> Data:
     source = read(text, "scene.yaml")
     if source.faults:
-        raise SceneError(f"line {source.faults[0].mark.line if source.faults[0].mark else 1}: mend the text first")
+        raise SceneError(f"line {source.faults[0].mark.line if source.faults[0].mark else 1}: correct the text first")
     return source.data
 
 

@@ -235,7 +235,7 @@ def check_joint(j: Joint) -> None:
     if joint.axes > 1 and abs(aligned) > UNIT:
         angle = degrees(atan2(sqrt(max(0.0, 1.0 - aligned * aligned)), aligned))
         raise KernelError(
-            f"joint '{j.name}': its axes stand at {angle:.4g} deg; the second axis of a {j.kind} joint is "
+            f"joint '{j.name}': the angle between its axes is {angle:.4g} deg; the second axis of a {j.kind} joint is "
             "perpendicular to the first"
         )
     if joint.pitched and j.pitch == 0.0:

@@ -200,7 +200,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         path = (*path, key)
     found = quantity(kind)
     if at is None:
-        raise SceneError(f"input {name}: the scene gives it no value; write one from which to begin")
+        raise SceneError(f"input {name}: the scene gives it no value; write a nominal one")
     if found is None or isinstance(at, bool) or not isinstance(at, int | float):
         raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
     dimension = found.dimension

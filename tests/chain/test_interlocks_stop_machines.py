@@ -100,7 +100,7 @@ def test_without_an_interlock_the_action_list_is_refused_as_before() -> None:
 BAD = {  # an interlock of the scene, and what is reported of it
     "{when: all slings taut, stops: [hoist]}": "an interlock watches one measured quantity, such as",
     "{when: load of crawler >= 3 t and wind >= 3 m/s, stops: all}": "an interlock watches one measured quantity",
-    "{when: load of crawler >= 3 t}": "an interlock stops something, or tells something: add 'stops' or 'tells'",
+    "{when: load of crawler >= 3 t}": "an interlock needs an effect: add 'stops' or 'tells'",
     "{when: load of crane >= 3 t, stops: all}": "there is no 'crane' with load",
     "{when: load of crawler >= 3 t, stops: [host]}": "did you mean 'hoist'?",
     "{when: load of crawler >= 3 t, stops: [luff up]}": "nothing can 'luff up'",

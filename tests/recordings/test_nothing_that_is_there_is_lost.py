@@ -267,8 +267,8 @@ NOTICED = {
     replaced_by_a_link: "replaced by another file",
     cut_off: "cut",
     emptied: "cut",
-    longer: "written to by somebody else",
-    overwritten: "written to by somebody else",
+    longer: "changed by another program",
+    overwritten: "changed by another program",
 }
 
 

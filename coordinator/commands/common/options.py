@@ -200,7 +200,7 @@ def duration_s(option: str, text: str) -> float:
 
     length = quantity(option, text, TIME)
     if length < 0.0:
-        raise SceneError(f"{option} {text}: a time is zero or more")
+        raise SceneError(f"{option} {text}: a time must be zero or more")
     return min(length, NEVER * 1e-9)
 
 
@@ -215,7 +215,7 @@ def deadline_s(text: str) -> float:
     """Read a deadline [s]; raises SceneError if it is too short for a process."""
     seconds = wall_s("--deadline", text)
     if seconds < LEAST_s:
-        raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
+        raise SceneError(f"--deadline '{text}': a process needs at least {LEAST_s:g} s")
     return seconds
 
 

@@ -96,7 +96,7 @@ def entry(model: Model, name: str) -> InPort[Message]:
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
     """Return the entry of a message from another node, with its decoded value, which all receivers here share."""
     if (event.source, event.port) not in entries:
-        raise ModelError(f"{event.source}.{event.port} at {event.tag}: nothing here is coupled to it")
+        raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port here is coupled to it")
     start, targets = entries[event.source, event.port]
     target = targets[0]
     try:

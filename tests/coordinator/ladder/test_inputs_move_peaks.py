@@ -50,7 +50,7 @@ def test_an_input_value_that_cannot_be_simulated_is_reported_and_ignored() -> No
     scene = load("snatch", [*UNDAMPED, f"{FALL}.winch.longest=30.2 m sd 0.3 m", f"{LOAD}=10 t +- 6 %"])
     found = sensitivities(scene, at_once=0)
     assert list(found.failed) == [f"{FALL}.winch.longest"]
-    assert "with 29.90 m there is no run" in found.failed[f"{FALL}.winch.longest"]
+    assert "the run with 29.90 m fails" in found.failed[f"{FALL}.winch.longest"]
     assert all(len(effects) == 1 for effects in found.effects.values())
     assert any("missing in all bars" in note for note in found.notes)
 

@@ -44,7 +44,7 @@ MISTAKES = [
     ),
     ("crane H1: hoist 3 m/min until all A slings taut", "there is no set of slings 'A'", 30, "known: "),
     ("crane H1: hoist 30 m/min by 1 m", "'crane.H1' can hoist with 10 m/min at most", 10, ""),
-    ("crane H1 hoist", "say who and what, such as 'west H1: hoist 3 m/min by 2 m'", 14, ""),
+    ("crane H1 hoist", "name a target and its order, such as 'west H1: hoist 3 m/min by 2 m'", 14, ""),
     ("block: turn 1 deg/s to 90 deg", "a block that the scene never turns cannot be turned", 7, ""),
     ("wait: wait 3 s", "a command does something at once; to wait, give it later", 6, ""),
     (

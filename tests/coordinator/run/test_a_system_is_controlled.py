@@ -66,8 +66,8 @@ def test_a_control_function_is_called_every_period_with_all_samples():
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ({"control": lambda t, now: {}}, "give both, or none"),
-        ({"period": 0.1}, "give both, or none"),
+        ({"control": lambda t, now: {}}, "give both, or neither"),
+        ({"period": 0.1}, "give both, or neither"),
         ({"control": lambda t, now: 3.0, "period": 0.1}, "3.0 at 0 s; return a dict of values by name"),
         ({"control": lambda t, now: {"hoist": 1.0}, "period": 0.1}, "'hoist'"),
         ({"control": lambda t, now: {"push": float("nan")}, "period": 0.1}, "nan is no value of a signal"),

@@ -128,7 +128,7 @@ def test_options_that_exclude_replications_are_refused(more: str) -> None:
 @pytest.mark.parametrize(
     ("option", "sentence"),
     [
-        ("--until -5s", "--until -5s: a time is zero or more"),
+        ("--until -5s", "--until -5s: a time must be zero or more"),
         ("--replications 0", "0 replications, confidence 0.95: give one"),
     ],
 )

@@ -220,7 +220,7 @@ def test_sampled_signals_equal_their_guards():
             ScalarSignal("moment", ropes=("fall",), point=Point("load"), origin=Point("world")),
             "a moment needs a chart",
         ),
-        (ScalarSignal("use", ropes=("fall",)), "a use needs a number for each of 1 ropes, not 0"),
+        (ScalarSignal("use", ropes=("fall",)), "a utilisation needs a limit for each of 1 ropes, not 0"),
         (
             ScalarSignal("use by place", ropes=("fall",), point=Point("load"), numbers=(1.0, 0.0, 2.0, 0.0)),
             "needs a chart",

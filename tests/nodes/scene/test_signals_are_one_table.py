@@ -45,7 +45,7 @@ NONE = {
 }
 MISSPELT = {
     "swing of jib main >= 1 deg": "after 'swing' 'along' or 'across' must follow, not 'of'",
-    "gap west <= 3 m": "a second name must stand here, not '<='",
+    "gap west <= 3 m": "a second name is expected here, not '<='",
     "load >= 3 t": "'load' needs 'of' and a name, such as 'load of loader-1'",
     "moment of jib >= 3 t": "'3 t' is no ratio: 't' is a unit of mass",
 }
