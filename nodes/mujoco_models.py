@@ -53,10 +53,10 @@ def from_mujoco(path: str | Path) -> FromMujoco:
         model = library.MjModel.from_xml_path(str(file))
     except (OSError, ValueError, library.FatalError) as error:
         raise SceneError(f"{file}: {error_text(error)}") from None
-    return _Reading(library, model).found()
+    return _Importer(library, model).found()
 
 
-class _Reading:
+class _Importer:
     """A model that is being read."""
 
     def __init__(self, library: Any, model: Any) -> None:

@@ -55,7 +55,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Shown:
+class RunSeries:
     """Results of a run from which figures are computed: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m]
     of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]."""
 
@@ -66,7 +66,7 @@ class Shown:
     supports: dict[str, Floats] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, run: Played) -> "Shown":
+    def of(cls, run: Played) -> "RunSeries":
         """Collect the results of a run."""
         plan, layout = run.plan, run.layout
         t, first = np.unique(run.t, return_index=True)
@@ -83,10 +83,12 @@ class Shown:
         peaks = {name: peak.tension for name, peak in run.peaks.items() if "~" not in name}
         return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
 
-    def halved(self) -> "Shown":
+    def halved(self) -> "RunSeries":
         """Return the same results with every second sample only."""
         places = {name: (x[::2], unit) for name, (x, unit) in self.places.items()}
-        return Shown(self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()})
+        return RunSeries(
+            self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()}
+        )
 
     @property
     def stages(self) -> list[tuple[str, float]]:
@@ -110,7 +112,7 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
 
 def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     """Figures of a run for these quantities; repeated names are numbered."""
-    shown = Shown.of(run)
+    shown = RunSeries.of(run)
     half = shown.halved()
     found = list[AskedFigure]()
     for quantity in ask:
@@ -123,8 +125,8 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     return found
 
 
-def _tensions(slings: bool) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
-    def tensions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _tensions(slings: bool) -> Callable[[Plan, RunSeries], Iterator[AskedFigure]]:
+    def tensions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
         ties = {tie.rope for machine in plan.machines for tie in machine.ties}
         own = {name: peak for name, peak in shown.peaks.items() if (name in ties) == slings}
         least = PART * PART * max(own.values(), default=0.0)
@@ -135,8 +137,8 @@ def _tensions(slings: bool) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
     return tensions
 
 
-def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
-    def durations(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _durations(quantity: Asked) -> Callable[[Plan, RunSeries], Iterator[AskedFigure]]:
+    def durations(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
         for span in shown.spans:
             lasts = span.end - span.start
             if span.lifts and quantity == "lift-off time":
@@ -149,7 +151,7 @@ def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[AskedFigure]
     return durations
 
 
-def _swings(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _swings(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
     hung = [dist(*hook.ends) for machine in plan.machines for hook in machine.hooks if hook.ends]
     small = SMALL * min(hung) if hung else SWUNG
     for name, (x, unit) in shown.places.items():
@@ -226,7 +228,7 @@ def _period(t: Floats, y: Floats) -> float:
     return 1.0 / f if f * lasts >= 2.0 and left(f) < 0.5 * float((y * y).sum()) else 0.0
 
 
-def _positions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _positions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
     ends = [*(span.start for span in shown.spans[1:]), shown.spans[-1].end]
     names = [f"as '{span.name}' begins" for span in shown.spans[1:]] + ["at the end"]
     for name, (x, unit) in shown.places.items():
@@ -251,7 +253,7 @@ def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
     return np.array(out)
 
 
-def _supports(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _supports(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
     tops = {name: _top(shown.t, force) for name, force in shown.supports.items()}
     least = PART * PART * max(tops.values(), default=0.0)
     for name, force in tops.items():
@@ -293,7 +295,7 @@ def _numbered(found: Iterator[AskedFigure]) -> list[AskedFigure]:
 
 
 QUANTITY: tuple[Asked, Asked] = ("rope tension", "sling tension")
-READ: dict[Asked, Callable[[Plan, Shown], Iterator[AskedFigure]]] = {
+READ: dict[Asked, Callable[[Plan, RunSeries], Iterator[AskedFigure]]] = {
     "rope tension": _tensions(slings=False),
     "sling tension": _tensions(slings=True),
     "swing": _swings,

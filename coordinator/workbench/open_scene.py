@@ -27,7 +27,7 @@ STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; aft
 MOST_FOLDERS = 200  # that are watched
 
 
-class Message(NamedTuple):
+class PageMessage(NamedTuple):
     """A message to the pages: serial number, kind, content as JSON."""
 
     number: int
@@ -44,7 +44,7 @@ class OpenScene:
         """The states that pages show, with their number."""
         self.run = SceneRun(self.say)
         self._lock = threading.RLock()
-        self._messages: dict[str, Message] = {}
+        self._messages: dict[str, PageMessage] = {}
         self._number = 0
         self._listeners: set[Callable[[], None]] = set()
         self._changed, self._closing = threading.Event(), threading.Event()
@@ -81,7 +81,7 @@ class OpenScene:
         with self._lock:
             self._listeners.discard(ring)
 
-    def since(self, number: int) -> list[Message]:
+    def since(self, number: int) -> list[PageMessage]:
         """Return the last message of each kind that is newer than a serial number, in order."""
         with self._lock:
             return sorted(x for x in self._messages.values() if x.number > number)
@@ -92,7 +92,7 @@ class OpenScene:
             self._number += 1
             if picture is not None:
                 self.picture = self._number, picture
-            self._messages[kind] = Message(self._number, kind, msgspec.json.encode(data | {"number": self._number}))
+            self._messages[kind] = PageMessage(self._number, kind, msgspec.json.encode(data | {"number": self._number}))
         self._ring()
 
     def _ring(self) -> None:

@@ -105,7 +105,7 @@ class Asked(msgspec.Struct):
     text: str = ""
 
 
-class Named(msgspec.Struct):
+class SceneName(msgspec.Struct):
     """Request that names a scene."""
 
     name: str
@@ -155,8 +155,8 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         Route("/compare/{a}/{b}", shown),
         posted("save", Save, lambda x: opened.save(x.text, x.version)),
         posted("edit", Edits, lambda x: opened.edit([(each.path, each.value) for each in x.edits], x.version)),
-        posted("open", Named, lambda x: opened.open(x.name)),
-        posted("copy", Named, lambda x: opened.copy(x.name)),
+        posted("open", SceneName, lambda x: opened.open(x.name)),
+        posted("copy", SceneName, lambda x: opened.copy(x.name)),
         posted("run", Asked, lambda x: opened.ask(x.do, x.text)),
     ]
     return Guard(Starlette(routes=routes), word, port)
@@ -213,7 +213,7 @@ async def _stream(opened: OpenScene) -> AsyncIterator[bytes]:
         opened.forget(ring)
 
 
-class _Server(uvicorn.Server):
+class _WorkbenchServer(uvicorn.Server):
     """Lets pages go when it is asked to end."""
 
     def __init__(self, config: uvicorn.Config, opened: OpenScene) -> None:
@@ -237,7 +237,7 @@ def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[],
             application(opened, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
             server_header=False, timeout_graceful_shutdown=1,
         )  # fmt: skip
-        server = _Server(settings, opened)
+        server = _WorkbenchServer(settings, opened)
         yield f"http://{HOST}:{port}/{word}/", lambda: server.run(sockets=[listening]), server
 
 

@@ -49,7 +49,7 @@ class UserModelNode(Coupled):
             source = _port(own, inner, led.port, OutPort, SetPoint)
             out, n = self.add_out(led.port, SetPoint), own.delay // own.period + 1
             for i in range(n if own.delay else 0):
-                late = self.add(Delay(f"{led.port}-delay-{i + 1}", own.delay, i, n))
+                late = self.add(SetPointDelay(f"{led.port}-delay-{i + 1}", own.delay, i, n))
                 self.connect(source, late.into)
                 self.connect(late.out, out)
             if not own.delay:
@@ -60,7 +60,7 @@ class UserModelNode(Coupled):
         return System()
 
 
-class Delay(Atomic):
+class SetPointDelay(Atomic):
     """Sends every nth set-point after a fixed delay [ns], which is its lookahead. Only one waits at a time: a lookahead
     requires that an output is scheduled when its input arrives."""
 

@@ -121,7 +121,7 @@ class LogNormal(Distribution):
         return random.lognormvariate(self._location, self._scale)
 
 
-class Table(Distribution):
+class Empirical(Distribution):
     """An empirical distribution: listed times with weights (None: equal ones)."""
 
     def __init__(self, times: Sequence[float], weights: Sequence[float] | None = None) -> None:
@@ -132,7 +132,9 @@ class Table(Distribution):
             else _checked(self, **{f"weight {n}": x for n, x in enumerate(weights)})
         )
         if not times or len(shares) != len(times) or not sum(shares):
-            raise ModelError(f"Table: {len(times)} times and {len(shares)} weights; give as many, and one above zero")
+            raise ModelError(
+                f"Empirical: {len(times)} times and {len(shares)} weights; give as many, and one above zero"
+            )
         self._sums = list(accumulate(shares))
         self.mean = sum(time * share for time, share in zip(times, shares, strict=True)) / self._sums[-1]
 

@@ -26,7 +26,7 @@ class Demand(Message):
     count: int = 1
 
 
-class Part(Atomic):
+class NetworkPart(Atomic):
     """Base of the atomics of a queueing network."""
 
     @property

@@ -4,7 +4,7 @@ from bisect import bisect
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Bag, In, Message, Out, Tally, TimeWeighted, stream
-from heavylift.nodes.queueing.entities import Entity, Part, Waiting, shares_of, turn_of
+from heavylift.nodes.queueing.entities import Entity, NetworkPart, Waiting, shares_of, turn_of
 
 
 class MonitorStatistics(Message):
@@ -25,7 +25,7 @@ class ResourceStatistics(Message):
     waiting: float
 
 
-class _Forwarding(Part):
+class _Forwarding(NetworkPart):
     """Sends what its transitions put into `leaving` at the next microstep."""
 
     def start(self) -> None:
@@ -138,7 +138,7 @@ class Resource(_Forwarding):
         )
 
 
-class Monitor(Part):
+class Monitor(NetworkPart):
     """Measures the number of entities between two points of a network, and their time between them."""
 
     enter, leave = In(Entity), In(Entity)

@@ -6,7 +6,7 @@ from typing import Literal
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.queueing.distributions import Distribution
-from heavylift.nodes.queueing.entities import Demand, Entity, Part, Waiting, capacity_of, turn_of
+from heavylift.nodes.queueing.entities import Demand, Entity, NetworkPart, Waiting, capacity_of, turn_of
 
 What = Literal["served", "fails", "repaired", "lost", "asks"]  # in the end of a time that a server waits for
 
@@ -32,7 +32,7 @@ class ServerStatistics(Message):
     available: float
 
 
-class Server(Part):
+class Server(NetworkPart):
     """Equal units that serve entities from one queue.
 
     `capacity` bounds the line: what comes to a full one is lost (balks). With `preemptive`, an entity of higher

@@ -8,7 +8,7 @@ from heapq import heappop, heappush
 
 from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.queueing.distributions import Distribution
-from heavylift.nodes.queueing.entities import Demand, Entity, Part, Waiting, capacity_of, shares_of, turn_of
+from heavylift.nodes.queueing.entities import Demand, Entity, NetworkPart, Waiting, capacity_of, shares_of, turn_of
 
 
 class SourceStatistics(Message):
@@ -38,7 +38,7 @@ class SinkStatistics(Message):
     most: float
 
 
-class Source(Part):
+class Source(NetworkPart):
     """Sends entities at random intervals, the first after one interval, at most `most`; their priorities are drawn by
     weights."""
 
@@ -85,7 +85,7 @@ class Source(Part):
         return SourceStatistics(self.number)
 
 
-class Queue(Part):
+class Queue(NetworkPart):
     """Holds entities until servers demand them; entities that arrive at a full queue are lost."""
 
     into, demand, out, lost = In(Entity), In(Demand), Out(Entity), Out(Entity)
@@ -143,7 +143,7 @@ class Queue(Part):
         )
 
 
-class Delay(Part):
+class Delay(NetworkPart):
     """Delays each entity by its own drawn time, like a server with unlimited units."""
 
     into, out = In(Entity), Out(Entity)
@@ -178,7 +178,7 @@ class Delay(Part):
         self.hold_in(self.held[0][0] - at if self.held else NEVER)
 
 
-class Sink(Part):
+class Sink(NetworkPart):
     """Removes entities from the network, and measures how long they were in it."""
 
     into = In(Entity)

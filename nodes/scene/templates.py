@@ -90,7 +90,7 @@ def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
     return {made: _text(made, crane, f"{file}#{row}") for made, row in zip(names, rows, strict=True)}
 
 
-class Gear(NamedTuple):
+class ChosenGear(NamedTuple):
     """Slings, shackles, lugs and supports chosen for a lift, as words of the scene's text."""
 
     rope: int
@@ -105,12 +105,12 @@ class Gear(NamedTuple):
     support: int
 
 
-def _gear(mass: float, share: float, length: float) -> Gear:
+def _gear(mass: float, share: float, length: float) -> ChosenGear:
     """Choose the gear for a block of a mass [t], of which one sling of a length [m] carries a share at rest."""
     leg = mass * share
     rope = next((d for d in ROPES if 0.356e-3 * d * d * 1770.0 >= MORE["rope"] * leg * G), ROPES[-1])
     WLL = next((x for x in SHACKLES if x >= MORE["shackle"] * leg), max(SHACKLES))
-    return Gear(
+    return ChosenGear(
         rope, 0.0483 * rope * rope, 0.356e-3 * rope * rope * 1770.0, "ferrule" if rope <= THIMBLES else "resin",
         f"mass: {0.00409 * rope * rope * length:.3g} kg", WLL, SHACKLES[WLL], "EN 13889" if WLL <= 25.0 else "RR-C-271",
         ceil(MORE["lug"] * leg), ceil(MORE["support"] * mass / 4.0),

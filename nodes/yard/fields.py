@@ -8,12 +8,12 @@ from functools import lru_cache
 from heavylift.kernel.errors import HeavyliftError, closest
 from heavylift.nodes.queueing.distributions import (
     Distribution,
+    Empirical,
     Erlang,
     Exponential,
     Fixed,
     LogNormal,
     Pert,
-    Table,
     Triangular,
     Uniform,
 )
@@ -71,7 +71,7 @@ def duration(text: str) -> Distribution:
             case "erlang" if phases:
                 return Erlang(int(phases[1]), *times)
             case "table":
-                return Table(times)
+                return Empirical(times)
     except HeavyliftError as error:
         raise ValueError(f"'{text}': {error}") from None
     raise ValueError(f"'{text}': write it as '{example}'")
@@ -94,7 +94,7 @@ def variance(takes: Distribution) -> float:
             return square((takes.high - takes.low) / 6)
         case LogNormal():
             return square(takes.deviation)
-        case Table():
+        case Empirical():
             return sum(square(x - takes.mean) for x in takes.times) / len(takes.times)
     return 0.0
 

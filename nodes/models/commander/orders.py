@@ -68,7 +68,8 @@ class Orders(Atomic):
         if move.speed and abs(speed) > move.speed * (1.0 + ROUNDING):
             most = f"{move.speed:g} m/s or rad/s"
             raise ModelError(
-                f"{who}: {led.port} requests {abs(speed):g} of {move.actuator}, whose limit is {most}; limit the set-points"
+                f"{who}: {led.port} requests {abs(speed):g} of {move.actuator}, whose limit is {most}; "
+                "limit the set-points"
             )
         try:
             self.known.check(move, self.picture, self.lugs)

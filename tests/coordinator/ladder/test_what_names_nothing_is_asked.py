@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, play
 from heavylift.coordinator.ladder.choosing import _candidates
-from heavylift.coordinator.run import Branch, run
+from heavylift.coordinator.run import RunBranch, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.kernel.description import Check
@@ -107,7 +107,7 @@ def test_the_estimated_step_errors_bound_the_true_ones_closely(seed: int) -> Non
 def test_a_branch_has_its_own_error_estimates(tmp_path: Path) -> None:
     lift = run("lift", tmp_path / "lift.mcap", in_process=True).recording
     slower = ["stage up/all hooks=hoist 2 m/min by 1 m"]
-    path = branch(Branch.of(lift, "stage up", slower), tmp_path / "slower.mcap").recording
+    path = branch(RunBranch.of(lift, "stage up", slower), tmp_path / "slower.mcap").recording
     own, recorded = (Recording(x).fact("answer", {}) for x in (path, lift))
     assert own["fidelity"] == recorded["fidelity"]
     assert own["tolerance"] == recorded["tolerance"]

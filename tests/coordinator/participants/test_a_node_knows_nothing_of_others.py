@@ -91,7 +91,7 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 @pytest.mark.parametrize("act", SHARED)
 def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, though each process has a copy of its own"
+    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, but each process has its own copy"
     assert run(f"yard('{act}')", in_process=True).startswith(message)
     if act == "log":
         assert run(f"yard('{act}')").startswith(message), "in processes, too"

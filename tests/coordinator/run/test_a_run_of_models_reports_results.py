@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from heavylift import run_models
 from heavylift.coordinator.protocol import RunEnd
-from heavylift.coordinator.run import Branch
+from heavylift.coordinator.run import RunBranch
 from heavylift.kernel import ModelError, RecordingError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, seconds
 from heavylift.nodes.zoo import Counted, workshop
@@ -142,7 +142,7 @@ def test_a_recording_of_models_names_the_command_that_repeats_it(tmp_path: Path)
     reference = "heavylift.nodes.zoo.multi_server_queue:mmc(c=2, seed=3)"
     run_models(reference, until=5.0, output=tmp_path / "queue.mcap", in_process=True)
     with pytest.raises(RecordingError) as error:
-        Branch.of(tmp_path / "queue.mcap", "2 s", ["c=3"])
+        RunBranch.of(tmp_path / "queue.mcap", "2 s", ["c=3"])
     assert str(error.value).endswith(
         f"holds no scene, so it cannot be run again; `heavylift devs '{reference}'` runs its model again"
     )

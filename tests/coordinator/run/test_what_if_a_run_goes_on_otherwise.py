@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.live import TimedCommand
-from heavylift.coordinator.run import Branch, RunObserver, conversation, run
+from heavylift.coordinator.run import RunBranch, RunObserver, conversation, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.kernel import HeavyliftError, ModelError, RecordingError, SceneError
 from heavylift.nodes.devs import Tag, encode
@@ -44,12 +44,12 @@ def branched(
 ) -> tuple[Path, list[str]]:
     """The new recording, and what was said."""
     heard = Heard()
-    return branch(Branch.of(path, at, settings, scene), out, heard, force).recording, heard.said
+    return branch(RunBranch.of(path, at, settings, scene), out, heard, force).recording, heard.said
 
 
 def refusal(path: Path, at: str, *settings: str) -> str:
     with pytest.raises(HeavyliftError) as refused:
-        branch(Branch.of(path, at, settings), path.with_name("refused.mcap"))
+        branch(RunBranch.of(path, at, settings), path.with_name("refused.mcap"))
     assert not list(path.parent.glob("refused*")), "a branch that is refused leaves nothing"
     return str(refused.value)
 
@@ -146,26 +146,26 @@ def test_an_edited_scene_replaces_the_recorded_one_in_a_branch(lift: Path, tmp_p
 )
 def test_a_branch_reports_the_earliest_possible_time(lift: Path, at: str, told: str) -> None:
     with pytest.raises(RecordingError) as refused:
-        Branch.of(lift, at, [SLOWER])
+        RunBranch.of(lift, at, [SLOWER])
     assert f"{lift}: --at '{at}': " in str(refused.value)
     assert told in str(refused.value)
 
 
 def test_changes_that_allow_no_branch_are_reported(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(SceneError, match="the branch changes nothing"):
-        Branch.of(lift, "stage up")
+        RunBranch.of(lift, "stage up")
     with pytest.raises(SceneError, match=r"end 20 s: lies before the branch at 23\.680 s"):
-        Branch.of(lift, "stage up", ["end=20 s"])
+        RunBranch.of(lift, "stage up", ["end=20 s"])
     with pytest.raises(RecordingError, match="is the recording itself, which stays as it is"):
-        branch(Branch.of(lift, "stage up", [SLOWER]), lift, force=True)
+        branch(RunBranch.of(lift, "stage up", [SLOWER]), lift, force=True)
     other = tmp_path / "other.mcap"
     other.write_bytes(b"mine")
     with pytest.raises(HeavyliftError, match="a file that heavylift has not made"):
-        branch(Branch.of(lift, "stage up", [SLOWER]), other, force=True)
+        branch(RunBranch.of(lift, "stage up", [SLOWER]), other, force=True)
     assert other.read_bytes() == b"mine"
     monkeypatch.setattr("heavylift.coordinator.run.branch.__version__", "9.9")
     with pytest.raises(RecordingError, match=r"was made by heavylift \S+, this is 9\.9, .*; "):
-        Branch.of(lift, "stage up", [SLOWER])
+        RunBranch.of(lift, "stage up", [SLOWER])
 
 
 def test_a_branch_keeps_existing_files(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

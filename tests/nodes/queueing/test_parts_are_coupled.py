@@ -13,6 +13,7 @@ from heavylift.nodes.queueing import (
     Delay,
     Demand,
     Distribution,
+    Empirical,
     Entity,
     Erlang,
     Exponential,
@@ -26,7 +27,6 @@ from heavylift.nodes.queueing import (
     Server,
     Sink,
     Source,
-    Table,
     Triangular,
     Uniform,
 )
@@ -139,7 +139,7 @@ def test_random_draws_have_the_distributions_of_scipy(
 
 
 def test_an_empirical_table_is_drawn_by_its_weights() -> None:
-    table, random = Table((1.0, 2.0, 5.0), (1.0, 0.0, 1.0)), Random(1)
+    table, random = Empirical((1.0, 2.0, 5.0), (1.0, 0.0, 1.0)), Random(1)
     draws = [table.draw(random) for _ in range(DRAWS)]
     assert ({*draws}, table.mean) == ({1.0, 5.0}, 3.0)
 
@@ -174,7 +174,7 @@ def test_a_restored_snapshot_of_a_network_repeats_the_run() -> None:
         (lambda: Triangular(3.0, 2.0, 5.0), "Triangular: 3, 2, 5 s do not rise; sort them"),
         (lambda: LogNormal(0.0, 1.0), "LogNormal: mean is 0; it must be positive"),
         (lambda: Erlang(0, 1.0), "Erlang: 0 phases; give a whole number of at least 1"),
-        (lambda: Table((1.0,), (0.0,)), "Table: 1 times and 1 weights; give as many, and one above zero"),
+        (lambda: Empirical((1.0,), (0.0,)), "Empirical: 1 times and 1 weights; give as many, and one above zero"),
         (lambda: Server("crew", Fixed(1.0), 0), "crew: 0 units; give a whole number of at least 1"),
         (
             lambda: Server("crew", Fixed(1.0), preemptive=True),
