@@ -36,6 +36,7 @@ def watch(s: StepState, taken: Value) -> None:
         bend = (rise - (b - a) * twice) * whole
         bent = bend * h
         above = bend * (0.5 * (b + c) + _shallow(s, b, c))
+        # the parabola through both ends with the bounded curvature goes below the depth that may be missed
         low.append((bent > abs(rise)) & (above < 0.25 * (bent * bent + rise * rise)))
     s.dip = select(taken & any_of(low), 1.0, 0.0)
 
@@ -52,10 +53,12 @@ def dive(s: StepState, rate: Rate, method: Method) -> None:
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).G for x in parts[1:-1]]
     found, at = [], 1.0
     for guard in zip(s.Gb, *inner, s.G, strict=True):
+        # the maximum of -g is the minimum of the guard
         top = TOP(V=[-g for g in guard])
         below = top.T[0] > _shallow(s, guard[0], guard[-1])
         at = minimum(at, select(below, (top.u[0] - NODES[0]) / (NODES[-1] - NODES[0]), 1.0))
         found.append(below)
     fell = any_of(found) & (at > 0.0) & (at < 1.0)
+    # in doubt: the dense output must confirm a zero that no stage has seen
     s.locate, s.doubt = select(fell, 1.0, 0.0), select(fell, 1.0, s.doubt)
     s.hi, s.dip = select(fell, at, s.hi), 0.0
