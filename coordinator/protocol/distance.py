@@ -41,8 +41,10 @@ def plus(tag: Tag, delay: Delay | None) -> Tag:
     if delay is None:
         return FOREVER
     wait, steps = delay
+    # without delay only microsteps add up
     if wait == 0:
         return Tag(tag.t, tag.k + steps) if tag.t < NEVER else FOREVER
+    # any positive delay restarts the microsteps, as time advance does in superdense time
     return Tag(tag.t + wait, steps) if wait < NEVER - tag.t else FOREVER
 
 
@@ -78,6 +80,7 @@ def distances(
         a, lookahead = place[source], lookaheads.get(f"{source}.{port}", 0)
         if lookahead < NEVER:
             _shorten(w[a], b, chain(reaction(lookahead), delay))
+        # events between models of one node do not pass through the coordinator
         if b >= len(home) or home[a] != home[b]:
             if lookahead < NEVER:
                 _shorten(text[home[a]], b, delay)
@@ -88,6 +91,7 @@ def distances(
     home += range(len(nodes))
     reached = _reached(w, home)
     D, R = ([_nearest(row, reached) for row in rows] for rows in (text, hears))
+    # a node needs no bound from its own inputs: they are in its bag
     return D, [{i: delay for i, delay in row.items() if i != j} for j, row in enumerate(R)]
 
 
@@ -101,6 +105,7 @@ def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[i
     for j in range(n):
         if j != i and i in D[j]:
             heard = R[j].get(i)
+            # both paths merge where the least lookahead is that of the port that leads to i
             if heard == chain(reaction(least[j]), D[j][i]):
                 found.append((2 * n + j, *D[j][i]))
             else:
@@ -113,6 +118,7 @@ def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
     results are reused for its neighbours."""
     found: dict[int, dict[int, Delay]] = {}
     for a in sorted(range(len(edges)), key=lambda a: -len(edges[a])):
+        # neighbours all known: combine their reach in place of another search
         if all(b in found for b in edges[a]):
             found[a] = {**_nearest(edges[a], found), home[a]: ZERO}
         else:
@@ -139,6 +145,7 @@ def _searched(a: int, edges: Matrix, home: Sequence[int]) -> dict[int, Delay]:
     while ahead:
         delay, a = heappop(ahead)
         if a not in done:
+            # a place is final when it is taken from the heap (Dijkstra); later entries are longer
             done.add(a)
             found.setdefault(home[a], delay)
             for b, more in edges[a].items():
