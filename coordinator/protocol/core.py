@@ -125,7 +125,7 @@ class Coordinator:
         """(5) Process the DONE of a node."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
-        # inputs that the node has done may leave, as no replay asks for them any more
+        # what the node has processed no longer counts as ahead of its sender
         for event in node.drop(done.reached):
             self._release(event)
         node.running, node.committed, node.until = False, False, done.reached

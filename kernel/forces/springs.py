@@ -31,7 +31,7 @@ def _rotation(body: Array) -> Array:
 
 def _half_turn(R: Array) -> tuple[Any, Any]:
     """Return w and v (3,) proportional to the quaternion of a rotation matrix."""
-    # 2 (w, v) = (1 + tr R, axial(R)) / w: the quaternion without a division, valid below half a turn
+    # 4 w times the quaternion (w, v): no root and no division, but zero at half a turn
     return 1.0 + R[0, 0] + R[1, 1] + R[2, 2], np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
 
 
@@ -39,7 +39,7 @@ def _twist(R: Array, axis: Array, lean: Scalar) -> Any:
     """Return the angle of a rotation about an axis (swing-twist decomposition), within half a turn; `lean`: axis . R
     axis."""
     _, v = _half_turn(R)
-    # tan of half the angle doubled: atan2 of the axial part along the axis and the trace in the plane
+    # 2 sin and 2 cos of the angle if R turns about the axis only
     return atan2(v @ axis, R[0, 0] + R[1, 1] + R[2, 2] - lean)
 
 

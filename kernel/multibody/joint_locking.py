@@ -108,7 +108,7 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
     com = exact(child.p_PJ) - R_PB @ exact(child.p_CJ) + R_PB @ exact(child.com)
     inertia = exact(parent.inertia) + R_PB @ exact(child.inertia) @ R_PB.T
     mass, middle, inertia = gathered(inertia, [(parent.mass, parent.com), (child.mass, com)])
-    # rounding must not make an inertia unsymmetric: the tracer relies on its upper half
+    # rounding must not make an inertia unsymmetric
     symmetric = (inertia + inertia.T) / 2.0
     return replace(parent, mass=mass, com=np.asarray(middle, float), inertia=symmetric.astype(float))
 

@@ -88,7 +88,7 @@ class Carried:
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
     """Return the frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
-    # the product g eta appears in the position and, doubled by symmetry, in its rate
+    # g eta serves the position, eta^T g eta / 2, and its rate, eta'^T g eta
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
     d = place.X + place.shape[:3] @ eta - ALONG * (0.5 * (eta @ pull))
