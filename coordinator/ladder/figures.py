@@ -69,6 +69,7 @@ class RunSeries:
     def of(cls, run: Played) -> "RunSeries":
         """Collect the results of a run."""
         plan, layout = run.plan, run.layout
+        # several rows at the instant of an event: the first one counts
         t, first = np.unique(run.t, return_index=True)
         forces = layout.find("support/force")
         channels = [(c.body, layout.find(f"pose/{c.body}")) for m in plan.machines for c in m.cargo]
@@ -80,6 +81,7 @@ class RunSeries:
                 for i, name in enumerate(joints.names)
             }
         borne = {name: run.rows[first, forces.start + i] for i, name in enumerate(forces.names)} if forces else {}
+        # pieces of a rope ("~") are not ropes of the scene
         peaks = {name: peak.tension for name, peak in run.peaks.items() if "~" not in name}
         return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
 
@@ -99,6 +101,7 @@ class RunSeries:
 def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
     """Return the time span of each action; of the whole run if it has no action list."""
     if not stages or plan.lists:
+        # lifts side by side have stages that overlap: figures are those of the whole run
         return [Span(WHOLE, 0.0, last, not plan.lists, False)]
     ends = [t for t, _, _ in stages[1:]] + [last]
     out = []
@@ -121,6 +124,7 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
         else:
             read, again = _judged(quantity, *run.judged), _judged(quantity, *run.judged_coarsely)
         coarse = {f.name: f.value for f in _numbered(again)}
+        # halving the sampling rate changes a smooth figure by three times its remaining error (second order)
         found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read)]
     return found
 
@@ -129,6 +133,7 @@ def _tensions(slings: bool) -> Callable[[Plan, RunSeries], Iterator[AskedFigure]
     def tensions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
         ties = {tie.rope for machine in plan.machines for tie in machine.ties}
         own = {name: peak for name, peak in shown.peaks.items() if (name in ties) == slings}
+        # ropes that carry little are relative to the largest, or their relative error would decide
         least = PART * PART * max(own.values(), default=0.0)
         for name, peak in own.items():
             if peak > LOADED:

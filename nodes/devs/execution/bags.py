@@ -36,6 +36,7 @@ def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int)
             if m._port is None:
                 m._port, m._place, m._value = port, place, value
                 if m._t != t:
+                    # imminent atomics are movers already
                     reached.append(m._index)
             elif m._more is None:
                 m._more = [(place, port, value)]
@@ -62,6 +63,7 @@ def spoken(
     """Return the events sent at a tag through the out ports of root models, or through their `inner` ones, in total
     order."""
     left = [
+        # the total order of events: source, port, then place in the port's bag
         (target.owner.name, target.name, number, value)
         for port, value in zip(sources, values, strict=True)
         if isinstance(port, OutPort)
@@ -100,6 +102,7 @@ def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
     start, targets = entries[event.source, event.port]
     target = targets[0]
     try:
+        # decoded once: messages are immutable, so that receivers may share one
         value = decode(event.type, event.payload)
         for target in targets:
             fitting(target, value)
@@ -143,6 +146,7 @@ class Schedule:
             if t > now:
                 slot = slots.pop(t)
                 if len(slot) > 1:
+                    # a slot may hold atomics twice, or such that have been rescheduled since
                     slot = [i for i in sorted({*slot}) if atomics[i]._t == t]
                 elif atomics[slot[0]]._t != t:
                     slot = []
@@ -176,8 +180,10 @@ class Schedule:
                 heapreplace(times, t)
             else:
                 heappush(times, t)
+        # the entry in the old slot stays: removing it would cost a search
         if before != now and before != NEVER:
             self._stale += 1
+            # rebuilt when most entries are stale, so that memory and search stay proportional to the atomics
             if self._stale > STALE * len(self.atomics):
                 self._renew(now)
 

@@ -144,6 +144,7 @@ class Border:
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
+        # checks of promises cost time: only where a port has made one
         self.promises = any(port.lookahead for port in ports)
         """Whether there is one to keep."""
         self.noted = any(port.inner for port in ports)
@@ -152,6 +153,7 @@ class Border:
         self.spoken = bool(self._speakers) or self.noted
         self._least = min((ahead for _, ahead in self._speakers), default=NEVER)
         self._promised = {port: NEVER for root in roots for port in outs(root)}
+        # a port of a coupled model promises no more than the least of the atomics behind it
         for port in ports:
             for exit, _ in (*port.exits, *port.inner):
                 self._promised[exit] = min(self._promised[exit], port.lookahead)
@@ -160,6 +162,7 @@ class Border:
 
     def quiet(self, tag: Tag) -> Tag:
         """Return the earliest tag at which an event can leave after `tag`, at which none does."""
+        # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
             return soonest
@@ -182,6 +185,7 @@ def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
     scheduled it."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
+            # counted from the transition that scheduled the output: what had been scheduled before bounds nothing
             since = tag[0] - m._set
             if since < port.lookahead:
                 raise ModelError(
@@ -214,6 +218,7 @@ class Observed:
             self._among.append((tag, sources, values))
         for port in sources:
             m = port.owner
+            # an output scheduled before the start of observation gives no bound
             if isinstance(port, OutPort) and (port.exits or port.inner) and isinstance(m, Atomic) and m._set >= 0:
                 waited, known = t - m._set, self._ports.get(port)
                 if known is None:
@@ -234,6 +239,7 @@ def speak(
     atomic that changes its state or violates its lookahead."""
     present.now, present.sources, present.values = tag, [], []
     witness.left -= 1
+    # now and then at random intervals, and always for new atomics: comparing states costs more than the transitions
     examined = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
     seen = witness.before(imminent) if examined else None
     try:
@@ -243,6 +249,7 @@ def speak(
                 m.output()
             except BaseException as error:
                 fail(m, tag, "output", error)
+            # a call of hold_in in output() would change the schedule
             if m._wait is not None:
                 message = "output() must not change the state: call hold_in in a transition"
                 fail(m, tag, "output", ModelError(message))
