@@ -150,8 +150,7 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """Reply to an order: one sentence; whether the order was carried out, and when [ns]; whether it is the last
-    reply."""
+    """Reply to an order: a sentence, whether and when [ns] it was carried out, whether this is the last reply."""
 
     done: bool
     said: str

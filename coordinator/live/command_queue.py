@@ -60,8 +60,7 @@ def journaled(recording: Path) -> set[TimedCommand]:
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
-    """Return the operator's commands of a recorded run in order, including those in the journal of a run that was cut
-    off."""
+    """Return the operator's commands of a recorded run in order, also those in the journal if it was cut off."""
     path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
@@ -85,8 +84,7 @@ class Asked(NamedTuple):
 
 
 class CommandQueue(AbstractContextManager["CommandQueue"]):
-    """Queue of an operator's orders, as a context manager: its exit answers all waiting clients, and removes a journal
-    that is no longer needed."""
+    """Queue of an operator's orders: its exit answers waiting clients, and removes a journal no longer needed."""
 
     def __init__(
         self,
@@ -208,16 +206,14 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         return self._tempo.limit is not None and Tag(t) >= self._tempo.limit
 
     def _hold(self, t: int, asked: Asked) -> None:
-        """Reply to a client, if the run is paused before time `t` [ns], that its command takes effect when the run
-        continues."""
+        """Reply that a command takes effect when the run continues, if it is paused before time `t` [ns]."""
         if self._paused(t):
             at = _seconds(Tag(t))
             text = f"the run is paused at {at}; the command takes effect there when the run continues"
             asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
-        """Schedule a command as early as possible; returns its time [ns]. Raises HeavyliftError if no model takes
-        commands."""
+        """Schedule a command as early as possible; returns its time [ns]. HeavyliftError if no model takes any."""
         if self._read is None:
             raise HeavyliftError(
                 f"{words}: no model of this run takes commands; pause, step and continue it, or Ctrl-C"

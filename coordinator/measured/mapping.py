@@ -174,8 +174,7 @@ BEYOND = 1e-3  # [m or rad] beyond an end position that are noise
 
 
 def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
-    """Return the scene with drives that follow logs; HeavyliftError names the option, or file, row and column at
-    fault."""
+    """Return the scene with drives that follow logs; HeavyliftError names option, or file, row and column."""
     actors = {drive.element: drive for model in build(scene.plan).values() for drive in drives(model)}
     found: dict[str, Driven] = {}
     for text in texts:

@@ -62,8 +62,7 @@ def built(reference: str, by: str = "") -> Coupled:
 
 
 def seeded(reference: str, seed: int) -> str:
-    """Return the reference with the argument `seed`; raises ModelError if its function takes no seed, or one is already
-    given."""
+    """Return the reference with the argument `seed`; raises ModelError if it takes none, or has one."""
     where, name, arguments, named = read(reference)
     function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
@@ -93,8 +92,7 @@ def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
 
 
 def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
-    """Return (child, port) of "child.port", whose first message ends a run; None for "". Raises ModelError for an
-    unknown port."""
+    """Return (child, port) of "child.port", whose first message ends a run; None for "". Raises ModelError."""
     if not stop:
         return None
     known = {
@@ -111,8 +109,7 @@ def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
 
 
 def couplings(model: Coupled, finish: tuple[str, str] | None = None) -> list[Coupling]:
-    """Return the couplings between children, without those to ports of the model itself; the port `finish` is coupled
-    to every node."""
+    """Return the couplings between children only; the port `finish` is coupled to every node."""
     between = [
         Coupling(source.owner.name, source.name, target.owner.name, target.name)
         for source, target in model.couplings

@@ -180,8 +180,7 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError that names a changed global; checks if `now`, else only at calls whose number is a power of
-        two."""
+        """Raise ModelError for a changed global; checks if `now`, else at calls whose number is a power of two."""
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return

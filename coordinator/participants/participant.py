@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """Message handling of one node: `send` answers the coordinator, `sample` publishes data; `over` after BYE or
-    FAIL."""
+    """Messages of one node: `send` answers the coordinator, `sample` publishes data; `over` after BYE or FAIL."""
 
     def __init__(
         self,

@@ -201,8 +201,7 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Return the cycle in which time did not advance when `node` reached `tag`, as a sentence; "" if it involves no
-        other node."""
+        """Return the cycle without advance of time when `node` reached `tag`, as a sentence; "" without other nodes."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""

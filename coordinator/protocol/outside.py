@@ -51,8 +51,7 @@ class OpenCoordinator(Coordinator):
         return safe.t + (safe.k > 0)
 
     def inject(self, event: Event) -> None:
-        """Inject an event from outside, at `safe` or later; raises ProtocolError for an earlier one, or one without
-        receivers."""
+        """Inject an event from outside, at `safe` or later; raises ProtocolError if earlier or without receivers."""
         if (event.source, event.port) not in self._receivers or event.source in self._home:
             raise ProtocolError(f"{event.source}.{event.port} is coupled to no node from outside")
         if event.tag < self.safe:

@@ -98,8 +98,7 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Return edges and rotation of the homogeneous box with a body's mass and inertia; 0 along a direction without
-    extent."""
+    """Return edges (0 without extent) and rotation of the homogeneous box with a body's mass and inertia."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)

@@ -120,8 +120,7 @@ class RunRecorder(ClockedWork):
         a GRANT. Not part of the digest."""
 
     def checkpoint(self, at: Tag, state: bytes) -> None:
-        """Record a checkpoint: the state of the sampling node after everything before tag `at`; not part of the
-        digest."""
+        """Record a checkpoint, not part of the digest: the sampling node's state after all before tag `at`."""
 
     def failed(self, message: m.Fail) -> None:
         """Record the failure of a node."""

@@ -92,8 +92,7 @@ def _plain(event: Event | None) -> object:
 
 
 def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Deviation | None:
-    """Return the first recorded sample that differs from these batches or is missing in them, up to the end of the
-    batches."""
+    """Return the first recorded sample that differs from these batches or is missing in them."""
     rec, announced = run.recording, msgspec.msgpack.decode(layout, type=SampleLayout)
     columns = Columns(announced)
     found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]
@@ -115,8 +114,7 @@ def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Devia
 
 
 def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
-    """Return the first new sample that is not in the recording; for an incomplete recording only before its last
-    one."""
+    """Return the first new sample that is not in the recording; of an incomplete recording only before its last one."""
     recorded = {raw.publish_time for raw in run.recording.messages("/samples")}
     known = (t for t in now if t not in recorded and (run.complete or t < max(recorded, default=0)))
     t_ns = min(known, default=None)
@@ -124,8 +122,7 @@ def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
 
 
 def single(run: RecordedRun, name: str) -> ReplayResult:
-    """Run one model with its recorded inputs and compare it; raises RecordingError if the recording has no such
-    model."""
+    """Run a model with its recorded inputs and compare it; raises RecordingError if there is no such model."""
     try:
         node = run.cast.node(name)
     except RecordingError as error:

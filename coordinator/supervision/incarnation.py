@@ -56,8 +56,7 @@ class ReplayLog:
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """Yield all answered messages from WELCOME on with their answers, including those logged during the
-        iteration."""
+        """Yield all answered messages from WELCOME on with their answers, also those logged meanwhile."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello

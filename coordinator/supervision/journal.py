@@ -144,8 +144,7 @@ class TicketFile:
         self._ours = False
 
     def write(self, ticket: Ticket) -> None:
-        """Write the ticket, or replace that of the previous incarnation; raises OutputError if another file has this
-        name."""
+        """Write the ticket, or replace that of the last incarnation; raises OutputError for another file."""
         fresh = self.path.with_name(f".{self.path.name}-{secrets.token_hex(4)}")
         try:
             with open(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:

@@ -50,8 +50,7 @@ def state(pid: int) -> str:
 
 
 def ended(child: subprocess.Popen[bytes]) -> int | None:
-    """Return the exit code of a child, -N for signal N; None while it runs. It stays a zombie where that is
-    possible."""
+    """Return the exit code of a child, -N for signal N; None while it runs. It stays a zombie where possible."""
     if not hasattr(os, "waitid"):
         return child.poll()
     try:

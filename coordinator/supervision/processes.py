@@ -48,8 +48,7 @@ class Processes(AbstractContextManager["Processes"]):
     """The node processes of one run, and its private directory."""
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
-        """`preload`: modules imported for every node; they must not start threads. Without `fork`, each node has a
-        fresh interpreter."""
+        """`preload`: modules of every node, which start no threads; without `fork` each has a fresh interpreter."""
         check_room()
         open_streams()
         self.directory = RunDirectory.chosen()

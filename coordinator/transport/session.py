@@ -85,8 +85,7 @@ RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover
 
 
 class ListenAddress(Protocol):
-    """Interface of the listener for other hosts (`hosts.listener`): its address, and Zenoh's settings for both
-    sides."""
+    """Interface of the listener for other hosts (`hosts.listener`): its address, Zenoh's settings for both sides."""
 
     @property
     def endpoint(self) -> str: ...
@@ -111,8 +110,7 @@ class Ticket(msgspec.Struct, frozen=True):
 
     @classmethod
     def take(cls) -> "Ticket":
-        """Read the ticket of this process from standard input and replace that by /dev/null; raises ProtocolError
-        without one."""
+        """Read this process's ticket from standard input, then replace that by /dev/null; raises ProtocolError."""
         try:
             with open(0, "rb", closefd=False) as given:
                 ticket = msgspec.json.decode(b"" if given.isatty() else given.read(), type=cls)
@@ -197,8 +195,7 @@ def observer_config(directory: Path, run: str) -> dict[str, object]:
 
 
 def guest_session(directory: Path, user: str) -> zenoh.Session:
-    """Open the session of an observer (`OBSERVER`: committed events) or operator (`OPERATOR`: queries) of the run in
-    this directory."""
+    """Open the session of an observer (`OBSERVER`) or operator (`OPERATOR`) of the run in this directory."""
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
     config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text(encoding="utf-8")}}
     return _open(config, f"an {user} cannot join the run in {directory}")

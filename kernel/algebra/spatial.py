@@ -13,8 +13,7 @@ from .elementary import cos, sin
 
 
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
-    """The array as Python floats, whose products are summed in order; NumPy's own products use BLAS, which differs
-    between processors."""
+    """The array as Python floats, summed in order; NumPy's products use BLAS, which differs by processor."""
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 

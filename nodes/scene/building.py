@@ -239,8 +239,7 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
 
 
 def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
-    """Return the faults of a scene that cannot be built or carried out or is overloaded at rest; loads are checked only
-    if there are no other faults."""
+    """Return the faults of a scene that cannot be built or carried out, or else is overloaded at rest."""
     scene, built = loaded.scene, loaded.plan
     found = start_checks(scene, built) or held_orders(built)
     hooks = any(machine.hooks for machine in built.machines)

@@ -109,8 +109,7 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """Return all uncertain inputs of a scene, as stated in its file or in `given` (`block.mass +- 3 %`); raises
-    SceneError."""
+    """Return all uncertain inputs of a scene, stated there or in `given` (`block.mass +- 3 %`); SceneError."""
     source, stated = _source(scene)
     found = {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
     named: list[Path] = []

@@ -78,8 +78,7 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a fact of `result` or `run`, parsed if it is JSON; raises RecordingError for another type than the
-        default's, or an invalid number."""
+        """Return a fact of `result` or `run`, of JSON; RecordingError for another type than the default's."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text

@@ -97,8 +97,7 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return what a recording stores only in its result: the verdict, times of peaks, and a digest that cannot be
-    computed again."""
+    """Return what only the result stores: the verdict, times of peaks, a digest that cannot be computed again."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])

@@ -137,8 +137,7 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def _faces(apart: list[Scalar]) -> list[Scalar]:
-    """Mark the separating axis of two boxes that overlap along the other two axes, so that flush sliding boxes do not
-    catch at borders."""
+    """Mark the separating axis of two boxes that overlap along the others, so that flush boxes do not catch."""
     over = [x < -NEAR for x in apart]
     return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
 

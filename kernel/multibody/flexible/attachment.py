@@ -53,8 +53,7 @@ class Track:
     shortening: np.ndarray
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """Return the shapes (6, m) at s [m], their first and second derivative in s, and g, by the recurrences of the
-        polynomials."""
+        """Return the shapes (6, m) at s [m], their two derivatives in s, and g, by the polynomials' recurrences."""
         x = self.slope * s - 1.0
         T, dT, ddT = [1.0, x], [0.0, 1.0], [0.0, 0.0]
         for _ in range(2, max(len(self.coefficients), len(self.shortening))):

@@ -87,8 +87,7 @@ class FlexibleModes:
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return whether axial loads are certainly small, by a cheap test; arguments as of `FlexibleColumn.part`, for n
-        instants (n, ...)."""
+        """Return whether axial loads are surely small, cheaply; arguments of `FlexibleColumn.part`, for n instants."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -233,8 +232,7 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
 
 
 def _given(name: str, flexible: Flexible, modal: Modal) -> FlexibleModes:
-    """Return tabulated modes scaled to a largest displacement of 1, at their places and at an extra node that moves
-    with the frame."""
+    """Return tabulated modes with largest displacement 1, at their places and at a node fixed to the frame."""
     nodes = np.array([*modal.nodes, (0.0, 0.0, 0.0)])
     given = np.array(modal.shapes, float).reshape(len(modal.shapes), -1).T
     scale = np.abs(given).max(axis=0, initial=0.0)

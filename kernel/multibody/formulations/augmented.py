@@ -106,8 +106,7 @@ def _named(i: int, B: Array) -> Array:
 
 
 def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
-    """Return the forces (6,) on each body: of its own joint minus those of the joints that it carries (the paper's eqs
-    (1)-(4))."""
+    """Return the forces (6,) on each body: of its joint minus those of joints that it carries (eqs (1)-(4))."""
     out = list(F)
     for i, p in enumerate(parents):
         if p >= 0:

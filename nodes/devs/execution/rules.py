@@ -83,8 +83,7 @@ State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
 
 
 class Witness:
-    """Compares the states of atomics before and after their output functions, when `left` is negative or for `new`
-    atomics."""
+    """Compares states of atomics before and after their outputs, when `left` is negative or they are `new`."""
 
     def __init__(self, candidates: bool = True) -> None:
         self.looks = candidates
@@ -143,8 +142,7 @@ class Witness:
 
 
 def _state(m: Atomic) -> State:
-    """Return the attributes of an atomic, if possible without `vars(m)`, after which CPython 3.11 reads them more
-    slowly."""
+    """Return an atomic's attributes, if possible without `vars(m)`, which slows down CPython 3.11's reads."""
     known = get_referents(m)
     if all(_is_still(x) or x is m.ports or x is m._present for x in known):
         return m, known, {}, {}

@@ -157,8 +157,7 @@ def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequen
 
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Check that each hooked sling reaches its lug at the start, without overload and without passing through the
-    block."""
+    """Check that each hooked sling reaches its lug at the start, not overloaded and not through the block."""
     lugs, at = lug_places(built.machines), kinematics.poses(merge([x.system for x in built.machines], built.gravity))
     # as slack is counted: before blocks sink into their supports
     at |= {name: (np.array(p), np.array(axes)) for name in scene.all_blocks for p, axes in [scene.put(name)]}

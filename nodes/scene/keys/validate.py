@@ -40,8 +40,7 @@ _PLAIN = {
 
 
 def validate(source: Source) -> Scene | None:
-    """Return the validated scene with expanded machines, or None, with errors added to the faults of the source. The
-    data keep nominal values."""
+    """Return the validated scene with expanded machines, or None and faults in the source; data become nominal."""
     stated = uncertainties(source)
     if not (arithmetic(source) and expand(source)):
         return None

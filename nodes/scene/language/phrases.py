@@ -79,8 +79,7 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """A measured quantity reaches a value [SI]; `turning`: written as an angle, `share`: in per cent of the rated
-    value."""
+    """A measured quantity reaches a value [SI]; `turning`: written as an angle, `share`: in % of the rated value."""
 
     quantity: str
     of: str

@@ -9,8 +9,7 @@ from heavylift.nodes.scene.text.units import Dimension
 
 @dataclass(frozen=True)
 class NamedQuantity:
-    """Dimension of a quantity, and the number of names that it needs ("some": one, or the block by default); `rated`:
-    it can be given in per cent."""
+    """Dimension of a quantity, the number of names it needs ("some": one, or the block); `rated`: also in %."""
 
     dimension: Dimension
     of: Literal["none", "some", "one", "two"] = "one"

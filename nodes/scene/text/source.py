@@ -101,8 +101,7 @@ class Source:
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """Return `file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside of
-        files."""
+        """Return `file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside files."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -202,9 +201,7 @@ def _composed(text: str, name: str) -> Source:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Return keys and values of a mapping, followed by those merged by `<<: *name` or `<<: [*one,
-        *other]`.
-        """
+        """Return keys and values of a mapping, then those merged by `<<: *name` or `<<: [*one, *other]`."""
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]

@@ -60,8 +60,7 @@ def spread_of(text: str) -> tuple[str, str, str] | None:
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
-    """Return a hint what to write instead of a number with a comma or a dash, or of a clock time; "" for other
-    texts."""
+    """Return a hint what to write instead of a number with comma or dash, or of a clock time; "" for other texts."""
     if DASHES.search(text):
         return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
     if found := COMMA.fullmatch(text):

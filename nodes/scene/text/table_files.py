@@ -50,8 +50,7 @@ Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mar
 
 
 def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    """Insert table values at a path; values of higher layers take precedence; `named`: mark of the reference to the
-    table."""
+    """Insert table values at a path, below those of higher layers; `named`: mark of the table's reference."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
             continue

@@ -140,8 +140,7 @@ class Expansion:
         return list(found) if isinstance(found, dict) else []
 
     def _made(self, data: Data, path: Path, to: Path) -> Data:
-        """Return the part of the type at `path`, with prefixed names and evaluated expressions, for the place `to` of
-        the machine."""
+        """Return the type's part at `path` for the machine's place `to`: names prefixed, expressions evaluated."""
         self._mark(path, to)
         if isinstance(data, dict):
             prefix = self.prefix if len(path) == 1 and path[0] in NAMED else ""

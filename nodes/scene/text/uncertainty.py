@@ -27,8 +27,7 @@ Kind: TypeAlias = Literal["normal", "uniform"]
 
 @dataclass(frozen=True)
 class Stated:
-    """A number with uncertainty: nominal value, kind of spread `how` (`+-`, `sd` or `..`) and half-width `half`, as
-    text."""
+    """A number with uncertainty, as text: nominal value, `how` it spreads (`+-`, `sd`, `..`), half-width."""
 
     value: str
     how: str

@@ -123,8 +123,7 @@ class Conditions:
         return ""
 
     def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, ScalarSignal]:
-        """Return the gap between a block and the thing on which it lands, with the model that watches it; a contact is
-        required."""
+        """Return the gap of a block to what it lands on, and the model that watches it; a contact is required."""
         blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
         pairs = [(c.a.body, c.b.body) for m in self.yard.machines for c in m.system.contacts]
