@@ -1,12 +1,9 @@
 """Where a run receives an operator's orders: pause, step, continue, rate, stop, commands.
 
-Orders arrive in a thread of the bus or of the terminal and are queued; the coordinator handles them between two rounds.
-A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a
-journal beside the recording before it takes effect, and enters the run as an event of the source "operator", in the
-total order and in the recording. Its reply follows when the model has answered; without `wait`, a client of a paused
-run gets a reply that says when the command will take effect.
-
-The commands that an operator gave to a run: as events, in its journal, in its recording.
+Orders arrive in a thread of the bus or of the terminal; the coordinator handles them between two rounds. A command gets
+the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a journal beside the
+recording before it takes effect, and enters the run as an event of the source "operator". `operator_commands` returns
+those of a recorded run, to repeat it:
 
 run(scene, "again.mcap", commands=operator_commands("turnover.mcap"))      the same run, the same digest
 """

@@ -5,13 +5,9 @@ error of the model; if it is within, model and measurement cannot be distinguish
 run's certificate, else from its tolerance, and of linear interpolation between samples; u_input: from runs with inputs
 one standard uncertainty more and less; u_D: uncertainty of the sensor, from the map, and of the clock offset.
 
-Alignment of the log of a real lift: t of the run = t of the log + offset.
-
-A coarse search over all offsets maximises the mean correlation of the channels, weighted with the share of their motion
-that the overlap covers, so that a span at rest or half a rise does not win. Least squares over one set of rows refine
-it: each measured channel is a line a + b S of the model's, so that neither a wrong weight nor a wrong zero shifts the
-time. The uncertainty is that of Gauss-Newton, widened for autocorrelated residuals (integrated autocorrelation; Sokal
-1997, Monte Carlo Methods in Statistical Mechanics).
+Alignment, t of the run = t of the log + offset: a coarse search maximises the mean correlation of the channels, with
+the share of their motion in the overlap as weight; least squares refine it, each measured channel being a line a + b S
+of the model's. The uncertainty is that of Gauss-Newton, widened for autocorrelated residuals (Sokal 1997, Monte Carlo Methods in Statistical Mechanics).
 """
 
 from collections.abc import Sequence

@@ -1,14 +1,9 @@
-"""Building of the model that a user names: `package.module:function` or `path/to/file.py:function`.
+"""Building of the model that a user names: `package.module:function` or `path/to/file.py:function`, and declarations.
 
 The function may be given literal arguments, as in `heavylift.nodes.zoo.token_ring:ring(4, 2, 500)`. It returns a new
-Coupled at each call, always with the same structure; each child becomes a node.
-
-Declarations of models, which coordinator and nodes compare before a run: each builds the whole model, and all must have
-built the same.
-
-A declaration holds, for each child of a node, its ports and a fingerprint of each attribute of each model in it, before
-`start`; for the root, its children and couplings, declared with the first child. A value without canonical bytes, such
-as a lambda, is represented by its class.
+Coupled at each call, always with the same structure; each child becomes a node. Coordinator and nodes each build the
+whole model and compare declarations before a run: for each child its ports and, before `start`, a fingerprint of each
+attribute of each model in it (without canonical bytes: of its class); with the first child the root's couplings.
 """
 
 import inspect

@@ -4,18 +4,12 @@ An event from outside may come at any tag from `safe` on, the latest of
   until_i   of every node: its window while it runs, else what it has reached
   next_i    of every node whose offer is committed and not yet granted
   floor     below which all events have left
-and it goes into its receivers' bags there, in the total order.  Nothing that was decided can change by it:
-a node that ran did so below until_i, so it has not passed the tag; whatever the receiver says because of the event
-comes at or after it, and so at or after every window that was granted; a committed offer at next_i is refuted only by
-an input before next_i.  So the same events, known from the beginning, give the same run.
+and it goes into its receivers' bags there, in the total order. Nothing that was decided can change by it: a node that
+ran did so below until_i; the receiver's reaction comes at or after the tag, and so after every window that was granted;
+only an input before next_i refutes a committed offer. So the same events, known from the beginning, give the same run.
+With `ready(horizon)` nothing is decided at or after the horizon, so that `safe` never lies above it.
 
-With `ready(horizon)` nothing is decided at or after the horizon, so that `safe` never lies above it: who wants to
-speak soon keeps the horizon near.
-
-Coordinator and nodes in one thread, without transport: the protocol alone, for tests and trials.
-
-Every message goes through its wire form. With a random generator, DONEs are
-taken in random order, which may not change what the models do.
+`run_in_memory`: coordinator and nodes in one thread, without transport, each message in its wire form, for tests.
 """
 
 from collections.abc import Iterable, Mapping

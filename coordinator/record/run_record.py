@@ -1,13 +1,8 @@
-"""Record of any run: events, protocol traffic, the reason of its end.
+"""Record of any run: events, protocol traffic, the reason of its end; and where its wall time went.
 
-`RunRecorder` computes only the digest; `FileRecorder` writes a recording and, as a context manager, finishes it in any
-case.
-
-Also where the wall time of a run went, for display only.
-
-`kernel`: working time of its node under grants; `recording`: working time of the coordinator on the file; `rounds`: the
-rest of the time between the first grant and the last answer, that is models, messages and waiting. Nodes in processes
-of their own work while the coordinator records, so the sum can be a little more than the total.
+`RunRecorder` computes only the digest; `FileRecorder` writes a recording and finishes it in any case. `Budget`: working
+time of the kernel's node under grants, of the coordinator on the file, and `rounds`, the rest between the first grant
+and the last answer. Nodes in processes work while the coordinator records, so the sum can exceed the total.
 """
 
 import platform

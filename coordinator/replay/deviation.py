@@ -1,13 +1,8 @@
 """First deviation of a new run from a recorded one: the first differing event or sample, with both values.
 
-For the samples of a kernel that runs again it is the first recorded value that differs.
-
-One real model with the recorded rest: the model gets its recorded inputs at their tags, and must produce its recorded
-outputs.
-
-The model is built by the installed code, so a change of the code shows as the first event that deviates. For the kernel
-the samples are compared, too. The comparison ends at the first deviation, after which the recorded inputs do not fit
-any more.
+`single` runs one real model with the recorded rest: it gets its recorded inputs at their tags, and must produce its
+recorded outputs, for the kernel also its samples. The comparison ends at the first deviation, after which the recorded
+inputs do not fit any more.
 """
 
 from collections.abc import Sequence

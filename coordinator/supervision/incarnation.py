@@ -1,10 +1,8 @@
-"""State of a node whose process may be lost: its log, and how far its present process has replayed it; the error for a
-model that answers the replay differently.
+"""State of a node whose process may be lost: its log, and how far its present process has replayed it.
 
-The log holds all messages to a node and its answers: enough to bring a replacement to the same point.
-
-WELCOME and HELLO stay in memory; all later messages are in a journal, each after the answer to the one before it, so
-that one write per message suffices. A checkpoint replaces all messages before it.
+The log holds all messages to a node and its answers: enough to bring a replacement to the same point. WELCOME and HELLO
+stay in memory; all later messages are in a journal, each after the answer to the one before it, so that one write per
+message suffices. A checkpoint replaces all messages before it.
 """
 
 import time

@@ -1,14 +1,10 @@
-"""The Zenoh sessions of a run.
+"""The Zenoh sessions of a run, and the access control of the coordinator's.
 
 The coordinator's session is the hub: it listens on one unix socket in a directory that only the user may enter (mode
 0700) and on nothing else; no scouting, no gossip, no admin space. Every process is a client of that socket with its own
-password, and the hub's access control lets it write only to its own keys. `BLOCK` publishers never drop;
-`wait_before_close` and the lease are long, because Zenoh's defaults lose messages silently when a reader is slow.
-
-Also the access control of the coordinator's session.
-
-Everything that is not explicitly allowed is denied, without notice to the sender. Clients are identified by passwords
-and certificates; message types are those of Zenoh, directions (ingress, egress) are seen from the coordinator.
+password, and may write only to its own keys: everything that is not explicitly allowed is denied, without notice to the
+sender; directions (ingress, egress) are seen from the coordinator. `BLOCK` publishers never drop; `wait_before_close`
+and the lease are long, because Zenoh's defaults lose messages silently when a reader is slow.
 """
 
 import json
