@@ -7,7 +7,8 @@ one standard uncertainty more and less; u_D: uncertainty of the sensor, from the
 
 Alignment, t of the run = t of the log + offset: a coarse search maximises the mean correlation of the channels, with
 the share of their motion in the overlap as weight; least squares refine it, each measured channel being a line a + b S
-of the model's. The uncertainty is that of Gauss-Newton, widened for autocorrelated residuals (Sokal 1997, Monte Carlo Methods in Statistical Mechanics).
+of the model's. The uncertainty is that of Gauss-Newton, widened for autocorrelated residuals (Sokal 1997, Monte
+Carlo Methods in Statistical Mechanics).
 """
 
 from collections.abc import Sequence
