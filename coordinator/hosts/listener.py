@@ -44,8 +44,7 @@ ROOMS = ("kernel", "nodes", "coordinator", "recordings")
 
 @cache
 def code() -> str:
-    """Return the fingerprint of all code of heavylift that this process may run, as the version is fixed at
-    installation while the code may be edited."""
+    """Return the fingerprint of all code of heavylift, which may be edited while its version is fixed."""
     rooms = Path(__file__).parent.parent.parent
     return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
 

@@ -35,8 +35,7 @@ class Lateness(NamedTuple):
 
 
 class Pace:
-    """Runs as fast as possible; decisions reach at most `ahead` [ns] beyond the next event, which is how long an
-    operator's command may have to wait."""
+    """As fast as possible; decisions, and so operators' waits, reach at most `ahead` [ns] beyond the next event."""
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead

@@ -219,8 +219,7 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
 
 
 def _spline(t: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """Return knots and speeds of the spline with two parabolas per interval through positions `x` at times `t`, at rest
-    at both ends."""
+    """Return knots and speeds of a spline, two parabolas per interval, through `x` at times `t`, from rest to rest."""
     h, slope = np.diff(t), np.diff(x) / np.diff(t)
     v = np.concatenate([[0.0], (slope[:-1] * h[1:] + slope[1:] * h[:-1]) / (h[:-1] + h[1:]), [0.0]])
     knots, speeds = np.empty(2 * len(t) - 1), np.empty(2 * len(t) - 1)

@@ -40,8 +40,7 @@ class RunEnd(Enum):
 
 
 class Coordinator:
-    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns,
-    until `over` is not None."""
+    """The conservative coordinator: call `hello` by node, `done` by DONE, send what `ready` returns, until `over`."""
 
     def __init__(
         self,

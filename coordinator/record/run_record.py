@@ -111,8 +111,7 @@ class RunRecorder(ClockedWork):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: the nodes that blocked
-        a GRANT. Not part of the digest."""
+        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: who blocked a GRANT."""
 
     def checkpoint(self, at: Tag, state: bytes) -> None:
         """Record a checkpoint, not part of the digest: the sampling node's state after all before tag `at`."""

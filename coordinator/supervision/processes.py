@@ -153,8 +153,7 @@ class Processes(AbstractContextManager["Processes"]):
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process and wait until the system has removed it. `look` is called while the process manager has not
-        executed the order; it may `give_up`."""
+        """Kill a process and wait until it is gone; `look` is called until the process manager obeys; may `give_up`."""
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
         while not self._loss() and self.owed_since is not None:
             look()

@@ -213,8 +213,7 @@ def _parts(text: str) -> list[str]:
 
 
 def _first(scene: LoadedScene, path: str) -> str:
-    """Return the setting that must precede a single number of a vector that the scene leaves at its default; else
-    ""."""
+    """Return the setting that must precede one number of a vector that the scene leaves at its default; else ""."""
     try:
         found: Input = inputs(scene, [path])[0]
     except SceneError:

@@ -77,7 +77,6 @@ def quaternion_rate(quaternion: Array, o: Array) -> Array:
 
 
 def spatial_inertia(mass: Scalar, c: Array, I_C: Array) -> Array:
-    """Spatial inertia (6, 6) about the common point; c: centre of mass from it [m], I_C: inertia about c, world
-    axes."""
+    """Spatial inertia (6, 6) about the common point; c [m]: centre of mass from it, I_C: inertia about c."""
     h = skew(mass * c)
     return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

@@ -36,8 +36,7 @@ class ReferenceProfile:
 
 
 class References:
-    """Profiles and followed masters of all drives, winches and masters, written into P. `admit(command)` is called
-    before a command takes effect."""
+    """Profiles and followed masters of all drives and winches, written into P; `admit` precedes each command."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -86,8 +85,7 @@ class References:
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return the reference of an actuator at a time: its own profile plus masters; measured joints count with the
-        references of their drives."""
+        """Return an actuator's reference at a time: its profile plus masters, or references of drives of joints."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 

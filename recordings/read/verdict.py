@@ -114,8 +114,7 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return the contradictions within a recording as sentences: damaged bytes, or digest, number of samples or peaks
-    that differ from events and rows."""
+    """Return the contradictions in a recording: damaged bytes; digest, samples or peaks unlike events and rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints

@@ -120,8 +120,7 @@ def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
 
 
 def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses of vertices of A in B, of vertices of B in A, then of pairs of edges (a_i, b_j, edge of A,
-    of B)."""
+    """Return the witnesses of vertices of A in B, of B in A, then of pairs of edges (a_i, b_j, edge of A, of B)."""
     a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c

@@ -121,8 +121,7 @@ class FlexibleModes:
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
-        """Return the integral (m, m) of slope products over a part of an element from its start; degree 4, exact with 3
-        points."""
+        """Return the integral (m, m) of slope products over an element's first part; degree 4, exact with 3 points."""
         out = np.zeros((len(self.mass),) * 2)
         for x, weight in GAUSS:
             slopes = times(hermite(beam, beam.start + (a + b + (b - a) * x) / 2.0)[4:], self.shapes)

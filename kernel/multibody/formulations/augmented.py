@@ -253,8 +253,7 @@ def inwards(
 def outwards(
     tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
 ) -> tuple[dict[int, Scalar], list[Array]]:
-    """Return the accelerations of the degrees of freedom, and those of the bodies beyond the bias; `base` (6,):
-    acceleration of the ground."""
+    """Return accelerations of degrees of freedom, and of bodies beyond the bias; `base` (6,): of the ground."""
     X: list[Array] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):

@@ -92,8 +92,7 @@ class Levelling:
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
     def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
-        """Return the moves of hooks that hoist, then of hooks that lower; a fault if they hold nothing or
-        everything."""
+        """Return the moves of hooks that hoist, then of those that lower; a fault if they hold nothing or all."""
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
         places = [(end.p, self._rises(on, actors)) for on, end in holds]
