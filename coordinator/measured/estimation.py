@@ -23,7 +23,7 @@ from heavylift.coordinator.run.resume import Beginning
 from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import Input, settings, stated, varied
-from heavylift.nodes.scene.keys.defaults import override
+from heavylift.nodes.scene.keys.validate import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import ordered, read
 from heavylift.recordings import Recording

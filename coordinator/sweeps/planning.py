@@ -17,7 +17,7 @@ from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene.keys.defaults import override
+from heavylift.nodes.scene.keys.validate import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 

@@ -33,10 +33,9 @@ from heavylift.nodes.scene.construction.rigging.ratings import gear_of
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
 from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.gear import geared
 from heavylift.nodes.scene.keys.nodes import placement_faults
-from heavylift.nodes.scene.keys.validate import uncertainties, validate
+from heavylift.nodes.scene.keys.validate import override, uncertainties, validate
 from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather

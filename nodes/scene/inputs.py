@@ -19,9 +19,8 @@ import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys.base import written
-from heavylift.nodes.scene.keys.defaults import listed
 from heavylift.nodes.scene.keys.quantities import below, quantity
-from heavylift.nodes.scene.keys.validate import uncertainties
+from heavylift.nodes.scene.keys.validate import listed, uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import made, next_key, parts
 from heavylift.nodes.scene.text.source import Path, Source, read

@@ -13,7 +13,7 @@ from heavylift.nodes.plan import actions
 from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
-from heavylift.nodes.scene.language.quantities import QUANTITIES
+from heavylift.nodes.scene.language.phrases import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
