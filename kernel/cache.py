@@ -50,8 +50,7 @@ def cache_folder() -> Path:
 
 
 def cache_bound() -> int:
-    """Return the maximum size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError if it is not a
-    number."""
+    """Return the largest size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError."""
     given = os.environ.get("HEAVYLIFT_CACHE_MB", "")
     try:
         megabytes = float(given or USUAL_MB)
@@ -236,8 +235,7 @@ def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
 
 @contextmanager
 def _opened() -> Iterator[int]:
-    """Open the cache folder, created if needed, and yield its descriptor; raises OSError with the reason in `strerror`
-    if it is unsafe."""
+    """Yield a descriptor of the cache folder, created if needed; OSError says in `strerror` why it is unsafe."""
     cache_bound()  # says so at once if it is none
     path = cache_folder()
     path.parent.mkdir(parents=True, exist_ok=True)

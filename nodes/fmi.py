@@ -114,8 +114,7 @@ class FmuUnit:
             self._kind(name)
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
-        """Return a variable, the suffix of its getter and setter, and its Python type; raises ModelError if there is
-        none."""
+        """Return a variable, the suffix of its getter and setter, its Python type; ModelError if there is none."""
         found = self._variables.get(name)
         if found is None:
             known = ", ".join(v for v, x in self._variables.items() if x.causality in ("input", "output", "parameter"))

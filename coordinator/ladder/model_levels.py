@@ -45,8 +45,7 @@ def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
 
 
 def stiff(mechanics: System) -> bool:
-    """Return whether a system has elastic parts (ropes, pads, springs, servos, force laws), which may be stiff for
-    explicit methods."""
+    """Return whether a system has elastic parts (ropes, pads, springs, servos, laws), which may be stiff."""
     soft = (mechanics.laws, mechanics.rigid_ropes, mechanics.contacts, mechanics.drives)
     return any(soft) or any(body.flexible for body in mechanics.bodies)
 

@@ -100,8 +100,7 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs started with an input moved by some standard uncertainties; instead of a run the reason why it cannot
-    start."""
+    """Runs with an input moved by some standard uncertainties; instead of a run why it cannot start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]

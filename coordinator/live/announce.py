@@ -1,12 +1,8 @@
-"""How observers find a run: `run.json` in its private directory, locked while the run lives.
+"""How observers find a run: `run.json` in its private directory, locked while the run lives; and an operator's orders.
 
-The directory belongs to the user and nobody else may enter it, so only its owner finds a run. The lock distinguishes a
-run in progress from the leftovers of a killed one, without trust in process numbers.
-
-Orders of an operator and replies of the run: one query on the run's control key with its replies.
-
-A command that waits for a paused run gets a reply at once, and another with the commander's answer when the run
-continues; every other order has one reply.
+Nobody but its owner may enter the directory. The lock distinguishes a run in progress from the leftovers of a killed
+one. An order is a query on the run's control key. A command that waits for a paused run gets a reply at once, and
+another with the commander's answer when the run continues; every other order has one reply.
 """
 
 import fcntl
@@ -150,8 +146,7 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """Reply to an order: one sentence; whether the order was carried out, and when [ns]; whether it is the last
-    reply."""
+    """Reply to an order: a sentence, whether and when [ns] it was carried out, whether this is the last reply."""
 
     done: bool
     said: str

@@ -1,12 +1,9 @@
 """Where a run receives an operator's orders: pause, step, continue, rate, stop, commands.
 
-Orders arrive in a thread of the bus or of the terminal and are queued; the coordinator handles them between two rounds.
-A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a
-journal beside the recording before it takes effect, and enters the run as an event of the source "operator", in the
-total order and in the recording. Its reply follows when the model has answered; without `wait`, a client of a paused
-run gets a reply that says when the command will take effect.
-
-The commands that an operator gave to a run: as events, in its journal, in its recording.
+Orders arrive in a thread of the bus or of the terminal; the coordinator handles them between two rounds. A command gets
+the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a journal beside the
+recording before it takes effect, and enters the run as an event of the source "operator". `operator_commands` returns
+those of a recorded run, to repeat it:
 
 run(scene, "again.mcap", commands=operator_commands("turnover.mcap"))      the same run, the same digest
 """
@@ -60,8 +57,7 @@ def journaled(recording: Path) -> set[TimedCommand]:
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
-    """Return the operator's commands of a recorded run in order, including those in the journal of a run that was cut
-    off."""
+    """Return the operator's commands of a recorded run in order, also those in the journal if it was cut off."""
     path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
@@ -85,8 +81,7 @@ class QueuedOrder(NamedTuple):
 
 
 class CommandQueue(AbstractContextManager["CommandQueue"]):
-    """Queue of an operator's orders, as a context manager: its exit answers all waiting clients, and removes a journal
-    that is no longer needed."""
+    """Queue of an operator's orders: its exit answers waiting clients, and removes a journal no longer needed."""
 
     def __init__(
         self,
@@ -208,16 +203,14 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         return self._tempo.limit is not None and Tag(t) >= self._tempo.limit
 
     def _hold(self, t: int, asked: QueuedOrder) -> None:
-        """Reply to a client, if the run is paused before time `t` [ns], that its command takes effect when the run
-        continues."""
+        """Reply that a command takes effect when the run continues, if it is paused before time `t` [ns]."""
         if self._paused(t):
             at = _seconds(Tag(t))
             text = f"the run is paused at {at}; the command takes effect there when the run continues"
             asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
-        """Schedule a command as early as possible; returns its time [ns]. Raises HeavyliftError if no model takes
-        commands."""
+        """Schedule a command as early as possible; returns its time [ns]. HeavyliftError if no model takes any."""
         if self._read is None:
             raise HeavyliftError(
                 f"{words}: no model of this run takes commands; it can be paused, stepped, continued, or stopped "

@@ -187,8 +187,7 @@ class Lines:
         return printable(line, keep=SPACES)
 
     def report(self, event: Event) -> str:
-        """Return the line of an event for planners; "" for orders, thresholds and the like. Messages of a user's own
-        models are shown in full."""
+        """Return the line of an event for planners; "" for orders and the like; full messages of user models."""
         stage, value = self.of(event)
         if event.type not in LISTED:
             return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)

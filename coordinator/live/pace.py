@@ -1,13 +1,9 @@
-"""Pace of a run: as fast as possible, or by the wall clock.
+"""Pace of a run: as fast as possible, or by the wall clock; pauses and steps of an operator.
 
-A pace sets the horizon of the coordinator's decisions and so delays grants, nothing else: nodes do not notice, and the
-digest of a run is the same at any rate. By the clock, a tag is granted when the clock has reached it and never before;
-on a machine that is too slow it is granted late, in order, and the lateness is reported.
-
-Pauses and steps of an operator limit a run, too.
-
-While a run is paused, nothing at or after `limit` is decided; a limit is never below what was decided before, so that
-"paused at t" means: everything before t is done, and nothing at t. A step moves the limit.
+A pace sets the horizon of the coordinator's decisions and so delays grants; the digest of a run is the same at any
+rate. By the clock, a tag is granted when the clock has reached it and never before; on a machine that is too slow it is
+granted late, in order, and the lateness is reported. While a run is paused, nothing at or after `limit` is decided: all
+before it is done.
 """
 
 import math
@@ -39,8 +35,7 @@ class Lateness(NamedTuple):
 
 
 class Pace:
-    """Runs as fast as possible; decisions reach at most `ahead` [ns] beyond the next event, which is how long an
-    operator's command may have to wait."""
+    """As fast as possible; decisions, and so operators' waits, reach at most `ahead` [ns] beyond the next event."""
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead

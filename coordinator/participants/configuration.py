@@ -20,8 +20,7 @@ OPERATOR, COMMAND = "operator", "command"  # source and port of the events that 
 
 
 class Wiring(NamedTuple):
-    """Couplings of a run: between nodes, from outside; the port (model, port) whose event ends the run; ports whose
-    events the coordinator receives."""
+    """Couplings between nodes, from outside; the port (model, port) that ends the run; ports for the coordinator."""
 
     couplings: list[Coupling]
     outside: list[Coupling]

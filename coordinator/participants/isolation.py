@@ -1,15 +1,12 @@
 """Isolation of the models of a node: all other models are copies that nothing moves, and that raise when touched.
 
-Each process builds the whole model and runs its own children. The others run elsewhere, so a model that reads their
-state here, or changes the structure around them, is refused by name; what stays fixed during a run (names, paths, plain
-values of the parent) may be read. Children that share a process must not notice it: those that hold no objects of each
-other come from one build, each of the others from a build of its own; lists and dicts of plain data that several have
-as attributes, such as settings, are copied instead.
+Each process builds the whole model and runs its own children. A model that reads the state of others here, or changes
+the structure around them, is refused by name; what stays fixed during a run (names, paths, plain values of the parent)
+may be read. Children that share a process must not notice it: those that hold no objects of each other come from one
+build, each of the others from a build of its own; plain data that several have as attributes is copied instead.
 
-Globals that several children of a model use: each process has its own copy of them, so they must not change.
-
-A global counts if the methods of two or more children name it, also in functions that they call: variables of their
-modules and attributes of their classes. Globals are compared by their canonical bytes; those without are not checked.
+Globals that methods of several children name, also in functions that they call, must not change, since each process has
+a copy. They are compared by their canonical bytes; those without are not checked.
 """
 
 import gc
@@ -181,8 +178,7 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError that names a changed global; checks if `now`, else only at calls whose number is a power of
-        two."""
+        """Raise ModelError for a changed global; checks if `now`, else at calls whose number is a power of two."""
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return

@@ -40,8 +40,7 @@ class RunEnd(Enum):
 
 
 class Coordinator:
-    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns,
-    until `over` is not None."""
+    """The conservative coordinator: call `hello` by node, `done` by DONE, send what `ready` returns, until `over`."""
 
     def __init__(
         self,
@@ -253,8 +252,7 @@ class Coordinator:
         self._floors[rank] = first if node.inner else o
 
     def _window(self, node: NodeState, need: Tag) -> Tag | None:
-        """(2) Return the bound B_i of a node below the limit; None if it is below `need`: then the blocking node is
-        noted."""
+        """(2) Return the bound B_i of a node below the limit; None below `need`: then the blocking node is noted."""
         t, k = self._limit
         tags = self._tags
         for source, wait, steps in node.ways:  # `plus` is written out, for nothing runs more often

@@ -1,10 +1,7 @@
 """Shapes for viewers: machines by their collision shapes, rails of travelling cranes, lines of ropes.
 
-A body without shapes of its own is drawn by its contact shapes, its beam, or the box of its mass and inertia; with its
-links.
-
-A point mass is a ball of steel; a slender body gets a thickness. Thin rods lead from the body's frame to its centre of
-mass and to the joints that it carries, so that the connections of a mechanism are seen.
+A body without shapes is drawn by its contact shapes, its beam, or the box of its mass and inertia; a point mass as a
+ball of steel. Thin rods lead from the body's frame to its centre of mass and to the joints that it carries.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -98,8 +95,7 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Return edges and rotation of the homogeneous box with a body's mass and inertia; 0 along a direction without
-    extent."""
+    """Return edges (0 without extent) and rotation of the homogeneous box with a body's mass and inertia."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)

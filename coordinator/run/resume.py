@@ -40,8 +40,7 @@ _START = Tag(0)
 
 @dataclass(frozen=True)
 class Beginning:
-    """What remains of a run that was cut off: scene, events on disk, operator commands, and the version that made
-    it."""
+    """What remains of a run that was cut off: scene, events on disk, operator commands, version."""
 
     scene: LoadedScene
     events: list[Event]
@@ -64,8 +63,7 @@ class Beginning:
     def left(
         cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is"
     ) -> "Beginning":
-        """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again, for the
-        error."""
+        """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if model := left.recording.run.get("model", ""):
@@ -133,8 +131,7 @@ def resume(
     in_process: bool = False,
     force: bool = False,
 ) -> RunResult:
-    """Repeat a run that was cut off into `output` (default: NAME-resumed.mcap); the partial recording is not
-    changed."""
+    """Repeat a run that was cut off into `output` (default: NAME-resumed.mcap); the partial recording stays."""
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):

@@ -163,8 +163,7 @@ def _apart(task: Task, asked: str) -> FoundLimit:
 def limits_of(
     scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[str, Row], None] = lambda value, row: None
 ) -> FoundLimit:
-    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction; raises SceneError if PATH is not a
-    number."""
+    """Find the limit of `PATH`, or `PATH=FROM..TO UNIT` in that direction; SceneError if PATH is not a number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 

@@ -17,7 +17,7 @@ from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene.keys.defaults import override
+from heavylift.nodes.scene.keys.validate import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
@@ -92,8 +92,7 @@ class _Search:
         return ""
 
     def _take(self, alternatives: Sequence[TimingStep], best: bool = False) -> None:
-        """Take the first of some alternative steps of an action that saves time, whole or in part; with `best` the
-        quickest."""
+        """Take the first of an action's alternative steps that saves time, also in part; with `best` the quickest."""
         others = {x: part for x, part in self.parts.items() if x not in alternatives}
         for step in alternatives:
             if self.spent:
@@ -174,8 +173,7 @@ class _Search:
         return None
 
     def _green(self, lost: Parts) -> tuple[LoadedScene, Played] | None:
-        """Run the present variant and return it; if it is not green, reduce steps, note them in `lost`, and return
-        None."""
+        """Run the present variant and return it; if not green, reduce steps, note them in `lost`, return None."""
         try:
             scene = self.variant(self.parts)
             run = self.run(scene, f"with {len(self.parts)} steps")
@@ -215,8 +213,7 @@ class _Search:
 
 
 def _own_text(scene: LoadedScene) -> str:
-    """Return the text of the scene file with its settings applied; raises SceneError for a setting without a line in
-    it."""
+    """Return the scene file's text with its settings applied; raises SceneError for one without a line."""
     name, text = str(scene.path), scene.text
     if "actions" not in read(text, name).data:
         raise SceneError(f"{name}: has no action list of its own; plan the scene that it extends")

@@ -70,8 +70,7 @@ class TimingStep:
 
 
 def speeds(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield steps that raise the speeds of orders to those of their drives, the boldest of an action first; a turn to a
-    multiple of its rate."""
+    """Yield steps that raise orders' speeds to those of their drives, the boldest first; a turn's by a multiple."""
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
@@ -106,8 +105,7 @@ def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
 
 
 def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield ramps without residual swing for travel and traverse: two pulses of the crane's own acceleration, or one
-    swing period."""
+    """Yield swing-free ramps for travel and traverse: two pulses of the crane's acceleration, or one period."""
     for i, action in enumerate(scene.scene.actions):
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and VERBS[o.verb].along]
@@ -187,8 +185,7 @@ Parts = dict[TimingStep, float]  # how far each step is taken, of 1
 
 @dataclass(frozen=True)
 class FoundTiming:
-    """A found timing: scene and run before and after, fraction of each step and what limits it; `wrong`: why there is
-    none."""
+    """A timing: scene and run before and after, fraction and limit of each step; `wrong`: why there is none."""
 
     before: LoadedScene
     run_before: Played | None

@@ -68,8 +68,7 @@ def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadde
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
-    """Run a scene in this process and in several, with full and with reduced output, the last one with a process per
-    node."""
+    """Run a scene in this process, in several, and in one per node, with full and with reduced output."""
     plan, nodes = scene.plan, node_names(scene.plan)
     apart = Placement.apart(nodes)
     rows: list[tuple[str, str, Plan, Placement | None]] = [

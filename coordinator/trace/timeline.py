@@ -75,8 +75,7 @@ class _Message(msgspec.Struct):
 
 
 class Timeline:
-    """Activity of each node of a recorded run over wall time; raises RecordingError if the recording has no protocol
-    messages."""
+    """Activity of a recorded run's nodes over wall time; raises RecordingError without protocol messages."""
 
     def __init__(self, path: str | Path) -> None:
         recording = Recording(path)

@@ -31,8 +31,7 @@ class News(NamedTuple):
 
 
 class LivenessMonitor:
-    """Monitor of the processes of a run; `wake` interrupts the receiving thread; `connected` returns whether a process
-    is still connected."""
+    """Monitor of a run's processes; `wake` interrupts the receiving thread; `connected`: whether a process is."""
 
     def __init__(self, processes: Iterable[str], wake: Callable[[], None], connected: Callable[[str], bool]) -> None:
         self.epochs = dict.fromkeys(processes, FIRST_EPOCH)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .judging import verdict_of, verdict_of_run
 
 __all__ = ["prepare", "verdict_of", "verdict_of_run"]
-__getattr__ = on_demand(__name__, dict.fromkeys(("verdict_of_run", "verdict_of"), ".judging"))
+__getattr__ = on_demand(__name__)
 
 
 def prepare() -> None:

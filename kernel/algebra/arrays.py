@@ -52,8 +52,7 @@ def sizes(x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class LuFactors:
-    """L U factors of a matrix in one array; L has a unit diagonal. `filled`: by column, the rows of it that hold more
-    than zeros."""
+    """L U factors of a matrix in one array; L has a unit diagonal. `filled`: rows with more than zeros, by column."""
 
     LU: np.ndarray  # (n, n)
     filled: list[tuple[int, int]]

@@ -144,8 +144,7 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """Return the rest pose (nq,) reached from q, the number of steps, and the changes of laws. Raises KernelError,
-    naming the body that finds no rest."""
+    """Return rest pose (nq,) from q, number of steps, changes of laws; KernelError names a body without rest."""
     h, before, last, stalled = SHORT, np.inf, np.inf, 0
     events: list[StateChange] = []
     for steps in range(MOST + MORE):

@@ -59,8 +59,7 @@ class Modes:
 
 
 def modes(simulation: "Simulation") -> Modes:
-    """Modes of a simulation about its pose, which should be at rest (see `equilibrium`); drives are stopped, speeds
-    zero."""
+    """Modes of a simulation about its pose, which should be at rest (see `equilibrium`), with drives stopped."""
     poses = Poses.stopped(simulation)
     return modes_at(poses, poses.q)
 

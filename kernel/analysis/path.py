@@ -73,8 +73,7 @@ class EquilibriumPath:
     # ---- life ---------------------------------------------------------------------------------------------
 
     def start(self) -> list[StateChange]:
-        """Start the simulation and find its first equilibrium; return the events. Raises KernelError if there is
-        none."""
+        """Find the first equilibrium of the simulation; return the events. Raises KernelError if there is none."""
         self.command.start()
         self._commanded()
         self._q = self.command.state[: self.command.program.nq].copy()

@@ -188,8 +188,7 @@ def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
 
 
 def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Emit one load of consecutive numbers of a block, the last one possibly repeated; None if they are not
-    adjacent."""
+    """Emit a load of consecutive numbers of a block, the last one possibly repeated; None if not adjacent."""
     block, first = values[0].args
     n = next((i for i, x in enumerate(values) if x.args != (block, first + i)), len(values))
     if n < 2 or any(x is not values[n - 1] for x in values[n:]):

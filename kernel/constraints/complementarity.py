@@ -205,8 +205,7 @@ PROXIMAL_PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
 
 
 def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return, for each row or block s, the later ones r that its elimination fills in; `couples`: pairs (s, r), s < r,
-    of nonzero entries."""
+    """Return, by row or block s, the later ones r that its elimination fills in; `couples`: nonzero (s, r), s < r."""
     later: list[list[int]] = [[] for _ in range(n)]
     for s, r in couples:
         later[s].append(r)

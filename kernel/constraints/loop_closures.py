@@ -75,8 +75,7 @@ def _twist(p: JointClosure) -> Condition:
 
 
 def _thread(p: JointClosure) -> Condition:
-    """Return the condition of a thread: pitch * angle - a . d, written periodic so that any number of turns is the
-    same."""
+    """Return the condition of a thread: pitch * angle - a . d, periodic, so that any number of turns is the same."""
     c, s = p.a[SECOND] @ p.b[SECOND], p.a[THIRD] @ p.b[SECOND]
     phase = (p.a[AXIS] @ p.d) / p.pitch
     # sin of the difference between angle and phase: the same for any number of turns of the thread

@@ -156,8 +156,7 @@ class ConstraintRows:
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
     def solve(self, b: list[Scalar], prior: list[Scalar] | None = None) -> Any:
-        """Return the multipliers x (n,) with G H^-1 G^T x = b: with contacts those nearest to `prior`, else those of
-        least norm."""
+        """Return x (n,) of G H^-1 G^T x = b: with contacts those nearest to `prior`, else those of least norm."""
         more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
@@ -177,8 +176,7 @@ class ConstraintRows:
         return out
 
     def accelerate(self) -> None:
-        """Compute the multipliers that keep the residuals of all active rows from accelerating under the applied
-        forces."""
+        """Compute the multipliers with which residuals of active rows do not accelerate under the applied forces."""
         self.free = self.approach()
         self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
@@ -239,8 +237,7 @@ class ConstraintRows:
                         values[k] = values[k] + multiplier * y
 
     def change(self, x: Scalars) -> Mapping[int, Array]:
-        """Return the velocity change (n_v,) of each linked tree by impulses x, of least kinetic energy; prescribed
-        velocities do not change."""
+        """Return the velocity change (n_v,) of each linked tree by impulses x; prescribed velocities stay."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]

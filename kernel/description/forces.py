@@ -58,8 +58,7 @@ class Element(Struct, frozen=True):
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint along which the element acts, with the coordinate ("" if there is only one); None if it has
-        points."""
+        """The joint and coordinate ("" if there is only one) along which the element acts; None if it has points."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 

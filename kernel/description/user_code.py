@@ -43,8 +43,7 @@ class Taken(Exception):
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """Import a module by name, or a file.py as `name`, in its present state. Raises what the import raises, and
-    FileNotFoundError for a missing file."""
+    """Import a module by name, or a file.py as `name`, in its present state; FileNotFoundError without file."""
     with _lock:
         importlib.invalidate_caches()
         _asked.append(where)

@@ -36,8 +36,7 @@ def _half_turn(R: Array) -> tuple[Any, Any]:
 
 
 def _twist(R: Array, axis: Array, lean: Scalar) -> Any:
-    """Return the angle of a rotation about an axis (swing-twist decomposition), within half a turn; `lean`: axis . R
-    axis."""
+    """Return the angle of a rotation about an axis (swing-twist), within half a turn; `lean`: axis . R axis."""
     _, v = _half_turn(R)
     # 2 sin and 2 cos of the angle if R turns about the axis only
     return atan2(v @ axis, R[0, 0] + R[1, 1] + R[2, 2] - lean)

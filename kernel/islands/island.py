@@ -181,8 +181,7 @@ class Island(Simulation):
         return frozenset(out | {r.name for r in s.rigid_ropes if not self.P[at["rigid", r.name]][RigidAt.HOOKED]})
 
     def _resting_share(self, loose: frozenset[str]) -> float:
-        """Return the share of degrees of freedom at rest in islands of their own without the ropes `loose`; 0 if all or
-        none rest."""
+        """Return the share of degrees of freedom at rest in islands without the ropes `loose`; 0 if all or none."""
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
         limit = float(still_below(self["scale"], self["faint"]))

@@ -38,8 +38,7 @@ class SideBySide:
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks and return when they are done; raise the first exception in the order of tasks. `pause` is
-        called in the calling thread only."""
+        """Run all tasks; raise the first exception in their order; `pause` is called in the calling thread only."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)

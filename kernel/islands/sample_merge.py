@@ -76,8 +76,7 @@ class Merge:
                 self._loose.append(_Loose(at[length].start + i, at[apart].start + i, sign, lines, ends))
 
     def whole(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Merge rows of all islands: energies and steps are sums, other columns belong to one island, except those of
-        loose ropes."""
+        """Merge rows of all islands: energies and steps are sums; other columns, but loose ropes', belong to one."""
         row = np.zeros(len(self._place))
         for at, part in zip(self._places, parts, strict=True):
             row[at] += part

@@ -16,8 +16,7 @@ from .method import Attempt, Exponents, Method, combine, fallen_in
 
 
 class RungeKutta(Method):
-    """An explicit Runge-Kutta method; if its last stage is evaluated at the solution, no further evaluation is
-    needed."""
+    """An explicit Runge-Kutta method; a last stage evaluated at the solution saves an evaluation."""
 
     tableau: Tableau
 

@@ -63,8 +63,7 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The right-hand side of the equations: time t, a time inside the step that selects the piece of a profile, and
-    y."""
+    """The right-hand side of the equations: time t, a time in the step that selects a profile's piece, and y."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -135,8 +134,7 @@ class Method(ABC):
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | EmittedParts, ...]:
-        """Return native parts that run before `attempt` in every step; `at`: places in X; `sizes`: of the results of
-        `rate`."""
+        """Return native parts to run before `attempt` in each step; `at`: places in X; `sizes`: of `rate`'s results."""
         return ()
 
     @property
@@ -175,8 +173,7 @@ class Method(ABC):
 
     @abstractmethod
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        """Return the amplification matrix (n, n) of a step h for y' = J y, whose first nq components are
-        coordinates."""
+        """Return the amplification matrix (n, n) of a step h for y' = J y; its first nq components are coordinates."""
 
 
 def combine(c: list[float], k: list[Value]) -> Value:

@@ -45,8 +45,7 @@ MOST_KEPT = 4096
 
 
 def check_description(system: System) -> System:
-    """Return the description in tuples and floats (see `field_types`); raises KernelError for the first invalid
-    item."""
+    """Return the description in tuples and floats (see `field_types`); raises KernelError for an invalid item."""
     if _checked.get(id(system)) is system:
         return system
     code, given, last = _encoded(system), system, _last[:]  # which other threads may replace
@@ -86,8 +85,7 @@ def check_description(system: System) -> System:
 
 
 def _known(x: object) -> object | None:
-    """Return the equal item (to the bit) that was checked before, else None; variants of a scene share nearly all
-    items."""
+    """Return the bitwise equal item checked before, else None; variants of a scene share nearly all items."""
     found = _items.get((type(x), code)) if (code := _encoded(x)) else None
     return found if found == x else None
 

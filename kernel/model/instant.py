@@ -134,8 +134,7 @@ class Evaluation:
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """Return the constraint rows under the forces known so far; later those already solved for the
-        accelerations."""
+        """Return the constraint rows under the forces known so far; then those solved for the accelerations."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:
@@ -168,8 +167,7 @@ class Evaluation:
 
     @property
     def window(self) -> Scalar:
-        """The value of `reach` for fixed steps, which are not shortened to it; a longer step is noted (see
-        `steps.passing`)."""
+        """The value of `reach` for fixed steps, which are not shortened to it, but noted (see `steps.passing`)."""
         return self.reach
 
     @property

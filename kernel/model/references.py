@@ -36,8 +36,7 @@ class ReferenceProfile:
 
 
 class References:
-    """Profiles and followed masters of all drives, winches and masters, written into P. `admit(command)` is called
-    before a command takes effect."""
+    """Profiles and followed masters of all drives and winches, written into P; `admit` precedes each command."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -86,8 +85,7 @@ class References:
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return the reference of an actuator at a time: its own profile plus masters; measured joints count with the
-        references of their drives."""
+        """Return an actuator's reference at a time: its profile plus masters, or references of drives of joints."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
@@ -100,8 +98,7 @@ class References:
         return own
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Start a trapezoid from the present value and speed; raises KernelError for an actuator that cannot be
-        driven."""
+        """Start a trapezoid from the present value and speed; raises KernelError if it cannot be driven."""
         a = self._driven(name)
         self._check_start(name, start_ns)
         x0, v0 = self.own(name, start_ns)
@@ -187,8 +184,7 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Return the times since the epoch [s] at which an acceleration or the slope of a history changes, sorted,
-        later than `after`."""
+        """Return the sorted times since the epoch [s] later than `after` at which accelerations or slopes change."""
         out = set(self.histories.breaks(epoch_ns, after))
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -202,8 +198,7 @@ class References:
         return sorted(out)
 
     def rest(self, epoch_ns: int) -> float:
-        """Return the time since the epoch [s] after which nothing is driven; inf during an endless move or with a
-        clock."""
+        """Return the time since the epoch [s] when drives end; inf during an endless move or with a clock."""
         if ("clock", "") in self._at:
             return inf
         moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)

@@ -128,8 +128,7 @@ def dynamics(
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return the composite inertia I^c per body, and the wrench of its joint for zero accelerations (Fig. 6 (c),
-    (d))."""
+    """Return I^c per body (composite inertia), and the wrench of its joint without accelerations (Fig. 6 (c), (d))."""
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:

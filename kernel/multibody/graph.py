@@ -174,8 +174,7 @@ def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> li
 
 
 def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[str]) -> str:
-    """Describe why the first unreachable body is not connected to the ground: no joint carries it, or a circle of
-    joints."""
+    """Describe why the first unreachable body has no way to the ground: no joint carries it, or a circle."""
     body = next(b for b in bodies if b not in found)
     above: list[str] = []
     while body in carrier and body not in above:
@@ -199,8 +198,7 @@ def path_matrix(parents: list[int]) -> np.ndarray:
 
 
 def children_of(T: np.ndarray, i: int) -> list[int]:
-    """Return the joints to subtract in body i's equation: the set of first ones right of column i, over the rows k with
-    T_ki = 1."""
+    """Return the joints to subtract in body i's equation: first ones right of column i in rows k with T_ki = 1."""
     first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
     return sorted(j for j in first if j is not None)
 

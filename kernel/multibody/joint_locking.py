@@ -58,8 +58,7 @@ def check_locks(system: System, graph: Graph) -> None:
 
 
 def halt_function(k: int, tree: Tree) -> Function:
-    """Return a function for one kind of tree: velocities after the locked joints have stopped, and the impulses of all
-    prescribed joints."""
+    """Return a kind of tree's function: velocities after locked joints stopped, impulses of prescribed joints."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
 
     def halt(q: Array, v: Array, P: Array) -> Outputs:
@@ -114,8 +113,7 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
 
 
 def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
-    """Return the total mass, centre and inertia about it of `parts` (mass, centre); `inertia` (3, 3): sum of their
-    own."""
+    """Return mass, centre and inertia about it of `parts` (mass, centre); `inertia` (3, 3): sum of their own."""
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
     # Steiner's theorem about the common centre of mass

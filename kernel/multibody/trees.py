@@ -27,8 +27,7 @@ _PARTS = (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Added mass A (6, 6): maps the twist of a body to the momentum [angular; linear] of the water about the body's
-    origin, in body axes."""
+    """Added mass A (6, 6): from a body's twist to the water's momentum [angular; linear], about its origin and axes."""
 
     A: Array
 

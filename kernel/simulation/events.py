@@ -76,8 +76,7 @@ class Events:
         return [i for i, x in enumerate(self._native.part("G").tolist()) if x < 0.0]
 
     def locate(self) -> None:
-        """Locate a guard that became negative in the tentative step: find the next nanosecond and the negative guards
-        there."""
+        """Locate a guard that became negative in the tentative step: find the nanosecond and negative guards there."""
         native = self._native
         # the first nanosecond at which the guard is negative: half-open interval (t0, t1], so that an event fires once
         t_ns = native.epoch + max(0, ceil((native["t0"] + native["hi"] * native["h0"]) * 1e9))

@@ -95,8 +95,7 @@ class Simulation(CommandTarget):
         return self.commands
 
     def start(self) -> None:
-        """Find the discrete states of the initial pose and take the first sample; raises KernelError after the first
-        steps."""
+        """Find the discrete states of the initial pose, take the first sample; KernelError after the first steps."""
         native = self.native
         self.order.check_new(native.epoch)
         self.references.write(0)
@@ -193,8 +192,7 @@ class Simulation(CommandTarget):
         return self.events.preview()
 
     def fire(self) -> list[StateChange]:
-        """Integrate to the located event and switch the laws of all negative guards in fixed order; return the
-        events."""
+        """Integrate to the located event and switch laws of all negative guards in fixed order; return the events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
@@ -207,8 +205,7 @@ class Simulation(CommandTarget):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Integrate to t_ns for commands; `pause` is called as in `run`. Raises KernelError for a time before committed
-        steps, or after a subscribed event."""
+        """Integrate to t_ns for commands; `pause` as in `run`; KernelError before committed steps or past an event."""
         if self.order.stands_at(t_ns, self.epoch):
             return
         check_present(t_ns, self.present_ns)
@@ -308,7 +305,6 @@ class Simulation(CommandTarget):
         return kept(self, self.native)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot of a simulation of the same system and options, bit for bit; this one must be
-        started."""
+        """Continue, once started, from a snapshot of the same system and options, bit for bit."""
         self.order.check_begun()
         go_on(self, self.native, snapshot)

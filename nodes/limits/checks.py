@@ -138,8 +138,7 @@ def line_of(checks: Sequence[Check]) -> str:
 
 
 def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...]]:
-    """Return the rows below `HEAD`, worst first: for each quantity and state the subject with the highest utilisation;
-    `every`: all subjects."""
+    """Return the rows below `HEAD`, worst first: by quantity and state the most used subject; `every`: all."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
         alone = every or check.quantity == "factor"

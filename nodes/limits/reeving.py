@@ -11,8 +11,7 @@ ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 
 def drum_ends(falls: int, given: int | None = None) -> int:
-    """Return the number of rope ends on the drum: as given, else two for an even number of falls, one for an odd
-    one."""
+    """Return the number of rope ends on the drum: as given, else two for an even number of falls, else one."""
     return given or (2 if falls % 2 == 0 else 1)
 
 

@@ -177,8 +177,7 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """Hook a sling to a lug of the block, or, without `lug`, a mechanism's rope to its end point. `p`: the lug in its
-    body's frame [m]."""
+    """Hook a sling to a `lug` at `p` [m] in its body's frame, or, without, a mechanism's rope to its end point."""
 
     sling: str
     lug: str = ""
@@ -193,8 +192,7 @@ class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
-    """Engage or release a brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a beam), or make an interlock
-    active or bypass it."""
+    """Engage or release a brake, a joint's lock or a beam's hinge lock, or activate or bypass an interlock."""
 
     model: str
     brake: str
@@ -235,8 +233,7 @@ class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """End an order: a move ramps down, a follower holds its position (its master is at `s`), a threshold is
-    disarmed."""
+    """End an order: a move ramps down, a follower holds (its master is at `s`), a threshold is disarmed."""
 
     s: float = 0.0
 

@@ -66,8 +66,7 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[R
 
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[RatedLimit]:
-    """Return the design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of
-    each block."""
+    """Return a scene's design loads by practice or factors, at the worst corner of each block's mass-centre box."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.factors.built(), Corners(nominal, build)

@@ -39,8 +39,7 @@ def charts_used(found: Sequence[Reach]) -> Table:
 
 
 def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
-    """Yield the tables from static loads to design loads, factor by factor, with the maxima of a run; and the list of
-    gear."""
+    """Yield the tables from static to design loads, by factor, with maxima of a run; and the list of gear."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []

@@ -82,8 +82,7 @@ def new_scene(name: str, like: str) -> str:
 
 
 def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
-    """Return texts of scenes by name: a crane of a type lifts the block of one row, `blocks.csv#B17`, or that of each
-    row."""
+    """Return texts of scenes by name: a crane lifts the block of a row, `blocks.csv#B17`, or of each row."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)
     names = [name] if len(rows) == 1 else [f"{name}-{row}" for row in rows]
@@ -189,8 +188,7 @@ def _hooks(crane: str) -> dict[str, tuple[float, float]]:
 
 
 def _above(crane: str, width: float) -> dict[str, list[tuple[float, float]]]:
-    """Return the lugs below the hooks of a crane on rails, two for each beam, relative to the middle of the block
-    [m]."""
+    """Return the lugs below a rail crane's hooks, two per beam, relative to the middle of the block [m]."""
     apart = LENGTH.read(str(machine_type(crane).parameters["hook spacing"]))
     places = {"H1": (-apart, -INSIDE * width), "H2": (apart, -INSIDE * width), "H3": (0.0, INSIDE * width)}
     return {hook: [(a - BETWEEN / 2, b), (a + BETWEEN / 2, b)] for hook, (a, b) in places.items()}

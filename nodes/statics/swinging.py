@@ -127,9 +127,8 @@ def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming
 
 
 def _displacements(move: Move, states: list[StaticState], begun: int) -> dict[str, list[float]]:
-    """Return the displacement of each body along a move that begins then, scaled to a largest one of 1; empty if none
+    """Return each body's displacement along a move that begins then, the largest being 1; empty if none moves."""
     # the state when the move begins, and the first one after which it has gone some way
-    moves."""
     at = [x for x in states if x.t <= begun * 1e-9][-1]
     went = (x for x in states if abs(x.references[move.actuator] - at.references[move.actuator]) > STILL)
     later = next((x for x in went if x.t > at.t), at)

@@ -187,7 +187,7 @@ class _Reading:
         self.mapping(("blocks",), {"from"})
         file = self.source.at(("blocks", "from"))
         try:
-            head, rows = table(self.source.root, str(file))
+            _, head, rows = table(self.source.root, str(file))
         except (SceneError, ValueError) as error:
             self.source.fault(("blocks", "from"), str(error))
             return (), []

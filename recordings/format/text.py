@@ -14,8 +14,7 @@ MOST = 30  # names in a sentence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
-    """Return columns side by side, `numeric` ones (default: columns of digits) right-aligned, cells printable; empty
-    without rows."""
+    """Return columns side by side, `numeric` ones (default: of digits) right-aligned; "" without rows."""
     if not rows:
         return ""
     head, rows = shown(head), shown(rows)

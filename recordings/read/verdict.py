@@ -97,8 +97,7 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return what a recording stores only in its result: the verdict, times of peaks, and a digest that cannot be
-    computed again."""
+    """Return what only the result stores: the verdict, times of peaks, a digest that cannot be computed again."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -115,8 +114,7 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return the contradictions within a recording as sentences: damaged bytes, or digest, number of samples or peaks
-    that differ from events and rows."""
+    """Return the contradictions in a recording: damaged bytes; digest, samples or peaks unlike events and rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints

@@ -127,8 +127,7 @@ def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> lis
 
 
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
-    """Write a figure to a .png or .svg file and return its path (outputs.py); raises RecordingError if the system
-    refuses."""
+    """Write a .png or .svg figure and return its path; raises RecordingError if the system refuses."""
     form = out.suffix.lower()[1:]
     metadata = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
     with PartFile(out, "a figure", FORMATS, force) as file, file.writing():

@@ -43,8 +43,7 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A column: a quantity with unit; `digits` after the decimal point, default as needed; a column of texts has
-    neither."""
+    """A column: a quantity with unit; `digits` after the decimal point, default as needed; texts have neither."""
 
     name: str
     unit: str = ""
@@ -279,8 +278,7 @@ def in_page(figure: "Figure") -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Context with the style of figures in this module's colours; `fonts` of SVG: "none" for text, "path" for
-    outlines."""
+    """Context with the style of figures in these colours; `fonts` of SVG: "none" for text, "path" for outlines."""
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

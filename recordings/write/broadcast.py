@@ -23,8 +23,7 @@ from .sink import RowWriter
 
 
 class Spectator:
-    """Observer of recorded data: receives `begin`, then `event`, `ropes`, `samples`, then `end`; the base class ignores
-    all."""
+    """Observer of recorded data: receives `begin`, then `event`, `ropes`, `samples`, then `end`; ignores all."""
 
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]

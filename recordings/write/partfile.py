@@ -76,8 +76,7 @@ class PartFile(AbstractContextManager["PartFile"]):
                 return
 
     def check(self, whole: bool = False) -> None:
-        """Raise RecordingError if the written data are no longer in the file or under its name; `whole`: compare every
-        byte."""
+        """Raise RecordingError if the written data are no longer under the file's name; `whole`: compare all bytes."""
         if self._at is not None:
             try:
                 there = os.stat(self._at, follow_symlinks=False)

@@ -61,14 +61,6 @@ def test_selected_samples_equal_those_of_all_and_other_chunks_stay_compressed(
     assert len(unpacked) <= 2 * len(chosen) < len(rec._file.summary.chunk_indexes)
 
 
-def test_data_kept_by_blocks_are_not_read_again(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    rec, whole = Recording(recorded), Recording(recorded).signal("rope/peak")
-    assert sum(len(times) for times, _ in rec.blocks(["rope/peak", "pose/hook"], keep=["rope/peak"])) == 6
-    monkeypatch.setattr(rec, "messages", None)
-    assert np.array_equal(rec.signal("rope/peak").values, whole.values)
-    assert rec.signal("rope/peak").t.tolist() == whole.t.tolist()
-
-
 def test_parts_of_a_recording_offer_their_signals_as_attributes(recorded: Path) -> None:
     rec = Recording(recorded)
     block, rope = rec["block"], rec["west.H1"]

@@ -22,8 +22,7 @@ class _StretchDone(Exception):
 
 
 class _TimedStretch(RunObserver):
-    """Observer that ends a run at simulation time `until` [ns], or `limit` seconds of wall time after its first
-    grants."""
+    """Ends a run at simulation time `until` [ns], or `limit` seconds of wall time after its first grants."""
 
     def __init__(self, limit: float, until: int) -> None:
         self._limit, self._until = limit, until

@@ -124,8 +124,7 @@ def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
 
 
 def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses of vertices of A in B, of vertices of B in A, then of pairs of edges (a_i, b_j, edge of A,
-    of B)."""
+    """Return the witnesses of vertices of A in B, of B in A, then of pairs of edges (a_i, b_j, edge of A, of B)."""
     a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c
@@ -143,8 +142,7 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def _faces(apart: list[Scalar]) -> list[Scalar]:
-    """Mark the separating axis of two boxes that overlap along the other two axes, so that flush sliding boxes do not
-    catch at borders."""
+    """Mark the separating axis of two boxes that overlap along the others, so that flush boxes do not catch."""
     over = [x < -NEAR for x in apart]
     return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
 

@@ -174,8 +174,7 @@ def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, F
 
 
 def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
-    """Create the functions for the guards of the candidates, one slot, and the bound of a step; n: number of values of
-    the first shape."""
+    """Create the functions of the candidates' guards, a slot, and a step's bound; n: values of the first shape."""
 
     def watch(p: Array, held: Array, A: Array, B: Array) -> Outputs:
         witnesses = pair.watch(p[:n], p[n:], A, B)
@@ -195,8 +194,7 @@ def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Functi
 
 
 def _touch(gap: Scalar, rate: Scalar) -> Any:
-    """Return the guard of a candidate: negative where it touches, at once if it approaches, with a delay if it only
-    penetrates."""
+    """Return a candidate's guard: negative where it touches; at once if it approaches, later if it penetrates."""
     # two cases: gap and approach, or a deeper gap at rest; a place just left must not fire again by round-off
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 

@@ -92,8 +92,7 @@ def edges(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edge(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of a ball of A on an edge of B; `along`: position along the edge, and 1 where the ball reaches
-    an adjacent face."""
+    """Return the frame of a ball of A on an edge of B; `along`: position on the edge, 1 at an adjacent face."""
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
     d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)

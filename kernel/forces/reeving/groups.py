@@ -30,8 +30,7 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strains with rates, unstretched lengths of parts, and flows over sheaves, for the present modes of the
-    sheaves."""
+    """Strains with rates, unstretched lengths of parts, flows over sheaves, for the present modes of the sheaves."""
 
     def __init__(
         self,

@@ -251,8 +251,7 @@ def _only(on: Scalar, x: Array) -> Array:
 def _along_edges(
     way: RopePath | Unrolled, there: list[Scalar | None], T: list[Scalar], given: list[Array]
 ) -> tuple[Scalar, list[Scalar], list[Scalar]]:
-    """Return the heat of sliding along edges, force [N] and place [m] at each edge, and the guards of the edges'
-    ends."""
+    """Return the heat of sliding along edges, force [N] and place [m] at each edge, guards of the edges' ends."""
     if isinstance(way, RopePath):
         return 0.0, [], []
     pulls = [k * part.u for k, part in zip(T, way.parts, strict=True)]

@@ -128,8 +128,7 @@ class RopePath:
                     self.lengths[i] = self.lengths[i] + x.radius * angles[1]
 
     def _pieces(self) -> list[Scalar]:
-        """Return the straight lengths between adjacent nodes; the feet of nodes that the rope has left divide its
-        straight parts."""
+        """Return the straight lengths between nodes; the feet of nodes that the rope has left divide its parts."""
         starts: list[Scalar] = [0.0]
         for part, x, here in zip(self.parts[1:], self._nodes[1:], self._on[1:], strict=False):
             if here is None:

@@ -75,8 +75,7 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Scaled multipliers, by row, that have no effect on free columns and that statics leaves undetermined; as
-        local as possible."""
+        """Scaled multipliers, by row, without effect on free columns: undetermined by statics, as local as possible."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:

@@ -53,8 +53,7 @@ class Track:
     shortening: np.ndarray
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """Return the shapes (6, m) at s [m], their first and second derivative in s, and g, by the recurrences of the
-        polynomials."""
+        """Return the shapes (6, m) at s [m], their two derivatives in s, and g, by the polynomials' recurrences."""
         # Chebyshev polynomials are defined on -1..1
         x = self.slope * s - 1.0
         # three-term recurrences of T_n and their derivatives

@@ -88,8 +88,7 @@ class FlexibleModes:
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return whether axial loads are certainly small, by a cheap test; arguments as of `FlexibleColumn.part`, for n
-        instants (n, ...)."""
+        """Return whether axial loads are surely small, cheaply; arguments of `FlexibleColumn.part`, for n instants."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -125,8 +124,7 @@ class FlexibleModes:
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
-        """Return the integral (m, m) of slope products over a part of an element from its start; degree 4, exact with 3
-        points."""
+        """Return the integral (m, m) of slope products over an element's first part; degree 4, exact with 3 points."""
         out = np.zeros((len(self.mass),) * 2)
         # slope products are of degree 4 in an element: three Gauss points integrate degree 5 exactly
         for x, weight in GAUSS:
@@ -237,8 +235,7 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
 
 
 def _given(name: str, flexible: Flexible, modal: Modal) -> FlexibleModes:
-    """Return tabulated modes scaled to a largest displacement of 1, at their places and at an extra node that moves
-    with the frame."""
+    """Return tabulated modes with largest displacement 1, at their places and at a node fixed to the frame."""
     nodes = np.array([*modal.nodes, (0.0, 0.0, 0.0)])
     given = np.array(modal.shapes, float).reshape(len(modal.shapes), -1).T
     scale = np.abs(given).max(axis=0, initial=0.0)

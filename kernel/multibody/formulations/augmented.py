@@ -108,8 +108,7 @@ def _named(i: int, B: Array) -> Array:
 
 
 def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
-    """Return the forces (6,) on each body: of its own joint minus those of the joints that it carries (the paper's eqs
-    (1)-(4))."""
+    """Return the forces (6,) on each body: of its joint minus those of joints that it carries (eqs (1)-(4))."""
     out = list(F)
     # each joint force acts on its child and, reversed, on its parent: Newton's third law
     for i, p in enumerate(parents):
@@ -265,8 +264,7 @@ def inwards(
 def outwards(
     tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
 ) -> tuple[dict[int, Scalar], list[Array]]:
-    """Return the accelerations of the degrees of freedom, and those of the bodies beyond the bias; `base` (6,):
-    acceleration of the ground."""
+    """Return accelerations of degrees of freedom, and of bodies beyond the bias; `base` (6,): of the ground."""
     X: list[Array] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):

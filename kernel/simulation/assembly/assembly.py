@@ -30,8 +30,7 @@ Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 
 
 def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tuple[np.ndarray, list[str]]:
-    """Return the initial state (ny,) with closed loops and consistent speeds, and sentences about changes. Raises
-    KernelError naming the joint."""
+    """Return the initial state (ny,) with closed loops and consistent speeds, and its changes; KernelError."""
     _, gap, slip, pivot = step(y)
     asked = y
     message: list[str] = []

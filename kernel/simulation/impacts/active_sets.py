@@ -76,8 +76,7 @@ class ContactSets:
         check_start(self._program.contacts.sites, self._numbers, ends)
 
     def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> ImpactResult:
-        """Return impulses and new states at time t [s] of the run, after the guards `fallen` became negative. Raises
-        KernelError if no solution exists."""
+        """Return impulses and new states at time t [s], after guards `fallen`; raises KernelError without solution."""
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = evaluate(self._program, local, y, self._P, forces=False)
         fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}
@@ -107,8 +106,7 @@ class ContactSets:
         return {x.name for x in self._slots if x.on and x.slips}
 
     def _impact(self, t: float, act: Act, reeling: dict[str, float]) -> ImpactResult:
-        """Apply the impulses of approaching contacts and release those that separate; `reeling`: rates of the ropes'
-        lengths."""
+        """Apply impulses of approaching contacts, release those that separate; `reeling`: rates of ropes' lengths."""
         on = self._on()
         # rows are those of all constraints; those of closed contacts in threes, normal first
         A, speed, _ = act.survey()

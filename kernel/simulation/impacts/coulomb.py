@@ -139,8 +139,7 @@ def _swept(c: ContactProblem) -> FrictionSolution:
 
 
 def _share(x: np.ndarray) -> np.ndarray:
-    """Return friction shares (m, 2) in proportion to the normal forces, so that contacts reach the friction limit
-    together."""
+    """Return friction shares (m, 2) by normal forces, so that contacts reach the friction limit together."""
     most = float(x[::3].max(initial=0.0))
     share = np.sqrt(np.maximum(x[::3] / most, LEAST)) if most > 0.0 else np.ones(len(x) // 3)
     return np.stack([share, share], axis=1)

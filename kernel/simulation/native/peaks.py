@@ -44,8 +44,7 @@ def watch(s: StepState, taken: Value) -> None:
 
 
 def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
-    """Return for each rope whether a maximum in the step to time `end` may be the highest so far, and whether a rise
-    leaves this open."""
+    """Return whether each rope's maximum in the step to `end` may be the highest, and whether it still rises."""
     h, before = end - s.t0, s.t0 - s.ta
     # SEEN times the second difference of unequal intervals bounds the curvature
     over, twice, whole = 1.0 / h, 1.0 / before, SEEN / (end - s.ta)

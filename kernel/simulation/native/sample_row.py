@@ -156,8 +156,7 @@ def labels(program: Program) -> list[Label]:
 
 
 def projection(program: Program) -> Function:
-    """Create the function t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,), see
-    `ConstraintRows.pivots`."""
+    """Create t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,) (`ConstraintRows.pivots`)."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
@@ -183,8 +182,7 @@ def projection(program: Program) -> Function:
 
 
 def surveying(program: Program) -> Function:
-    """Create the function t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of all
-    rows."""
+    """Create the function t, y, P -> delassus (n * n,), velocities `speed`, free accelerations `free` (n,) by row."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()

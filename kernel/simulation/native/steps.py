@@ -89,8 +89,7 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return the local time plus one second from which a fixed step could let shapes pass unseen; 0: none yet,
-    negative: noted."""
+    """Return local time + 1 s from which a fixed step could let shapes pass unseen; 0: none, negative: noted."""
     # a fixed step is not shortened: it is only noted when shapes could have passed unseen
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)

@@ -26,8 +26,7 @@ model_port_and_place = itemgetter(0, 1, 2)
 
 
 def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
-    """Put messages into the bags of their receivers; return the indices of receivers that are not imminent at `t`
-    [ns]."""
+    """Put messages into their receivers' bags; return the indices of receivers not imminent at `t` [ns]."""
     reached = []
     n = 0
     for source in sources:
@@ -60,8 +59,7 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
 def spoken(
     tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], inner: bool = False
 ) -> list[Event]:
-    """Return the events sent at a tag through the out ports of root models, or through their `inner` ones, in total
-    order."""
+    """Return the events sent at a tag through out ports of root models, or their `inner` ones, in order."""
     left = [
         # the total order of events: source, port, then place in the port's bag
         (target.owner.name, target.name, number, value)
@@ -115,8 +113,7 @@ STALE = 4  # stale entries for each atomic at which the slots are made anew
 
 
 class Schedule:
-    """The schedule of the atomics. `imminent`: indices of atomics due at the tag that `next` returned, in path
-    order."""
+    """The schedule of the atomics. `imminent`: indices of atomics due at the tag of `next`, in path order."""
 
     def __init__(
         self, atomics: list[Atomic], last: Instant, present: Present, known: Collection[Atomic] = frozenset()

@@ -153,8 +153,7 @@ class Simulator:
         self._work(tag, imminent, sources, values, until, SILENT)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
-        """Advance alone through all tags at t < `until` [ns], or until `stop()` is true after a tag; may be called
-        again."""
+        """Advance through all tags at t < `until` [ns], or until `stop()` is true after one; may be called again."""
         due, until = self.next_time, min(until, NEVER)
         while due.t < until:
             if self._staged:
@@ -270,8 +269,7 @@ class Simulator:
         self._begin(before)
 
     def snapshot(self) -> bytes:
-        """Return all state on which the future depends, between two tags; raises ModelError if part of it cannot be
-        saved."""
+        """Return all state on which the future depends, between tags; raises ModelError if it cannot be saved."""
         _ = self.next_time  # what was asked of the structure has happened then
         return frozen(self.models, self._last, self._staged)
 
@@ -296,8 +294,7 @@ class Simulator:
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """Return the results of the atomics at `end` (a tag or ns; default: the last transition), by path; atomics
-        without result are omitted."""
+        """Return the results of atomics that have one, by path, at `end` (tag or ns; default: the last transition)."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))

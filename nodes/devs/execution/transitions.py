@@ -1,17 +1,11 @@
 """What a simulator did: a trace that is whole and yet costs little, and a log that is reported at once.
 
-A run is determined by who was due at each tag and what was said: these few lists are kept, and the transitions (kinds,
-bags, what each model said) are made from them by the routes when somebody reads.  To keep a line for every transition
-would cost as much as the transitions do, most of it in the garbage collector.
-
-What out ports promise of their outputs, that it is kept, and how much more could have been promised.
+A run is determined by who was due at each tag and which messages were sent: these few lists are kept, and the
+transitions are made from them by the routes when somebody reads.
 
 Lookahead L of a port [ns]: after a transition at t, no output that was not already scheduled leaves by it before
 t + L. The conservative bounds of Chandy and Misra live on it, so a broken promise ends a run by name; the longest
 promise that would have held (`Slack`) is what a user tunes it with.
-
-Lambda: what the atomics that are due say at a tag, in path order, each once, and changing nothing by it; and
-what they tell of a run when it is over, each by `result()`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence

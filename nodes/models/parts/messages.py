@@ -198,8 +198,7 @@ class OperatorCommand(Message, frozen=True):
 
 
 class OperatorAnswer(Message, frozen=True):
-    """Answer to the command given at `t_ns`: accepted, or the reason of its refusal; `at`: the conflicting order of the
-    action list."""
+    """Answer to the command given at `t_ns`: accepted, or why not; `at`: the conflicting order of the list."""
 
     text: str
     t_ns: int

@@ -2,9 +2,9 @@
 
 import re
 
-from heavylift.nodes.scene.text.expressions import QUANTITY, UNIT, Reader
+from heavylift.nodes.scene.text.expressions import QUANTITY, UNIT
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.spelling import NUMBER
+from heavylift.nodes.scene.text.spelling import NUMBER, Reader
 from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import PhraseError

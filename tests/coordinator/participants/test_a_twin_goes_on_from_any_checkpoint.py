@@ -9,21 +9,13 @@ from random import Random
 import msgspec
 import pytest
 from heavylift.coordinator.participants import KernelNode, configured, wiring
-from heavylift.coordinator.protocol import (
-    Checkpoint,
-    Grant,
-    Hello,
-    Node,
-    OpenCoordinator,
-    decode,
-    encode,
-    run_in_memory,
-)
+from heavylift.coordinator.protocol import Checkpoint, Grant, Hello, Node, OpenCoordinator, decode, encode
 from heavylift.nodes.devs import Simulator, Tag, after
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 from heavylift.nodes.scenes import bundled
+from in_memory import run_in_memory
 
 SPAN_ns = 60 * 10**9  # of each scene that is run
 LONGEST_ns = 10**10  # of a grant

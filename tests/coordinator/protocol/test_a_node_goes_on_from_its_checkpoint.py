@@ -19,9 +19,9 @@ from heavylift.coordinator.protocol import (
     decode,
     encode,
     node as node_module,
-    run_in_memory,
 )
 from heavylift.nodes.devs import Atomic, Event, Message, Out, Simulator, Tag
+from in_memory import run_in_memory
 from random_models import END, Logs, distributed, parts
 
 MODELS = range(40)

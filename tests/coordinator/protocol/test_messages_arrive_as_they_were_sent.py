@@ -11,9 +11,10 @@ from typing import Annotated, Any, Literal
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.coordinator.protocol import Coordinator, Node
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Simulator, ports
+from in_memory import run_in_memory
 
 
 class Side(Enum):

@@ -19,12 +19,12 @@ from heavylift.coordinator.protocol import (
     RunEnd,
     core as core_module,
     distance,
-    run_in_memory,
     together,
 )
 from heavylift.kernel import HeavyliftError
 from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Model, Simulator, Tag
 from heavylift.nodes.devs.execution import Wire, flatten, transitions
+from in_memory import run_in_memory
 from mutants import changed
 from random_models import Run, build, build_ring, distributed, flat, told as results
 

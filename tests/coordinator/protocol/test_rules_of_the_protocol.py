@@ -19,10 +19,10 @@ from heavylift.coordinator.protocol import (
     Welcome,
     decode,
     encode,
-    run_in_memory,
 )
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, AtomicResult, Bag, Event, In, Out, Simulator, Slack, Tag
+from in_memory import run_in_memory
 
 
 def test_no_grant_is_sent_before_all_nodes_have_sent_hello() -> None:

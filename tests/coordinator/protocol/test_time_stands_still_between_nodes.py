@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.coordinator.protocol import Coordinator, Node
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Out, Simulator, Slack, Tag, encode, ms, succ
 from heavylift.nodes.devs.execution import LONGER
+from in_memory import run_in_memory
 
 LIMIT = 200
 

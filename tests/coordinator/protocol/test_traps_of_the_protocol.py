@@ -4,9 +4,10 @@ from itertools import permutations
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, RunEnd, run_in_memory
+from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, RunEnd
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag, encode
+from in_memory import run_in_memory
 from mutants import MUTANTS
 
 

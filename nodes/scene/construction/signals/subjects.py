@@ -84,8 +84,7 @@ class Subjects:
         return found
 
     def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
-        """Return model and signal of the load or tension relative to a limit, as in `check`; None without a numeric
-        limit."""
+        """Return model and signal of a load or tension relative to its limit, as in `check`; None without one."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":
