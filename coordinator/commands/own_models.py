@@ -75,21 +75,9 @@ def devs(
     if not (in_process or places):
         processes = o.paying_processes(processes, len(built(model).children), tried, [*away, *(external or ())])
     run = run_models(
-        model,
-        end,
-        output,
-        in_process,
-        watch=Aloud(),
-        processes=processes,
-        microsteps=microsteps,
-        force=force,
-        deadline=patience,
-        places=places or (),
-        remote=away,
-        listener=listener,
-        stop=stop,
-        external=external or (),
-    )
+        model, end, output, in_process, watch=Aloud(), processes=processes, microsteps=microsteps, force=force,
+        deadline=patience, places=places or (), remote=away, listener=listener, stop=stop, external=external or (),
+    )  # fmt: skip
     if as_json:
         row = {**msgspec.to_builtins(run, enc_hook=str), "outcome": run.outcome.name.lower()}
         typer.echo(msgspec.json.encode(row).decode())

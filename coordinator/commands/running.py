@@ -125,13 +125,9 @@ def run(
             elsewhere = [*loaded.facts.remote, *(remote or []), *(external or [])]
             processes = o.paying_processes(processes, len(nodes), tried, elsewhere)
         placement = place(
-            nodes,
-            loaded.facts.placement,
-            places or [],
-            processes,
-            [*loaded.facts.remote, *(remote or [])],
+            nodes, loaded.facts.placement, places or [], processes, [*loaded.facts.remote, *(remote or [])],
             external or [],
-        )
+        )  # fmt: skip
         listener = open_listener(placement.remote, listen, keys, in_process, placement.external)
         path = output or Path(f"{loaded.plan.name}.mcap")
         with (
@@ -144,20 +140,9 @@ def run(
             if fitted:
                 watch.say(fitted.message)
             result = simulate(
-                loaded,
-                path,
-                in_process,
-                watch,
-                crew,
-                placement=placement,
-                listener=listener,
-                page=observers,
-                deadline=patience,
-                pace=pace,
-                keyboard=keyboard,
-                force=force,
-                publish_hz=publish,
-            )
+                loaded, path, in_process, watch, crew, placement=placement, listener=listener, page=observers,
+                deadline=patience, pace=pace, keyboard=keyboard, force=force, publish_hz=publish,
+            )  # fmt: skip
             certificate = certifying.written(result.recording) if certifying else None
     finally:
         if crew is not None:

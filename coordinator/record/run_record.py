@@ -78,6 +78,11 @@ def clocked(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P
 
 Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began to hold a node back
 
+SUMMARY: dict[type, tuple[str, ...]] = {
+    m.Grant: ("gseq", "until", "inputs", "committed"), m.Done: ("gseq", "next", "spoken", "offer"),
+    m.Hello: ("next", "lookahead"), m.Fail: ("tag", "sentence"), m.Stop: ("end", "why"), m.Bye: ("busy_s", "sentence"),
+}  # fmt: skip
+COUNTED = ("inputs", "spoken", "offer")
 _schema = cache(msgspec.json.schema)  # of a type of messages, which many ports have
 
 
@@ -204,27 +209,7 @@ class FileRecorder(RunRecorder):
 
 
 def _summary(message: m.AnyMessage) -> dict[str, object]:
-    match message:
-        case m.Grant():
-            return {
-                "gseq": message.gseq,
-                "until": message.until,
-                "inputs": len(message.inputs),
-                "committed": message.committed,
-            }
-        case m.Done():
-            return {
-                "gseq": message.gseq,
-                "next": message.next,
-                "spoken": len(message.spoken),
-                "offer": len(message.offer),
-            }
-        case m.Hello():
-            return {"next": message.next, "lookahead": message.lookahead}
-        case m.Fail():
-            return {"tag": message.tag, "sentence": message.sentence}
-        case m.Stop():
-            return {"end": message.end, "why": message.why}
-        case m.Bye():
-            return {"busy_s": message.busy_s, "sentence": message.sentence}
-    return {}
+    """Return the fields of a message that its record has, of lists their lengths."""
+    fields = SUMMARY.get(type(message), ())
+    values = ((name, getattr(message, name)) for name in fields)
+    return {name: len(x) if name in COUNTED else x for name, x in values}

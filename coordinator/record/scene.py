@@ -186,18 +186,11 @@ class Record(FileRecorder):
         """Finish the recording and return the result of the run."""
         audit = self._energy
         result = RunResult(
-            sim_s=self.last_ns * 1e-9,
-            wall_s=wall_s,
-            digest=self.recorder.digest.hexdigest(),
+            sim_s=self.last_ns * 1e-9, wall_s=wall_s, digest=self.recorder.digest.hexdigest(),
             peaks={name: (p.tension, p.time) for name, p in self.recorder.peaks.items()},
-            energy_error=audit.error if audit else 0.0,
-            energy_turned_over=audit.turned_over if audit else 0.0,
-            grants=grants,
-            unfinished=unfinished,
-            lateness=lateness,
-            notes=tuple(self.notes),
-            promised=self._promised,
-        )
+            energy_error=audit.error if audit else 0.0, energy_turned_over=audit.turned_over if audit else 0.0,
+            grants=grants, unfinished=unfinished, lateness=lateness, notes=tuple(self.notes), promised=self._promised,
+        )  # fmt: skip
         text = self._conduct
         text.peaks, text.end, text.unfinished = result.peaks, result.sim_s, result.unfinished
         result = replace(result, verdict=self._verdict())

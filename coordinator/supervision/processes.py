@@ -81,14 +81,9 @@ class Processes(AbstractContextManager["Processes"]):
             try:
                 errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
                 keeper = subprocess.Popen(
-                    self._command,
-                    stdin=pipe,
-                    stdout=pipe,
-                    stderr=errors,
-                    pass_fds=(self._life_line.fileno(),),
-                    start_new_session=True,
-                    env={**ONE_THREAD, **os.environ, **SEED},
-                )
+                    self._command, stdin=pipe, stdout=pipe, stderr=errors, pass_fds=(self._life_line.fileno(),),
+                    start_new_session=True, env={**ONE_THREAD, **os.environ, **SEED},
+                )  # fmt: skip
             except OSError as error:
                 why = error.strerror
                 raise ProtocolError(
@@ -124,13 +119,9 @@ class Processes(AbstractContextManager["Processes"]):
         assert self._hub is not None, "there is a run"
         module, *arguments = self._commands[process]
         self._order(
-            do="start",
-            name=process,
-            module=module,
-            arguments=arguments,
-            ticket=self._hub.ticket(process).to_text(),
+            do="start", name=process, module=module, arguments=arguments, ticket=self._hub.ticket(process).to_text(),
             log=str(self.directory.log(process)),
-        )
+        )  # fmt: skip
 
     @property
     def owed_since(self) -> float | None:

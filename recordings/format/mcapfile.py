@@ -189,16 +189,10 @@ class McapFile:
     def _statistics(self) -> r.Statistics:
         counts = {channel: n for channel, n in enumerate(self._counts) if n}
         return r.Statistics(
-            attachment_count=len(self._attachments),
-            channel_count=len(self._channels),
-            channel_message_counts=counts,
-            chunk_count=self._chunk_count,
-            message_count=sum(counts.values()),
-            message_end_time=self._ended,
-            message_start_time=self._began,
-            metadata_count=len(self._metadata),
-            schema_count=len(self._schemas),
-        )
+            attachment_count=len(self._attachments), channel_count=len(self._channels), channel_message_counts=counts,
+            chunk_count=self._chunk_count, message_count=sum(counts.values()), message_end_time=self._ended,
+            message_start_time=self._began, metadata_count=len(self._metadata), schema_count=len(self._schemas),
+        )  # fmt: skip
 
     def _record(self, record: r.McapRecord) -> tuple[int, int]:
         """Write a record; returns its place in the file and its length."""
@@ -224,21 +218,9 @@ def _bytes(record: r.McapRecord) -> bytes:
 
 
 BROKEN = (
-    McapError,
-    struct.error,
-    zstandard.ZstdError,
-    msgspec.MsgspecError,
-    DecodeError,
-    OSError,
-    EOFError,
-    ArithmeticError,
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    MemoryError,
-    RecursionError,
-)
+    McapError, struct.error, zstandard.ZstdError, msgspec.MsgspecError, DecodeError, OSError, EOFError, ArithmeticError,
+    ValueError, LookupError, AttributeError, TypeError, MemoryError, RecursionError,
+)  # fmt: skip
 """What bytes raise that are not what a run has written."""
 READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "numpy"} | sys.stdlib_module_names
 

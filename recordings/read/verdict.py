@@ -149,16 +149,9 @@ def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
         parts = [
-            _head(rec, verdict),
-            _findings(verdict),
-            _clearances(verdict),
-            _peaks(rec),
-            _results(rec),
-            _events(rec),
-            _signals(rec),
-            _channels(rec),
-            _attachments(rec),
-        ]
+            _head(rec, verdict), _findings(verdict), _clearances(verdict), _peaks(rec), _results(rec), _events(rec),
+            _signals(rec), _channels(rec), _attachments(rec),
+        ]  # fmt: skip
     return "\n\n".join(part for part in parts if part)
 
 

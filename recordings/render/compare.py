@@ -121,19 +121,11 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComp
     if not (first or unlike or others or wrong or equal):
         first = "none in events and samples: the recordings tell of equal motions, but are not both complete"
     return RecordingComparison(
-        A.path,
-        B.path,
-        equal=equal,
-        first=first,
+        A.path, B.path, equal=equal, first=first,
         differences=[d for name in A.signals() if name in names_b for d in _signal(A, B, name)],
-        only_a=sorted(names_a - names_b),
-        only_b=sorted(names_b - names_a),
-        rows=unlike,
-        others=others,
-        wrong=wrong,
-        circumstances=[*circumstances(A, B)],
-        as_recorded=contents(A).unknown or contents(B).unknown,
-    )
+        only_a=sorted(names_a - names_b), only_b=sorted(names_b - names_a), rows=unlike, others=others, wrong=wrong,
+        circumstances=[*circumstances(A, B)], as_recorded=contents(A).unknown or contents(B).unknown,
+    )  # fmt: skip
 
 
 def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:

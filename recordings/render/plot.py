@@ -144,15 +144,9 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
     legend_rows = -(-len(curves.names) // legend_columns)
     heights = [1.0, *([1.15] if several else []), *([0.6] if curves.over else [])]
     grid = figure.add_gridspec(
-        len(heights),
-        1,
-        left=LEFT,
-        right=RIGHT,
-        bottom=BOTTOM,
-        top=top,
-        height_ratios=heights,
+        len(heights), 1, left=LEFT, right=RIGHT, bottom=BOTTOM, top=top, height_ratios=heights,
         hspace=(0.12 + 0.08 * legend_rows) * (1.6 if curves.over else 1.0),
-    )
+    )  # fmt: skip
     _heading(figure, rec, curves)
     upper = lowest = figure.add_subplot(grid[0])
     _panel(upper, curves, [0], stages)
@@ -285,14 +279,7 @@ def _label_stages(axes: Axes, times: Sequence[float], names: Sequence[str]) -> N
         top = (at / points, 1)
         for text, up in (("", 14), (name, 17)):
             axes.annotate(
-                text,
-                top,
-                xycoords="axes fraction",
-                xytext=(place - at, up),
-                textcoords="offset points",
-                rotation=SLOPE,
-                rotation_mode="anchor",
-                size=min(LABEL, gap * 0.62),
-                color=INK,
+                text, top, xycoords="axes fraction", xytext=(place - at, up), textcoords="offset points",
+                rotation=SLOPE, rotation_mode="anchor", size=min(LABEL, gap * 0.62), color=INK,
                 arrowprops=None if text else LEADER,
-            )
+            )  # fmt: skip

@@ -14,7 +14,7 @@ import traceback
 from collections.abc import Callable, Iterable
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from heavylift.coordinator.stopping import STOPPED
@@ -192,13 +192,10 @@ def carry_out() -> None:
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     if limit != resource.RLIM_INFINITY and limit < LEAST_MB << 20:
         message = f"only {limit >> 20} MB of memory may be addressed, and heavylift needs at least {LEAST_MB}"
-        print(f"heavylift: {message}; raise the limit (`ulimit -v unlimited`)", file=sys.stderr)
-        sys.exit(1)
+        _fail(f"{message}; raise the limit (`ulimit -v unlimited`)")
     for word in sys.argv[1:]:
         if len(word.splitlines()) > 1 and Path(word).exists():
-            shown = printable(word)
-            print(f"heavylift: '{shown}': the name of this file has more than one line; rename it", file=sys.stderr)
-            sys.exit(2)
+            _fail(f"'{printable(word)}': the name of this file has more than one line; rename it", 2)
     try:
         code = app(prog_name="heavylift", standalone_mode=False)  # of a command that ends with typer.Exit
         if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it
@@ -207,44 +204,36 @@ def carry_out() -> None:
             sys.stdout.flush()
         if code:
             sys.exit(code)
-    except Stopped as error:
-        print(f"heavylift: {error}", file=sys.stderr)
-        _print_partial_verdict(error)
-        sys.exit(STOPPED)
     except HeavyliftError as error:
         message = str(error)
         print(f"heavylift: {message}" if "\n" not in message else message, file=sys.stderr)
         _print_partial_verdict(error)
-        sys.exit(2 if isinstance(error, OutputError) else 1)
+        sys.exit(STOPPED if isinstance(error, Stopped) else 2 if isinstance(error, OutputError) else 1)
     except (typer.Abort, KeyboardInterrupt):
-        print("heavylift: stopped", file=sys.stderr)
-        sys.exit(STOPPED)
+        _fail("stopped", STOPPED)
     except Exception as error:
         if isinstance(error, OSError) and not error.filename and (why := _unwritable()):
-            _discard_output()
-            print(
-                f"heavylift: standard output cannot be written ({why}); make room there or send it elsewhere",
-                file=sys.stderr,
-            )
-            sys.exit(1)
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # so that Python does not fail as it ends
+            _fail(f"standard output cannot be written ({why}); make room there or send it elsewhere")
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
             asked = type(error).__name__ == "NoArgsIsHelpError"
             message = error.format_message()
             print(message if asked else f"heavylift: {printable(message, keep=SPACES)}", file=sys.stderr)
             sys.exit(error.exit_code)
         if refused := _refused(error):
-            print(f"heavylift: {refused}", file=sys.stderr)
-            sys.exit(1)
+            _fail(refused)
         with tempfile.NamedTemporaryFile(
             "w", encoding="utf-8", prefix="heavylift-", suffix=".txt", delete=False
         ) as file:
             traceback.print_exc(file=file)
         message = f"internal error, {type(error).__name__}: {printable(str(error))}"
-        print(
-            f"heavylift: {message}; this is a defect of heavylift, {file.name} holds the details for its developers",
-            file=sys.stderr,
-        )
-        sys.exit(1)
+        _fail(f"{message}; this is a defect of heavylift, {file.name} holds the details for its developers")
+
+
+def _fail(sentence: str, code: int = 1) -> NoReturn:
+    """End the command with a sentence and an exit code."""
+    print(f"heavylift: {sentence}", file=sys.stderr)
+    sys.exit(code)
 
 
 def _print_partial_verdict(error: HeavyliftError) -> None:
@@ -288,8 +277,3 @@ def _unwritable() -> str:
     except OSError as error:
         return error.strerror or type(error).__name__
     return ""
-
-
-def _discard_output() -> None:
-    """Redirect standard output to /dev/null, so that Python does not fail when it flushes at exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

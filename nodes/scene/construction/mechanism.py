@@ -84,16 +84,12 @@ class _Assembly(Checking):
         bends = tuple(self._bends(bodies))
         slices = list(self._slices(bends))
         system = k.System(
-            bodies=(*bodies, *(body for body, _, _ in slices)),
-            joints=(*made, *(joint for _, joint, _ in slices)),
+            bodies=(*bodies, *(body for body, _, _ in slices)), joints=(*made, *(joint for _, joint, _ in slices)),
             ropes=tuple(r for r in ropes if isinstance(r, k.Rope)),
             rigid_ropes=tuple(r for r in ropes if isinstance(r, k.RigidRope)),
             supports=tuple(support.built(name) for name, support in given.supports.items()),
-            forces=(*reevings, *self._forces()),
-            contacts=tuple(self._contacts()),
-            gravity=gravity,
-            **laws_of(given),
-        )
+            forces=(*reevings, *self._forces()), contacts=tuple(self._contacts()), gravity=gravity, **laws_of(given),
+        )  # fmt: skip
         whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
             self.checked((*self.base, "joints"), kinematics.poses, whole)
@@ -109,20 +105,12 @@ class _Assembly(Checking):
             self.checked(self.base, self._resisting, whole)
         taut, closed = self._carrying(system, kinematics.poses(whole)) if not self.source.faults else ((), ())
         return plan.Mechanism(
-            name=self.called,
-            system=system,
-            actuators=(*actuators(self), *hung.actuators),
-            taut=taut,
-            closed=closed,
-            hooks=tuple(hung.hooks),
-            shapes=(*self._shapes(bends), *(shape for _, _, shape in slices), *hung.shapes),
-            ties=tuple(hung.ties),
-            heavy=(*hung.heavy, *self._heavy(given.ropes)),
-            bends=bends,
-            girders=tuple(self._girders()),
-            footing=footing_of(self.source, self.base, given.stands, self.bodies, ""),
+            name=self.called, system=system, actuators=(*actuators(self), *hung.actuators), taut=taut, closed=closed,
+            hooks=tuple(hung.hooks), shapes=(*self._shapes(bends), *(shape for _, _, shape in slices), *hung.shapes),
+            ties=tuple(hung.ties), heavy=(*hung.heavy, *self._heavy(given.ropes)), bends=bends,
+            girders=tuple(self._girders()), footing=footing_of(self.source, self.base, given.stands, self.bodies, ""),
             where=self.source.where(self.base),
-        )
+        )  # fmt: skip
 
     def _body(self, name: str, body: mechanics.BodyKeys) -> k.Body:
         path: Path = (*self.base, "bodies", name)

@@ -216,18 +216,11 @@ class _Resolver:
         endless = phrase.by is None and phrase.to is None and not phrase.above
         ramp, pulses = ramp_of(phrase.ramp) if phrase.ramp else (actor.accel, actor.pulses)
         return actions.Move(
-            verb=phrase.verb,
-            model=actor.model,
-            actuator=actor.name,
-            speed=sign * phrase.speed if endless else phrase.speed,
-            accel=ramp,
-            pulses=pulses,
-            by=None if phrase.by is None else (sign if winding else 1.0) * phrase.by,
-            to=phrase.to,
-            above=phrase.above,
-            until=until,
-            where=where,
-        )
+            verb=phrase.verb, model=actor.model, actuator=actor.name,
+            speed=sign * phrase.speed if endless else phrase.speed, accel=ramp, pulses=pulses,
+            by=None if phrase.by is None else (sign if winding else 1.0) * phrase.by, to=phrase.to, above=phrase.above,
+            until=until, where=where,
+        )  # fmt: skip
 
     def _entries(self, name: str) -> dict[str, dict[str, Sling]]:
         """Return the ropes of a rigging entry, and for each of its slings the ropes of its alternative attachments."""

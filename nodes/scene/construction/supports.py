@@ -51,16 +51,9 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
     for face, side in ((LOWER, -1), (UPPER, 1)):
         for i, (u, v) in enumerate(stools.at):
             support = Support(
-                f"{name}.{face}-{i + 1}",
-                Point(name, (u, v, side * half)),
-                stools.height,
-                k,
-                d,
-                stools.friction,
-                k if stools.friction else 0.0,
-                d if stools.friction else 0.0,
-                "" if block.on == WORLD else block.on,
-            )
+                f"{name}.{face}-{i + 1}", Point(name, (u, v, side * half)), stools.height, k, d, stools.friction,
+                k if stools.friction else 0.0, d if stools.friction else 0.0, "" if block.on == WORLD else block.on,
+            )  # fmt: skip
             supports.setdefault(face, []).append(support)
     xx, yy, zz, xy, xz, yz = (*(block.inertia or box(block.mass, block.size)), 0.0, 0.0, 0.0)[:6]
     rigid = Body(name, block.mass, block.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
@@ -81,16 +74,12 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
     words = {lug: lug if alone else f"{name}.{lug}" for lug in block.lugs}
     marks = {word: builder.source.where((*base, "lugs", lug)) for lug, word in words.items()}
     cargo = Cargo(
-        body=name,
-        mass=block.mass,
-        com=block.com,
-        moments=(xx, yy, zz),
-        size=block.size,
+        body=name, mass=block.mass, com=block.com, moments=(xx, yy, zz), size=block.size,
         lugs={word: block.lugs[lug] for lug, word in words.items()},
         marks=marks | {"": builder.source.where((*base, "com"))},
         faces={s.name: face for face, of in supports.items() for s in of} if turns else {},
         turned=0.0 if turns else None,
-    )
+    )  # fmt: skip
     boxes = block.shape.slices if block.shape and block.shape.slices else [((0.0, 0.0, 0.0), block.size)]
     return plan.Mechanism(
         name=name,

@@ -63,15 +63,10 @@ class _Models:
         signals = {port: self.signal((*path, "signals", port), text) for port, text in given.signals.items()}
         leads = (self.led((*path, "orders", port), name, port, target) for port, target in given.orders.items())
         return UserModel(
-            name=name,
-            model=self.code((*path, "model"), given.model),
-            period=round(given.period * 1e9),
-            delay=round(given.delay * 1e9),
-            signals={port: signal for port, signal in signals.items() if signal},
-            leads=tuple(led for led in leads if led),
-            parameters=dict(given.parameters),
-            where=self.source.where(path),
-        )
+            name=name, model=self.code((*path, "model"), given.model), period=round(given.period * 1e9),
+            delay=round(given.delay * 1e9), signals={port: signal for port, signal in signals.items() if signal},
+            leads=tuple(led for led in leads if led), parameters=dict(given.parameters), where=self.source.where(path),
+        )  # fmt: skip
 
     def code(self, path: Path, model: str) -> str:
         """Return the reference, with an absolute path for a file in the scene's folder."""
