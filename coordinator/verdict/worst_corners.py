@@ -35,8 +35,8 @@ def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
         known = [x for lift in at_rest(other.plan, other.statics, EVERY) for x in lift.clearances]
         return {(f"{x.a} and {x.b}", f"{x.limit if x.limit > 0.0 else x.limit - TOUCH!r}"): -x.distance for x in known}
 
-    corners = Corners(scene, build, sizes)
-    corners.search(ends)
+    corners = Corners(scene, sizes)
+    corners.search(ends, build)
     rows = [
         msgspec.structs.replace(
             limit, subject=key[0], value=float(key[1]), spread=most - corners.usual[key],
