@@ -19,7 +19,7 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import RecordedVerdict
 from numpy.typing import NDArray
 
-from .in_memory import Played
+from .in_memory import Judge, Played
 
 Floats = NDArray[np.float64]
 WHOLE = "the whole run"
@@ -120,13 +120,21 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     found = list[AskedFigure]()
     for quantity in ask:
         if quantity in READ:
-            read, again = READ[quantity](run.plan, shown), READ[quantity](run.plan, half)
+            found += _misread(READ[quantity](run.plan, shown), READ[quantity](run.plan, half))
         else:
-            read, again = _judged(quantity, *run.judged), _judged(quantity, *run.judged_coarsely)
-        coarse = {f.name: f.value for f in _numbered(again)}
-        # halving the sampling rate changes a smooth figure by three times its remaining error (second order)
-        found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read)]
+            found += judged(run.judge, [quantity])
     return found
+
+
+def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance")) -> list[AskedFigure]:
+    """Figures of the verdict of a run."""
+    return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]
+
+
+def _misread(read: Iterator[AskedFigure], again: Iterator[AskedFigure]) -> Iterator[AskedFigure]:
+    """Yield figures with their reading errors, from the same of every second sample."""
+    coarse = {f.name: f.value for f in _numbered(again)}
+    return (f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read))
 
 
 def _tensions(slings: bool) -> Callable[[Plan, RunSeries], Iterator[AskedFigure]]:

@@ -133,6 +133,24 @@ class Collector:
         return History(t, poses, tensions | _most(parts) | pads, _whole(lengths), self.rigs, *more)
 
 
+@dataclass(frozen=True)
+class Every:
+    """The history of a run at each `every`-th sample."""
+
+    past: RunHistory
+    every: int
+
+    @property
+    def t(self) -> Floats:
+        """Sample times (n,) [s], in order."""
+        return self.past.t[:: self.every]
+
+    def part(self, first: int, end: int) -> History:
+        """Return the samples from `first` to before `end`."""
+        whole = self.past.part(first * self.every, end * self.every)
+        return whole.of(np.arange(0, len(whole.t), self.every))
+
+
 def history_of(rec: Recording) -> Collector:
     """Read the history of a run from its recording."""
     names = [name for name in rec.signals() if name.startswith(POSE) or name in NUMBERS]

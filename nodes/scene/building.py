@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.limits.factors import BASES
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import frames_on_hooks
@@ -48,7 +49,7 @@ from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import cornered, designed, ends_of
+from .corners import Centres, cornered, designed, ends_of, with_centres
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
 
@@ -112,14 +113,45 @@ def _built(
     assert scene is not None
     if scene.lifts:
         return _side_by_side(source, scene, path, text, overrides, passing, whole)
+    known = LoadedScene(
+        plan.Plan(name=scene.name, gravity=scene.gravity),
+        text,
+        path,
+        msgspec.structs.replace(facts(scene), uncertain=bool(stated)),
+        merged=whole,
+        settings=tuple(overrides),
+        passing=passing,
+    )
+    loaded = _planned(source, scene, known, followed, nominal)
+    if not nominal:
+        return loaded
+
+    def other(values: Mapping[InData, Data]) -> LoadedScene:
+        """Return the scene with other values, whose limits are not checked before."""
+        own = replace(source, data=deepcopy(given), faults=[])
+        for at, value in values.items():
+            own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
+        return _built(own, path, text, corner=True)
+
+    def shifted(centres: Centres) -> LoadedScene:
+        """Return the scene with other centres of mass of its blocks, and the limits that design loads are made of."""
+        moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
+        limits = tuple(x for x in moved.plan.limits if x.quantity in BASES.values())
+        return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
+
+    ends = ends_of(scene, stated)
+    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, shifted)]
+    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+
+
+def _planned(
+    source: Source, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
+) -> LoadedScene:
+    """Build the plan of a valid scene into what is `known` of it; loads at rest are checked if it is `nominal`."""
     builder = build_machines(source, scene)
     check_parts(source, scene)
-    lift = plan.Plan(
-        name=scene.name,
-        gravity=scene.gravity,
-        machines=tuple(builder.machines),
-        fidelity=build_fidelity(builder, builder.machines),
-    )
+    machines = tuple(builder.machines)
+    lift = msgspec.structs.replace(known.plan, machines=machines, fidelity=build_fidelity(builder, builder.machines))
     builder.machines += build_mechanisms(builder, lift)
     raise_faults(source, source.faults)
     builder.machines = measuring(builder)
@@ -127,8 +159,9 @@ def _built(
     check_locked(builder, builder.machines)
     lift = msgspec.structs.replace(lift, fidelity=build_fidelity(builder, builder.machines))
     builder.interlocks = build_interlocks(builder)
-    loaded = LoadedScene(
-        msgspec.structs.replace(
+    loaded = replace(
+        known,
+        plan=msgspec.structs.replace(
             lift,
             **_common(scene),
             machines=tuple(builder.machines),
@@ -141,19 +174,13 @@ def _built(
             actions=build_actions(builder),
             may_touch=tuple(touches(source, (), scene.may_touch)),
         ),
-        text,
-        path,
-        msgspec.structs.replace(facts(scene), uncertain=bool(stated)),
-        merged=whole,
-        settings=tuple(overrides),
-        passing=passing,
         keys=scene,
     )
     check_models(source, loaded.plan)
     check_touches(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     shaped, unknown = aimed(loaded.plan)
-    shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
+    shaped, more = swing_free(shaped, keep=not known.passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
     raise_faults(source, _impossible(source, loaded, nominal))
@@ -167,20 +194,7 @@ def _built(
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))
-    loaded = _on_same_path(loaded, weighed(loaded.plan))
-    if not nominal:
-        return loaded
-
-    def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Return the scene with other values, whose limits are not checked in advance."""
-        own = replace(source, data=deepcopy(given), faults=[])
-        for at, value in values.items():
-            own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
-        return _built(own, path, text, corner=True)
-
-    ends = ends_of(scene, stated)
-    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, other)]
-    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+    return _on_same_path(loaded, weighed(loaded.plan))
 
 
 def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:

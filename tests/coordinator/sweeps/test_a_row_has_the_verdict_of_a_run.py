@@ -11,7 +11,7 @@ from heavylift.nodes.scene import load
 @pytest.mark.parametrize("limit", [0.5, 7.2, 30.0])
 def test_one_small_clearance_makes_a_row_of_a_study_red(limit: float) -> None:
     run = play(load("lift", ["end=30 s", f"limits.clearance={limit} m"]).plan)
-    verdict, uses = run.judging(smallest=1)
+    verdict, uses = run.judge.fine
     full = run.verdict
     assert (verdict.line, verdict.red, verdict.findings) == (full.line, full.red, full.findings)
     assert list(uses) == list(run.uses)

@@ -25,7 +25,7 @@ def test_the_impact_of_a_dropped_block_agrees_with_samples_and_is_red(name: str)
         (one,) = (x for x in run.uses if x.limit.quantity == "support load")
         found.append((use.value, use.use))
         loads.append(one.value)
-        tensions = run.past().part(0, len(run.t)).tensions
+        tensions = run.past.part(0, len(run.t)).tensions
         pads = [tensions[x] for x in use.limit.elements if x in tensions]
         shown = float(np.sum(pads, axis=0).max())
         assert [f.quantity for f in run.verdict.findings if f.state == "red"] == ["impact"]

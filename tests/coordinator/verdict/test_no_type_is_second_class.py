@@ -69,7 +69,7 @@ def test_the_swing_after_an_emergency_stop_is_checked(lift: Lift) -> None:
     worst = max(found, key=lambda c: c.value or 0.0)
     (hook,) = (hook for machine in run.plan.machines for hook in machine.hooks if hook.rope == worst.subject)
     (rope,) = (r for machine in run.plan.machines for r in machine.system.ropes if r.name == worst.subject)
-    past = run.past().part(0, len(run.t))
+    past = run.past.part(0, len(run.t))
     lead = sum(ends(past.poses, line.a) - ends(past.poses, line.b) for line in rope.lines[:1])
     angle = np.arctan2(np.hypot(lead[:, 0], lead[:, 1]), np.abs(lead[:, 2]))  # type: ignore[index]
     assert hook.rope == worst.subject

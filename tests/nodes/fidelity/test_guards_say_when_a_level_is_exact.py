@@ -68,7 +68,7 @@ def test_a_lift_that_is_its_own_mirror_image_stays_in_the_plane(name: str) -> No
     assert exact(given)["motion"] == "by symmetry"
     assert not [word for word in left_out(given) if "motion" in word]
     flat, free = play(given), play(at_level(given, Fidelity()))
-    a, b = (run.past().part(0, len(run.t)).poses["block"][run.t * HZ % 1.0 == 0.0] for run in (flat, free))
+    a, b = (run.past.part(0, len(run.t)).poses["block"][run.t * HZ % 1.0 == 0.0] for run in (flat, free))
     assert np.abs(a - b).max() < 1e-5
     for rope, peak in flat.peaks.items():
         assert peak.tension == pytest.approx(free.peaks[rope].tension, rel=STEPS)

@@ -93,7 +93,7 @@ def several(text: str) -> str:
 
 def test_any_one_of_several_blocks_can_be_turned() -> None:
     one, two = (play(parse(text, "tilting.yaml").plan) for text in (SCENE, several(SCENE)))
-    a, b = one.past().part(0, len(one.t)), two.past().part(0, len(two.t))
+    a, b = one.past.part(0, len(one.t)), two.past.part(0, len(two.t))
     assert np.abs(a.poses["block"] - b.poses["tank"]).max() < 1e-4, "to the tolerance, in another order of names"
     both = list(zip(one.conduct.stages, two.conduct.stages, strict=True))
     assert all(p[2] == q[2] for p, q in both)
@@ -128,7 +128,7 @@ def test_a_block_on_frames_of_any_type_turns(crane: str, beam: str, tmp_path: Pa
 
 def test_a_block_on_trolleys_turns_about_its_centre_of_mass() -> None:
     run = play(parse(SCENE, "tilting.yaml").plan)
-    pose, stages = run.past().part(0, len(run.t)).poses["block"], {name: t for t, _, name in run.conduct.stages}
+    pose, stages = run.past.part(0, len(run.t)).poses["block"], {name: t for t, _, name in run.conduct.stages}
     before, after = pose[np.searchsorted(run.t, stages["turn"])], pose[run.t > stages["still"]].mean(axis=0)
     turned = [2.0 * np.degrees(np.arctan2(row[3], row[6])) for row in (before, after)]
     assert abs(turned[1] - turned[0]) == pytest.approx(15.0, abs=0.5)

@@ -59,8 +59,24 @@ def test_a_scene_of_several_files_is_read_again_when_one_changes(
     base.write_text("extends: lift\nsamples: 5 Hz\n")
     scene.write_text("extends: base.yaml\nseed: 7\n")
     assert load(scene).plan.samples_hz == 5.0
+    (plan, built), again = loaded(tmp_path / "other", str(scene)), loaded(tmp_path / "other", str(scene))
+    assert (built, again) == (True, (plan, False))
     base.write_text("extends: lift\nsamples: 4 Hz\n")
     assert load(scene).plan.samples_hz == 4.0
+    assert loaded(tmp_path / "other", str(scene))[1]
+
+
+def test_scenes_of_one_text_in_two_folders_have_their_own_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    for rate in (5.0, 4.0):
+        folder = tmp_path / f"{rate:g}"
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        Path("base.yaml").write_text(f"extends: lift\nsamples: {rate:g} Hz\n")
+        Path("scene.yaml").write_text("extends: base.yaml\nseed: 7\n")
+        assert load("scene.yaml").plan.samples_hz == rate
 
 
 def test_plans_recorded_by_older_versions_are_read_without_removed_parts() -> None:

@@ -51,7 +51,7 @@ def swing(scene: LoadedScene) -> tuple[float, float]:
     """Amplitude of the pendulum once the trolley stands [rad], and where it stands [m]."""
     run = play(scene.plan)
     done = next(e for e in run.events if isinstance(e.value, Done))
-    poses = run.past().part(0, len(run.t)).poses
+    poses = run.past.part(0, len(run.t)).poses
     x = (poses["load"][:, 3:] ** 2)[run.t > done.t / 1e9 + 0.1]  # quaternion x y z w: y is the sine of half the angle
     return 2.0 * sqrt(x[:, 1].max()), done.value.position
 
@@ -84,7 +84,7 @@ def test_in_a_real_lift_a_small_residual_swing_remains(ramp: str) -> None:
     Three hooks with loaders hang below trolleys on servos."""
     scene = load("lift", [LIFT.format(ramp), "end=115 s"])
     run = play(scene.plan)
-    y = run.past().part(0, len(run.t)).poses["block"][:, 1]
+    y = run.past.part(0, len(run.t)).poses["block"][:, 1]
     assert np.ptp(y[run.t > 95.0]) < 0.02 * 4.0 * 20 / 60 * move_of(scene).periods[0] / (2 * pi)
 
 
