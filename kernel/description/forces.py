@@ -171,16 +171,15 @@ class Bushing(Element, frozen=True, tag=True):
 class Radiation(Element, frozen=True, tag=True):
     """Radiation force of a floating body on still water, f(t) = -int K(t - s) v(s) ds (Cummins 1962).
 
-    v: twist of a point of the body (linear, angular) in the axes R of the world. The memory K is a sum of terms d d^T
-    k(t) with the transform s / (s^2 + 2 damping frequency s + frequency^2), d a direction: passive by construction, K
-    vanishes at long times. Added mass at infinite frequency is the body's own.
+    v: twist of a point of the body (linear, angular) in the axes R of the world. The memory K(t) = G^T exp(F t) G has
+    states of the water, x' = F x + G v and f = -G^T x; passive, as F + F^T is not positive. Added mass at infinite
+    frequency is the body's own.
     """
 
     name: str
     at: Point
-    frequencies: tuple[float, ...]  # [rad/s]
-    dampings: tuple[float, ...]  # ratios to critical damping
-    directions: tuple[Row6, ...]  # d [kg^1/2 s^-1 ...], K(0) = sum d d^T
+    F: tuple[tuple[float, ...], ...]  # (n, n) [1/s]
+    G: tuple[Row6, ...]  # (n, 6) [kg^1/2/s, m kg^1/2/s]
     R: Matrix = IDENTITY
 
 

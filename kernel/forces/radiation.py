@@ -1,10 +1,8 @@
 """Radiation of waves by a floating body, with memory: Cummins' equation in passive states.
 
-Cummins, The impulse response function and ship motions, Schiffstechnik 9 (1962) 101-109. Each term of the memory is a
-mass-spring-damper of the water that the velocity u = d . v of the hull drives: x' = u - 2 z w x - w y, y' = w x, f = -d
-x. Its transform x / u = s / (s^2 + 2 z w s + w^2) is positive real; x^2 / 2 + y^2 / 2 is energy of the water near by, 2
-z w x^2 the power that waves carry away (port-Hamiltonian form; Perez, Fossen, Modeling, Identification and Control 30
-(2009) 1-15, for the properties of K).
+Cummins, The impulse response function and ship motions, Schiffstechnik 9 (1962) 101-109; states in place of the
+convolution: Perez and Fossen, Modeling, Identification and Control 30 (2009) 1-15. In the port-Hamiltonian form x' = F
+x + G v, f = -G^T x the energy of the water near by is x^T x / 2, and waves carry away the power -x^T F x.
 """
 
 from collections.abc import Hashable
@@ -15,31 +13,31 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 from heavylift.kernel.description.forces import Radiation
 
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, attachment, wrench
-from .springs import UNIT
+from .springs import UNIT, filled
 
 
 class RadiationLaw(ForceLaw[Radiation]):
-    """Radiation force at a point of a body; its states are those of the water, two a term."""
+    """Radiation force at a point of a body, with the states of the water."""
 
     def check(self, f: Radiation) -> None:
-        n = len(f.frequencies)
-        fits = n == len(f.dampings) == len(f.directions)
-        self.demand(f, "frequencies", fits, "need one damping ratio and one direction each")
-        self.demand(f, "frequencies", min(f.frequencies, default=1.0) > 0.0, "must be positive")
-        self.demand(f, "dampings", min(f.dampings, default=1.0) > 0.0, "must be positive: water takes energy away")
-        R = np.array(f.R)
+        n = len(f.F)
+        square = n == len(f.G) and all(len(row) == n for row in f.F)
+        self.demand(f, "F", square, "must be a square matrix, with a row of G for each of its rows")
+        F, R = np.array(f.F).reshape(n, n), np.array(f.R)
+        growth = float(np.linalg.eigvalsh(F + F.T).max(initial=0.0))
+        passive = growth <= UNIT * float(np.abs(F).max(initial=0.0))
+        self.demand(f, "F", passive, f"makes energy from nothing: F + F^T has the eigenvalue {growth:g}")
         self.demand(f, "R", bool(np.abs(R @ R.T - np.eye(3)).max() < UNIT), "is not a rotation")
 
     def shape(self, f: Radiation) -> Hashable:
-        return tuple(tuple(i for i, x in enumerate(d) if x) for d in f.directions)
+        return _places(f)
 
     def numbers(self, f: Radiation, poses: Poses) -> list[float]:
-        directions = [[x for x in d if x] for d in f.directions]
-        terms = zip(f.frequencies, f.dampings, directions, strict=True)
-        return [*f.at.p, *(float(x) for x in np.ravel(f.R)), *(x for w, z, d in terms for x in (w, z, *d))]
+        matrices = (x for A in (f.F, f.G) for row in A for x in row if x)
+        return [*f.at.p, *(float(x) for x in np.ravel(f.R)), *matrices]
 
     def angles(self, f: Radiation) -> int:
-        return 2 * len(f.frequencies)
+        return len(f.F)
 
     def turns(self, f: Radiation, poses: Poses) -> None:
         return None
@@ -49,23 +47,22 @@ class RadiationLaw(ForceLaw[Radiation]):
     ) -> LawOutput:
         x_P, _, v = attachment(ends[0], p[:3], "a")
         R, given = np.reshape(p[3:12], (3, 3)), iter(p[12:])
-        twist = join(R.T @ v, R.T @ ends[0][15:18])
-        force, heat, stored, rates = np.zeros(6, dtype=object), 0.0, 0.0, list[Scalar]()
-        for d, (x, y) in zip(f.directions, zip(counted[::2], counted[1::2], strict=True), strict=True):
-            w, z = next(given), next(given)
-            u: Scalar = 0.0
-            for i in (i for i, present in enumerate(d) if present):
-                part = next(given)
-                u = u + part * twist[i]
-                force[i] = force[i] - part * x
-            lost = 2.0 * z * w * x
-            rates += u - lost - w * y, w * x
-            heat, stored = heat + lost * x, stored + 0.5 * (x * x + y * y)
-        push, moment = R @ force[:3], R @ force[3:]
+        x, (F, G) = np.array(counted), (filled(places, given, shape) for places, shape in _places(f))
+        own = F @ x
+        rates = own + G @ join(R.T @ v, R.T @ ends[0][15:18])
+        force = -(G.T @ x)
         return LawOutput(
-            [wrench(x_P, push, moment)],
-            heat=heat, stored=stored, shown=list(force), turned=list(counted), turning=rates,
+            [wrench(x_P, R @ force[:3], R @ force[3:])],
+            heat=-(x @ own), stored=0.5 * (x @ x), shown=list(force), turned=list(counted), turning=list(rates),
         )  # fmt: skip
 
     def shows(self, f: Radiation) -> list[SampledQuantity]:
         return [SampledQuantity("radiation/force", f"{f.name}.{c}", "N or N m") for c in "x y z rx ry rz".split()]
+
+
+def _places(f: Radiation) -> tuple[tuple[list[int], tuple[int, int]], ...]:
+    """Return the flat places of the nonzero entries of F and G, and the shapes of both."""
+    n = len(f.F)
+    return tuple(
+        ([i for i, x in enumerate(x for row in A for x in row) if x], (n, m)) for A, m in ((f.F, n), (f.G, 6))
+    )
