@@ -51,8 +51,8 @@ class InputSignal(Struct, frozen=True):
     """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
 
     Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
-    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.  A `wave` is added to it, regular or
-    irregular (`waves`).
+    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.  A `wave` is added to it,
+    and so are irregular `waves`.
     """
 
     value: float = 1.0

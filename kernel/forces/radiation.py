@@ -15,6 +15,8 @@ from heavylift.kernel.description.forces import Radiation
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, attachment, wrench
 from .springs import UNIT, filled
 
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+
 
 class RadiationLaw(ForceLaw[Radiation]):
     """Radiation force at a point of a body, with the states of the water."""
@@ -43,7 +45,14 @@ class RadiationLaw(ForceLaw[Radiation]):
         return None
 
     def answer(
-        self, f: Radiation, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar, counted: Scalars = ()
+        self,
+        f: Radiation,
+        p: Array,
+        ends: list[Array],
+        signal: Scalars,
+        joint: Scalars,
+        t: Scalar,
+        counted: Scalars = (),
     ) -> LawOutput:
         x_P, _, v = attachment(ends[0], p[:3], "a")
         R, given = np.reshape(p[3:12], (3, 3)), iter(p[12:])
@@ -57,12 +66,10 @@ class RadiationLaw(ForceLaw[Radiation]):
         )  # fmt: skip
 
     def shows(self, f: Radiation) -> list[SampledQuantity]:
-        return [SampledQuantity("radiation/force", f"{f.name}.{c}", "N or N m") for c in "x y z rx ry rz".split()]
+        return [SampledQuantity("radiation/force", f"{f.name}.{c}", "N or N m") for c in COMPONENTS]
 
 
 def _places(f: Radiation) -> tuple[tuple[list[int], tuple[int, int]], ...]:
     """Return the flat places of the nonzero entries of F and G, and the shapes of both."""
     n = len(f.F)
-    return tuple(
-        ([i for i, x in enumerate(x for row in A for x in row) if x], (n, m)) for A, m in ((f.F, n), (f.G, 6))
-    )
+    return tuple(([i for i, x in enumerate(x for row in A for x in row) if x], (n, m)) for A, m in ((f.F, n), (f.G, 6)))

@@ -1,4 +1,4 @@
-"""What water does to a hull, as a file: hydrostatics, added mass, radiation terms with the error of their fit, wave loads.
+"""What water does to a hull, as a file: hydrostatics, added mass, radiation with the error of its fit, wave loads.
 
 The file is JSON, in SI units; surge, sway, heave, roll, pitch, yaw about the origin of the vessel, x to its bow, y to
 port, z up from the waterline at rest. A wave load is complex: a wave of elevation cos(w t) at the origin loads the hull
@@ -23,19 +23,19 @@ FINE = 0.5  # [rad] of the fastest component in a cubic piece: 2e-4 of its ampli
 SIDES = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)  # how loads change where a wave comes from the other side of a symmetric hull
 
 
-class RadiationTerm(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A term of the radiation memory, see `Radiation` of the kernel."""
-
-    frequency: float
-    damping: float
-    direction: Row6
-
-
 class FitError(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Largest error of the radiation terms, as parts of the largest added mass and damping of a mode."""
+    """Largest error of the radiation's state space, as parts of the largest added mass and damping of a mode."""
 
     added_mass: float
     damping: float
+
+
+class RadiationStates(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The radiation's passive state space, see `Radiation` of the kernel."""
+
+    F: tuple[tuple[float, ...], ...]
+    G: tuple[Row6, ...]
+    error: FitError
 
 
 class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -59,8 +59,7 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     waterplane: float  # [m2]
     metacentres: tuple[float, float]
     added_mass: Matrix6  # at infinite frequency
-    radiation: tuple[RadiationTerm, ...]
-    fit: FitError
+    radiation: RadiationStates
     loads: WaveLoads
     symmetric: bool = True
 
@@ -76,7 +75,12 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if frequency > of.frequencies[-1]:
             return [0j] * 6
         k, b = _between(of.frequencies, frequency)
-        corners = [(i, k, (1.0 - a) * (1.0 - b)), (i + 1, k, a * (1.0 - b)), (i, k + 1, (1.0 - a) * b), (i + 1, k + 1, a * b)]
+        corners = [
+            (i, k, (1.0 - a) * (1.0 - b)),
+            (i + 1, k, a * (1.0 - b)),
+            (i, k + 1, (1.0 - a) * b),
+            (i + 1, k + 1, a * b),
+        ]
         parts = [(of.real[m][n], of.imaginary[m][n], share) for m, n, share in corners]
         found = [complex(sum(s * x[j] for x, _, s in parts), sum(s * y[j] for _, y, s in parts)) for j in range(6)]
         return [side * x for side, x in zip(SIDES, found, strict=True)] if mirrored else found
@@ -97,9 +101,11 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
         raise SceneError(f"{file}: frequencies and headings of the loads must rise, two of each at least")
     if [len(row) for row in of.real] != shape or [len(row) for row in of.imaginary] != shape:
         raise SceneError(f"{file}: the loads need one row for each heading and frequency")
-    worst = max(found.fit.added_mass, found.fit.damping)
+    worst = max(found.radiation.error.added_mass, found.radiation.error.damping)
     if worst > WORST:
-        raise SceneError(f"{file}: its radiation terms miss {worst:.1%}, more than {WORST:.0%}; fit more of them")
+        raise SceneError(
+            f"{file}: its radiation misses {worst:.1%} of the data, more than {WORST:.0%}; compute finer ones"
+        )
     return found
 
 

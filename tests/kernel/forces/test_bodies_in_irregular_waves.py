@@ -121,12 +121,19 @@ def test_free_decay_with_memory_solves_the_integral_equation(method):
         K = np.array([memory(step * (k - i)) for i in range(k + 1)])
         felt = simpson(K * history[: k + 1], dx=step)
         acceleration = -(STIFFNESS * places[k] + felt) / MASS
-        five = (8 * (history[k + 1] - history[k - 1]) - (history[k + 2] - history[k - 2])) / (12 * step) if k < 400 else None
+        five = (
+            (8 * (history[k + 1] - history[k - 1]) - (history[k + 2] - history[k - 2])) / (12 * step)
+            if k < 400
+            else None
+        )
         if five is not None:
             assert five == pytest.approx(acceleration, abs=2e-6)
     assert abs(places[-1]) < 0.5
     row = s.row()
-    gained = sum((1.0 if what == "heat" else -1.0) * float(x) for (what, _), x in zip(s.program.accounts, row.accounts, strict=True))
+    gained = sum(
+        (1.0 if what == "heat" else -1.0) * float(x)
+        for (what, _), x in zip(s.program.accounts, row.accounts, strict=True)
+    )
     energy = float(row.kinetic + sum(row.stored)) + gained
     assert energy == pytest.approx(float(start.kinetic + sum(start.stored)), rel=1e-8)
 
@@ -154,7 +161,10 @@ def test_water_that_cannot_be_is_refused(change, words):
 
 @pytest.mark.parametrize(
     ("waves", "words"),
-    [(WaveSum((1.0,), (1.0,), (), RAMP, PIECE), "one cosine and one sine"), (WaveSum((1.0,), (1.0,), (1.0,), 0.0, PIECE), "ramp")],
+    [
+        (WaveSum((1.0,), (1.0,), (), RAMP, PIECE), "one cosine and one sine"),
+        (WaveSum((1.0,), (1.0,), (1.0,), 0.0, PIECE), "ramp"),
+    ],
 )
 def test_waves_that_cannot_be_are_refused(waves, words):
     with pytest.raises(KernelError, match=words):
