@@ -1,18 +1,14 @@
 """How a command is stopped: by a signal, or because the reader of its output has gone.
 
-SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thread, and the run ends in order. Such an
-exception can be lost: Python prints and discards exceptions raised in a callback of the garbage collector, in
-`__del__`, in a callback of a weak reference or of foreign code. The exception object exists while it is handled; a
-timer that finds it gone before the `end` raises it again. Further signals have no effect meanwhile, and a signal that
-was ignored when the command began (`nohup`, a shell's `&`) stays ignored. Work that must not be interrupted is done
-under `whole`.
+SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thread, and the run ends in order. Python
+prints and discards exceptions raised in `__del__` or in callbacks of the garbage collector, weak references or foreign
+code; a timer that finds the exception object gone before the `end` raises it again. Further signals have no effect
+meanwhile, and a signal that was ignored when the command began (`nohup`, a shell's `&`) stays ignored. Work that must
+not be interrupted is done under `whole`.
 
-All output of a command goes through this module, so that no foreign text controls the terminal: control characters and
-changes of writing direction are escaped. Only code that draws on a terminal, and has checked its texts, writes to
-`drawn`.
-
-If the reader closes standard output (`| head`), the command ends with 141, as by SIGPIPE; a closed standard error is
-ignored. A run prints its summary after its recording is complete.
+All output of a command goes through this module, which escapes control characters and changes of writing direction;
+only code that draws on a terminal, and has checked its texts, writes to `drawn`. If the reader closes standard output
+(`| head`), the command ends with 141, as by SIGPIPE; a closed standard error is ignored.
 """
 
 from __future__ import annotations
@@ -136,7 +132,7 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Make standard error drop text if its reader has gone, and standard output raise ReaderLeft."""
+    """Make standard error drop text, and standard output raise ReaderLeft, once their reader has closed the pipe."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:

@@ -50,8 +50,7 @@ def cache_folder() -> Path:
 
 
 def cache_bound() -> int:
-    """Return the maximum size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError if it is not a
-    number."""
+    """Return the largest size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError."""
     given = os.environ.get("HEAVYLIFT_CACHE_MB", "")
     try:
         megabytes = float(given or USUAL_MB)
@@ -212,7 +211,7 @@ def _size(folder: int, name: str) -> int:
 
 @cache
 def sources() -> bytes:
-    """Hash of all kernel sources, as of the first call."""
+    """Return the hash of all kernel sources, read at the first call."""
     return contents(Path(__file__).parent, ".py")
 
 
@@ -223,7 +222,7 @@ def contents(folder: Path, *endings: str) -> bytes:
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Return the result of `make`, plain data of type `kind`, from the cache entry `name` if there is one."""
+    """Return the cached plain data of type `kind` under `name`, or compute them by `make` and cache them."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)
@@ -236,8 +235,7 @@ def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
 
 @contextmanager
 def _opened() -> Iterator[int]:
-    """Open the cache folder, created if needed, and yield its descriptor; raises OSError with the reason in `strerror`
-    if it is unsafe."""
+    """Yield a descriptor of the cache folder, created if needed; OSError says in `strerror` why it is unsafe."""
     cache_bound()  # says so at once if it is none
     path = cache_folder()
     path.parent.mkdir(parents=True, exist_ok=True)

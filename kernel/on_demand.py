@@ -7,29 +7,42 @@ import sys
 TYPE_CHECKING = False  # as type checkers read it; `typing` takes a command 2 ms in which Ctrl-C is not heard
 if TYPE_CHECKING:
     from ast import stmt
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
     from pathlib import Path
     from typing import Any
 
 _known: dict[str, dict[str, list[str]]] = {}  # package -> name -> the modules that define it
+_declared: dict[str, dict[str, str]] = {}  # package -> name that it declares -> its module
 
 
-def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], object]:
-    """Return the `__getattr__` of a package; `modules`: each public name with its module, relative to the package."""
+def on_demand(package: str) -> Callable[[str], object]:
+    """Return the `__getattr__` of a package, which offers the names that it imports for type checkers only."""
 
     def attribute(name: str) -> object:
         from importlib import import_module
 
-        if name not in modules:
+        if package not in _declared:
+            _declared[package] = _imports(sys.modules[package].__file__ or "")
+        if name not in _declared[package]:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(modules[name], package), name)
+        return getattr(import_module(_declared[package][name], package), name)
 
     return attribute
 
 
+def _imports(file: str) -> dict[str, str]:
+    """Return, for each name that a file imports below `if TYPE_CHECKING:`, the module that it comes from."""
+    import ast
+    from pathlib import Path
+
+    body = ast.parse(Path(file).read_text(encoding="utf-8")).body
+    checked = (x for part in body if isinstance(part, ast.If) for x in part.body if isinstance(x, ast.ImportFrom))
+    return {name.name: f"{'.' * x.level}{x.module}" for x in checked for name in x.names}
+
+
 def face(package: str) -> None:
-    """Let a package offer every public name that exactly one of its modules defines. Names that the package imports
-    itself, or by `on_demand`, take precedence."""
+    """Let a package offer lazily every public name that exactly one of its modules defines. Names that the package
+    imports itself, or by `on_demand`, take precedence."""
     module: Any = sys.modules[package]
     declared = getattr(module, "__getattr__", None)
 

@@ -63,7 +63,7 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Return why a function of a trusted module must not be called, if it is defined elsewhere; "" if it may be
+    """Return why a function of a trusted module must not be called because it is defined elsewhere; "" if it may be
     called."""
     while isinstance(function, functools.partial):
         function = function.func
@@ -91,7 +91,7 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Return whose data named a function, "" if that is unknown; None if only this program did."""
+    """Return the origin of the data that named a function: "" if unknown; None if only this program named it."""
     return _named.get(reference)
 
 
@@ -113,8 +113,7 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file, with links resolved, and return it. Raises KernelError if it does not exist or others can
-    write to it."""
+    """Trust a folder or file, and return it resolved. KernelError if it is missing or others can write to it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):
         raise KernelError(f"there is no folder {folder}; trust the folder that holds the code")
@@ -223,8 +222,7 @@ def _keep(folders: Iterable[Path]) -> None:
 
 
 def _executed(where: str) -> Iterator[Path | None]:
-    """Yield the files that an import would execute, packages first; None for modules without file; nothing if it does
-    not exist."""
+    """Yield the files that an import would execute, packages first; None for modules without file."""
     if where.endswith((".py", ".fmu")):
         path = Path(where).resolve()
         if path.is_file():

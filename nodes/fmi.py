@@ -35,7 +35,7 @@ class Signals(Message):
 
 
 class Stepped(Atomic):
-    """An FMU stepped by `step` [ns]; subclasses declare the ports and send the outputs `said`."""
+    """An FMU stepped by `step` [ns]; subclasses declare the ports and send the outputs, which are in `said`."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class Stepped(Atomic):
         self.hold_in(0)
 
     def confluent(self, x: Bag) -> None:
-        """Apply inputs at the beginning of a step in that step."""
+        """Apply inputs that arrive at the beginning of a step already in that step."""
         self.external(0, x)
         self.internal()
 
@@ -114,8 +114,7 @@ class FmuUnit:
             self._kind(name)
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
-        """Return a variable, the suffix of its getter and setter, and its Python type; raises ModelError if there is
-        none."""
+        """Return a variable, the suffix of its getter and setter, its Python type; ModelError if there is none."""
         found = self._variables.get(name)
         if found is None:
             known = ", ".join(v for v, x in self._variables.items() if x.causality in ("input", "output", "parameter"))

@@ -207,10 +207,10 @@ def branch(
     The what-if run is refused if an event or sample before that time differs from the recorded one. The mechanics
     restart from the last checkpoint in the recording, or from the beginning if none fits the changed scene.
     """
-    from heavylift.coordinator.run.branch import Branch, branch as simulate
+    from heavylift.coordinator.run.branch import RunBranch, branch as simulate
     from heavylift.coordinator.run.progress import Progress, summary
 
-    what = Branch.of(file, at, sets or [], edited or None)
+    what = RunBranch.of(file, at, sets or [], edited or None)
     with Progress(what.scene.plan, as_json) as watch:
         result = simulate(what, output, watch, force)
     summary(what.scene.plan, result, as_json, verbose=verbose)

@@ -25,21 +25,6 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene import load
     from heavylift.recordings import Recording
 
-MODULES = {
-    "Recording": "recordings",
-    "Result": "coordinator.run.simulate",
-    "from_mujoco": "nodes.mujoco_models",
-    "linearise": "coordinator.run.linear",
-    "load": "nodes.scene",
-    "replicate": "coordinator.run.replications",
-    "run": "coordinator.run.scene",
-    "run_models": "coordinator.run.models",
-    "sensitivities": "coordinator.ladder.sensitivities",
-    "simulate": "coordinator.run.simulate",
-    "sweep": "coordinator.sweeps",
-    "__version__": "kernel.version",
-}
-
 __all__ = [
     "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run", "run_models",
     "sensitivities", "simulate", "sweep",
@@ -49,4 +34,4 @@ __all__ = [
 def __getattr__(name: str) -> object:
     from heavylift.kernel.on_demand import on_demand  # not before: see `coordinator.cli`
 
-    return on_demand("heavylift", {name: f".{module}" for name, module in MODULES.items()})(name)
+    return on_demand(__name__)(name)

@@ -44,15 +44,13 @@ ROOMS = ("kernel", "nodes", "coordinator", "recordings")
 
 @cache
 def code() -> str:
-    """Return the fingerprint of all code of heavylift that this process may run, as the version is fixed at
-    installation while the code may be edited."""
+    """Return the fingerprint of all code of heavylift, which may be edited while its version is fixed."""
     rooms = Path(__file__).parent.parent.parent
     return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
 
 
 class JoinRequest(msgspec.Struct, frozen=True):
-    """Request of a remote process to join; an empty `run` or `scene` accepts any. All versions can read it: fields are
-    only added, with defaults."""
+    """Request of a remote process to join any (empty) `run` or `scene`; fields are only added, with defaults."""
 
     process: str
     version: str
@@ -130,14 +128,13 @@ class JoinHandshake:
             self._report("more refusals are not reported" if last else refusal)
 
     def _impostor(self, name: str) -> str:
-        """Return why the client cannot be this process: no connection has a certificate with its name; "" if one
-        has."""
+        """Return why the client cannot be this process: no connection's certificate has its name; "" if one has."""
         if any(link.auth_identifier == name for link in self._session.info.links()):
             return ""
         return f"its certificate was not made for '{name}'"
 
     def refusal(self, asked: JoinRequest) -> str:
-        """Return why a process may not join; "" if the run expects it."""
+        """Return why a process may not join; "" if it may."""
         hub, name = self._hub, asked.process
         remote = hub.placement.remote
         if asked.version != __version__:
@@ -174,8 +171,7 @@ ALL = ("0.0.0.0", "[::]")  # all interfaces of a host
 
 @dataclass(frozen=True)
 class RemoteListener:
-    """Address and credentials of TLS connections; `endpoint`: tls/HOST:PORT, where the coordinator listens or a process
-    connects to."""
+    """Address and credentials of TLS; `endpoint`: tls/HOST:PORT at which the coordinator listens."""
 
     endpoint: str
     credentials: Credentials
@@ -202,7 +198,7 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint by which other hosts connect, with this host's name if it listens on all interfaces."""
+        """The endpoint to which other hosts connect: with this host's name if it listens on all interfaces."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
@@ -216,8 +212,7 @@ class RemoteListener:
         return {**self._both(), "listen_private_key": str(own.key), "listen_certificate": str(own.certificate)}
 
     def connecting(self) -> dict[str, object]:
-        """Return Zenoh's TLS settings for a process's side: the coordinator's certificate must name the host in
-        `endpoint`."""
+        """Return Zenoh's TLS settings of a process: the coordinator's certificate must name `endpoint`'s host."""
         own = self.credentials
         shown = {"connect_private_key": str(own.key), "connect_certificate": str(own.certificate)}
         return {**self._both(), **shown, "verify_name_on_connect": True}

@@ -37,10 +37,11 @@ CUT = "cut after"
 
 @dataclass(frozen=True)
 class Played:
-    """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
-    total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
-    what the kernel has to say, and when [ns]; the ropes that went slack; its end [ns]; what the action list still
-    waited for; rows at instants between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
+    """A finished run of a plan in memory: layout, times (n,) [ns] and rows (n, width) of the samples; events in total
+    order; rope lines with the time [ns] from which they are valid; `apart`: samples of single lifts, by name; notes of
+    the kernel with times [ns]; ropes that went slack; end [ns]; what the action list still waited for; `dense`: rows at
+    the requested instants; number of GRANTs; wall and CPU time before and in the run [s].
+    """
 
     plan: Plan
     mechanics: System
@@ -120,11 +121,12 @@ class Played:
 
     @cached_property
     def judged_coarsely(self) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """Verdict and utilisations from every second sample only."""
+        """Verdict and utilisations computed from every second sample only, to estimate the sampling error."""
         return self.judging(2)
 
     def judging(self, every: int = 1, smallest: int | None = None) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """The same of every so many-th sample; `smallest`: clearances that are reported at least."""
+        """Return the check context from every so many-th sample; `smallest`: number of smallest clearances to
+        report."""
         from heavylift.coordinator.verdict.clearances import SMALLEST
         from heavylift.coordinator.verdict.judging import verdict_with_uses
 

@@ -59,6 +59,7 @@ class Measuring:
             try:
                 run = play(dense, self._limit())
             except HeavyliftError as error:
+                # a run cut by the clock says nothing about the candidate, and may be repeated
                 if CUT not in str(error):
                     self._failed[candidate.key] = error
                 raise
@@ -73,7 +74,7 @@ class Measuring:
         return self._read[candidate.key]
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
-        """Whether a rope goes slack in the run of a candidate, or one of its hook ropes."""
+        """Return whether a rope goes slack in a candidate's run; with `hooks`, whether a hook rope does."""
         self.figures(candidate)
         found = self._slack[candidate.key]
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
@@ -85,6 +86,7 @@ class Measuring:
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
         """Return whether all reading errors are below a quarter of the accuracy, or denser samples cannot help; if not,
         discard all runs, to be repeated with denser samples."""
+        # a quarter: reading errors are added to the others
         if max(self.misread(candidate).values(), default=0.0) <= 0.25 * accuracy or DENSER * self._samples > MOST:
             return True
         self.factor *= DENSER
@@ -97,6 +99,7 @@ class Measuring:
         mine, others = self.figures(candidate), self.figures(other)
         return {
             name: abs(mine[name].value - others[name].value) / max(mine[name].scale, others[name].scale)
+            # a figure that only one of two runs shows, such as of a rope that carries in one only, is not comparable
             if name in mine and name in others else inf
             for name in {**mine, **others}
         }  # fmt: skip

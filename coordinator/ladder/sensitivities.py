@@ -100,8 +100,7 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs started with an input moved by some standard uncertainties; instead of a run the reason why it cannot
-    start."""
+    """Runs with an input moved by some standard uncertainties; instead of a run why it cannot start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -178,7 +177,7 @@ class _Seen:
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):
                 value = self.input.rounded(self.input.value + step * self.input.sd, self.input.sd)[0]
-                self.failed = f"with {value} there is no run: {ended}"
+                self.failed = f"the run with {value} fails: {ended}"
             else:
                 self.cpu_s += ended.cpu_s
                 self.values[step] = {figure.name: figure.value for figure in ended.figures}

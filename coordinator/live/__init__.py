@@ -21,21 +21,8 @@ from .observers import EventPublisher, Observer, RunEnded, observe, shown
 from .pace import Pace, RealTime
 
 __all__ = [
-    "AnnouncedRun",
-    "EventPublisher",
-    "Notice",
-    "Observer",
-    "Pace",
-    "RealTime",
-    "RunEnded",
-    "RunOrder",
-    "TimedCommand",
-    "find",
-    "observe",
-    "operator_commands",
-    "order",
-    "running",
-    "shown",
+    "AnnouncedRun", "EventPublisher", "Notice", "Observer", "Pace", "RealTime", "RunEnded", "RunOrder", "TimedCommand",
+    "find", "observe", "operator_commands", "order", "running", "shown",
 ]  # fmt: skip
 
 face(__name__)

@@ -1,12 +1,8 @@
-"""How observers find a run: `run.json` in its private directory, locked while the run lives.
+"""How observers find a run: `run.json` in its private directory, locked while the run lives; and an operator's orders.
 
-The directory belongs to the user and nobody else may enter it, so only its owner finds a run. The lock distinguishes a
-run in progress from the leftovers of a killed one, without trust in process numbers.
-
-Orders of an operator and replies of the run: one query on the run's control key with its replies.
-
-A command that waits for a paused run gets a reply at once, and another with the commander's answer when the run
-continues; every other order has one reply.
+Nobody but its owner may enter the directory. The lock distinguishes a run in progress from the leftovers of a killed
+one. An order is a query on the run's control key. A command that waits for a paused run gets a reply at once, and
+another with the commander's answer when the run continues; every other order has one reply.
 """
 
 import fcntl
@@ -30,7 +26,7 @@ NAME = "run.json"
 
 
 class Notice(msgspec.Struct, frozen=True):
-    """Description that a run publishes of itself in `run.json`; `started`: system clock [s]."""
+    """What a run announces about itself in `run.json`; `started`: system clock [s]."""
 
     run: str
     scene: str
@@ -136,8 +132,8 @@ STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
 class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set the rate to
-    `factor`.
+    """An order to a run: pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set
+    the rate to `factor`.
 
     `wait`: while the run is paused a command waits for its answer; otherwise it is reported when it will take effect.
     """
@@ -150,8 +146,7 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """Reply to an order: one sentence; whether the order was carried out, and when [ns]; whether it is the last
-    reply."""
+    """Reply to an order: a sentence, whether and when [ns] it was carried out, whether this is the last reply."""
 
     done: bool
     said: str
@@ -174,7 +169,7 @@ def ask(
     hear: Callable[[str], None] | None = None,
 ) -> Reply:
     """Send an order to a run in progress and return its last reply; `hear` receives earlier replies. Raises
-    ProtocolError if the last reply takes longer than `patience` [s]; for a step this limit does not hold."""
+    ProtocolError if the last reply takes longer than `patience` [s]; a step has no such limit."""
     found = run if isinstance(run, AnnouncedRun) else find(str(run))
     timeout, text = STEP_s if what.do == "step" else patience, ""
     with guest_session(found.directory, OPERATOR) as session:
@@ -188,7 +183,7 @@ def ask(
             except UNREADABLE:
                 made = found.notice.version
                 raise ProtocolError(
-                    f"run {found.notice.run} is of heavylift {made} and answers in words that {__version__} does not "
+                    f"run {found.notice.run} is of heavylift {made} and uses a protocol that {__version__} does not "
                     f"know; {install(made)} to give it orders"
                 ) from None
             if answer.last:

@@ -1,12 +1,9 @@
 """Where a run receives an operator's orders: pause, step, continue, rate, stop, commands.
 
-Orders arrive in a thread of the bus or of the terminal and are queued; the coordinator handles them between two rounds.
-A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a
-journal beside the recording before it takes effect, and enters the run as an event of the source "operator", in the
-total order and in the recording. Its reply follows when the model has answered; without `wait`, a client of a paused
-run gets a reply that says when the command will take effect.
-
-The commands that an operator gave to a run: as events, in its journal, in its recording.
+Orders arrive in a thread of the bus or of the terminal; the coordinator handles them between two rounds. A command gets
+the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a journal beside the
+recording before it takes effect, and enters the run as an event of the source "operator". `operator_commands` returns
+those of a recorded run, to repeat it:
 
 run(scene, "again.mcap", commands=operator_commands("turnover.mcap"))      the same run, the same digest
 """
@@ -60,8 +57,7 @@ def journaled(recording: Path) -> set[TimedCommand]:
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
-    """Return the operator's commands of a recorded run in order, including those in the journal of a run that was cut
-    off."""
+    """Return the operator's commands of a recorded run in order, also those in the journal if it was cut off."""
     path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
@@ -77,16 +73,15 @@ SHOWN = 200  # characters of what is wrong with an order
 STOP = "stop"  # in place of the words of a command: the end of the run
 
 
-class Asked(NamedTuple):
-    """An encoded RunOrder and the receiver of its replies."""
+class QueuedOrder(NamedTuple):
+    """A queued order: an encoded RunOrder and the receiver of its replies."""
 
     order: bytes
     reply: Callable[[Reply], None]
 
 
 class CommandQueue(AbstractContextManager["CommandQueue"]):
-    """Queue of an operator's orders, as a context manager: its exit answers all waiting clients, and removes a journal
-    that is no longer needed."""
+    """Queue of an operator's orders: its exit answers waiting clients, and removes a journal no longer needed."""
 
     def __init__(
         self,
@@ -99,9 +94,9 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         refused); `why` explains a refused command to people."""
         self._recording, self._tempo, self._read, self._why = recording, tempo, read, why
         self._journal: Journal | None = None
-        self._asked: deque[Asked] = deque()
-        self._unanswered: dict[int, Asked] = {}  # by the time of the command [ns]
-        self._steps: list[Asked] = []
+        self._asked: deque[QueuedOrder] = deque()
+        self._unanswered: dict[int, QueuedOrder] = {}  # by the time of the command [ns]
+        self._steps: list[QueuedOrder] = []
         self._taken: set[int] = set()  # times of commands [ns]
         self._closed = False
 
@@ -147,7 +142,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             asked.reply(Reply(True, text, at))
         self._steps.clear()
 
-    def ask(self, asked: Asked) -> None:
+    def ask(self, asked: QueuedOrder) -> None:
         """Queue an order; may be called from any thread."""
         self._asked.append(asked)
         self._tempo.alarm.set()
@@ -170,9 +165,9 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             if text.last:
                 query.drop()  # type: ignore[no-untyped-call]
 
-        self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
+        self.ask(QueuedOrder(query.payload.to_bytes() if query.payload else b"", reply))
 
-    def _execute(self, order: RunOrder, core: OpenCoordinator, asked: Asked) -> Reply | None:
+    def _execute(self, order: RunOrder, core: OpenCoordinator, asked: QueuedOrder) -> Reply | None:
         """Execute an order and return the reply; None if the reply comes later."""
         tempo = self._tempo
         match order.do:
@@ -207,20 +202,19 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         """Return whether the run is paused before this time [ns]."""
         return self._tempo.limit is not None and Tag(t) >= self._tempo.limit
 
-    def _hold(self, t: int, asked: Asked) -> None:
-        """Reply to a client, if the run is paused before time `t` [ns], that its command takes effect when the run
-        continues."""
+    def _hold(self, t: int, asked: QueuedOrder) -> None:
+        """Reply that a command takes effect when the run continues, if it is paused before time `t` [ns]."""
         if self._paused(t):
             at = _seconds(Tag(t))
             text = f"the run is paused at {at}; the command takes effect there when the run continues"
             asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
-        """Schedule a command as early as possible; returns its time [ns]. Raises HeavyliftError if no model takes
-        commands."""
+        """Schedule a command as early as possible; returns its time [ns]. HeavyliftError if no model takes any."""
         if self._read is None:
             raise HeavyliftError(
-                f"{words}: no model of this run takes commands; pause, step and continue it, or Ctrl-C"
+                f"{words}: no model of this run takes commands; it can be paused, stepped, continued, or stopped "
+                "with Ctrl-C"
             )
         text = OperatorCommand(STOP) if words == STOP else self._read(words)
         t = core.safe_ns

@@ -1,13 +1,9 @@
-"""Pace of a run: as fast as possible, or by the wall clock.
+"""Pace of a run: as fast as possible, or by the wall clock; pauses and steps of an operator.
 
-A pace sets the horizon of the coordinator's decisions and so delays grants, nothing else: nodes do not notice, and the
-digest of a run is the same at any rate. By the clock, a tag is granted when the clock has reached it and never before;
-on a machine that is too slow it is granted late, in order, and the lateness is reported.
-
-Pauses and steps of an operator limit a run, too.
-
-While a run is paused, nothing at or after `limit` is decided; a limit is never below what was decided before, so that
-"paused at t" means: everything before t is done, and nothing at t. A step moves the limit.
+A pace sets the horizon of the coordinator's decisions and so delays grants; the digest of a run is the same at any
+rate. By the clock, a tag is granted when the clock has reached it and never before; on a machine that is too slow it is
+granted late, in order, and the lateness is reported. While a run is paused, nothing at or after `limit` is decided: all
+before it is done.
 """
 
 import math
@@ -39,8 +35,7 @@ class Lateness(NamedTuple):
 
 
 class Pace:
-    """Runs as fast as possible; decisions reach at most `ahead` [ns] beyond the next event, which is how long an
-    operator's command may have to wait."""
+    """As fast as possible; decisions, and so operators' waits, reach at most `ahead` [ns] beyond the next event."""
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead
@@ -54,14 +49,14 @@ class Pace:
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:
-        """Wait for this time [s], or until the alarm is set."""
+        """Wait for this time [s], or until another thread sets the alarm."""
         alarm.wait(seconds)
 
     def granted(self, first: Tag) -> None:
         """Record that the grant for `first` was sent."""
 
     def hold(self) -> None:
-        """Note that the run is paused; nothing to do without a clock."""
+        """Note that the run is paused; without a clock there is nothing to do."""
 
     def go_on(self, at: Tag) -> None:
         """Continue at tag `at` after a pause."""
@@ -160,7 +155,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the tag up to which decisions may be made; notes in `held` whether a pause has been reached."""
+        """Return the tag up to which decisions may be made; sets `held` once a pause has been reached."""
         self.held = False
         if self._free:
             return FOREVER
@@ -180,7 +175,7 @@ class Tempo:
         self.pace.granted(self._first)
 
     def rest(self, core: OpenCoordinator) -> float:
-        """Wait until something can be granted, if no node is working; returns how long to wait for an answer of a node
+        """If no node is working, wait until something can be granted; returns how long to wait for a node's answer
         [s]."""
         if self._free:
             return math.inf

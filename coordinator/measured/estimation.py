@@ -23,7 +23,7 @@ from heavylift.coordinator.run.resume import Beginning
 from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import Input, settings, stated, varied
-from heavylift.nodes.scene.keys.defaults import override
+from heavylift.nodes.scene.keys.validate import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import ordered, read
 from heavylift.recordings import Recording
@@ -44,8 +44,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identifiable:
-    """Measured data for a fit: times of the log (n,) [s]; per channel values, systematic standard uncertainty and
-    scatter."""
+    """Data for a fit: times of the log (n,) [s]; per channel values, systematic standard uncertainty, scatter."""
 
     t: Floats
     values: Sequence[Floats]
@@ -55,8 +54,7 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Estimated values and standard uncertainties of inputs, by number; reasons for inputs that are not identifiable;
-    clock offset."""
+    """Values and standard uncertainties of inputs by number; why others are `unknown`; the clock offset."""
 
     values: dict[int, float]
     sigma: dict[int, float]
@@ -154,8 +152,7 @@ def _large(a: Floats, b: Floats) -> bool:
 
 
 def _covariance(J: Floats, r: Floats, message: Identifiable) -> Floats:
-    """Return the covariance (m, m) of x from the scatter of each channel, its correlation time, and errors that its
-    rows share."""
+    """Return the covariance (m, m) of x from scatter, correlation time and common errors of each channel."""
     A, n = np.linalg.inv(J.T @ J), len(message.values)
     middle, spare = np.zeros_like(A), len(r) / max(1, len(r) - J.shape[1])
     for Jk, rk, common, s in zip(np.split(J, n), np.split(r, n), message.systematic, message.scatter, strict=True):
@@ -173,8 +170,7 @@ Simulate = Callable[[Floats], list[Curve]]
 def simulator(
     begun: Beginning, inputs: Sequence[Input], channels: list[LogChannel], rows_hz: float, say: Callable[[str], None]
 ) -> Simulate:
-    """Return a function that simulates the channels for input values (m,); it raises HeavyliftError for values that
-    cannot run."""
+    """Return a function from input values (m,) to channels; HeavyliftError for values that cannot run."""
     hz = begun.scene.plan.samples_hz
     rate = min(max(SAMPLES[0], rows_hz, hz), max(SAMPLES[1], hz))
 
@@ -189,7 +185,7 @@ def simulator(
                 run(replace(other, plan=plan), made, in_process=True, commands=begun.commands)
                 return curves_of(Recording(made), channels)
         except HeavyliftError as error:
-            raise RecordingError(f"with {given} there is no run: {error}") from None
+            raise RecordingError(f"the run with {given} fails: {error}") from None
 
     return simulate
 

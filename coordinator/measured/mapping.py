@@ -1,16 +1,13 @@
 """Which column of a log is which channel of a recording: `cell_H1: rope/tension/west.H1 [kN] +- 5 kN`.
 
-A map is a YAML file of such lines, or each line an option `cell_H1=rope/tension/west.H1 [kN] +- 5 kN`.  The unit may
-stand in the log's head instead.  What stands behind `+-`, in the channel's units or in %, is the sensor's uncertainty
-at a level of 95 %, that is two standard uncertainties.  `clock: time [s]` names the log's times.  A mass in place of a
-force is its weight, as load cells show it.  A channel `measured/NAME`, such as measured/wind, is none of the run's.
+A map is a YAML file of such lines, or each line an option `cell_H1=...`. The unit may be in the log's head instead. The
+sensor's uncertainty after `+-`, in the channel's units or in %, is at a level of 95 %. `clock: time [s]` names the
+log's times. A mass in place of a force is its weight. A channel `measured/NAME`, such as measured/wind, is not in the
+run.
 
-Drives of a run that follow the log of a real machine: `west.H1.hoist=log.csv:hoist_speed [m/min] @ -36000 s`.
-
-What a drive is called and which way it goes are the words of the action list: target and verb.  A column of speeds is
-followed in straight lines from row to row; through one of places leads a spline of two parabolas per row, whose speed
-at a row is the mean of those beside it.  `@` says at which time of the run the log's time 0 is.  The table stands in
-the plan and so in the recording.
+Drives of a run that follow a log: `west.H1.hoist=log.csv:hoist_speed [m/min] @ -36000 s`, by target and verb of the
+action list; `@`: time of the run at the log's time 0. Speeds are followed in straight lines from row to row, positions
+by a spline of two parabolas per row, whose speed at a row is the mean of those beside it.
 """
 
 import re
@@ -174,8 +171,7 @@ BEYOND = 1e-3  # [m or rad] beyond an end position that are noise
 
 
 def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
-    """Return the scene with drives that follow logs; HeavyliftError names the option, or file, row and column at
-    fault."""
+    """Return the scene with drives that follow logs; HeavyliftError names option, or file, row and column."""
     actors = {drive.element: drive for model in build(scene.plan).values() for drive in drives(model)}
     found: dict[str, Driven] = {}
     for text in texts:
@@ -223,8 +219,7 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
 
 
 def _spline(t: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """Return knots and speeds of the spline with two parabolas per interval through positions `x` at times `t`, at rest
-    at both ends."""
+    """Return knots and speeds of a spline, two parabolas per interval, through `x` at times `t`, from rest to rest."""
     h, slope = np.diff(t), np.diff(x) / np.diff(t)
     v = np.concatenate([[0.0], (slope[:-1] * h[1:] + slope[1:] * h[:-1]) / (h[:-1] + h[1:]), [0.0]])
     knots, speeds = np.empty(2 * len(t) - 1), np.empty(2 * len(t) - 1)

@@ -5,13 +5,10 @@ error of the model; if it is within, model and measurement cannot be distinguish
 run's certificate, else from its tolerance, and of linear interpolation between samples; u_input: from runs with inputs
 one standard uncertainty more and less; u_D: uncertainty of the sensor, from the map, and of the clock offset.
 
-Alignment of the log of a real lift: t of the run = t of the log + offset.
-
-A coarse search over all offsets maximises the mean correlation of the channels, weighted with the share of their motion
-that the overlap covers, so that a span at rest or half a rise does not win. Least squares over one set of rows refine
-it: each measured channel is a line a + b S of the model's, so that neither a wrong weight nor a wrong zero shifts the
-time. The uncertainty is that of Gauss-Newton, widened for autocorrelated residuals (integrated autocorrelation; Sokal
-1997, Monte Carlo Methods in Statistical Mechanics).
+Alignment, t of the run = t of the log + offset: a coarse search maximises the mean correlation of the channels, with
+the share of their motion in the overlap as weight; least squares refine it, each measured channel being a line a + b S
+of the model's. The uncertainty is that of Gauss-Newton, widened for autocorrelated residuals (Sokal 1997, Monte
+Carlo Methods in Statistical Mechanics).
 """
 
 from collections.abc import Sequence
@@ -55,8 +52,7 @@ class Alignment:
 
 
 def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alignment:
-    """Estimate the clock offset of a log from channels of the run and measured ones; raises RecordingError if they do
-    not determine it."""
+    """Estimate the clock offset of a log from simulated and measured channels; RecordingError if undetermined."""
     T = model[0][0]
     span = min(T[-1] - T[0], t[-1] - t[0])
     step, reach, window = span / COARSE, SHORTEST * span, WINDOW * span
@@ -100,8 +96,7 @@ def overlapping(curve: Curve, t: Floats, offset: float, margin: float = 0.0) -> 
 
 
 def correlation_time(r: Floats) -> float:
-    """Return 1 + 2 sum of the autocorrelations, cut at the first window of five times this sum: 1 for white noise, the
-    least value."""
+    """Return 1 + 2 sum of autocorrelations, at least 1, cut at the first window of five times this sum."""
     n, r = len(r), r - np.mean(r)
     rho = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2)[:n]
     if rho[0] <= 0.0:
@@ -211,7 +206,7 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Return the measured signals, and errors E of the compared ones, at times of the run."""
+    """Return measured signals, and the errors E of the compared ones, interpolated to times of the run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
     for kind, channel, values in [*parts, *((ERROR, c, e) for c, e in zip(log.compared, errors, strict=True))]:
@@ -223,8 +218,7 @@ def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[n
 
 
 def accuracy(rec: Recording) -> float:
-    """Return the relative accuracy of tensions by the certificate of the run, else by its tolerance; 0 for fixed steps
-    without certificate."""
+    """Return the relative accuracy of tensions by certificate, else by tolerance; 0 for uncertified fixed steps."""
     bars = [bar for bar in rec.fact("certified", {}).get("bars", []) if bar["quantity"] == "rope tension"]
     if bars and all(bar["numerical"] is not None for bar in bars):
         return float(max(bar["numerical"] / abs(bar["value"]) for bar in bars))

@@ -1,14 +1,9 @@
-"""Building of the model that a user names: `package.module:function` or `path/to/file.py:function`.
+"""Building of the model that a user names: `package.module:function` or `path/to/file.py:function`, and declarations.
 
 The function may be given literal arguments, as in `heavylift.nodes.zoo.token_ring:ring(4, 2, 500)`. It returns a new
-Coupled at each call, always with the same structure; each child becomes a node.
-
-Declarations of models, which coordinator and nodes compare before a run: each builds the whole model, and all must have
-built the same.
-
-A declaration holds, for each child of a node, its ports and a fingerprint of each attribute of each model in it, before
-`start`; for the root, its children and couplings, declared with the first child. A value without canonical bytes, such
-as a lambda, is represented by its class.
+Coupled at each call, always with the same structure; each child becomes a node. Coordinator and nodes each build the
+whole model and compare declarations before a run: for each child its ports and, before `start`, a fingerprint of each
+attribute of each model in it (without canonical bytes: of its class); with the first child the root's couplings.
 """
 
 import inspect
@@ -62,8 +57,7 @@ def built(reference: str, by: str = "") -> Coupled:
 
 
 def seeded(reference: str, seed: int) -> str:
-    """Return the reference with the argument `seed`; raises ModelError if its function takes no seed, or one is already
-    given."""
+    """Return the reference with the argument `seed`; raises ModelError if it takes none, or has one."""
     where, name, arguments, named = read(reference)
     function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
@@ -93,8 +87,7 @@ def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
 
 
 def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
-    """Return (child, port) of "child.port", whose first message ends a run; None for "". Raises ModelError for an
-    unknown port."""
+    """Return (child, port) of "child.port", whose first message ends a run; None for "". Raises ModelError."""
     if not stop:
         return None
     known = {
@@ -111,8 +104,7 @@ def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
 
 
 def couplings(model: Coupled, finish: tuple[str, str] | None = None) -> list[Coupling]:
-    """Return the couplings between children, without those to ports of the model itself; the port `finish` is coupled
-    to every node."""
+    """Return the couplings between children only; the port `finish` is coupled to every node."""
     between = [
         Coupling(source.owner.name, source.name, target.owner.name, target.name)
         for source, target in model.couplings

@@ -1,15 +1,12 @@
 """Isolation of the models of a node: all other models are copies that nothing moves, and that raise when touched.
 
-Each process builds the whole model and runs its own children. The others run elsewhere, so a model that reads their
-state here, or changes the structure around them, is refused by name; what stays fixed during a run (names, paths, plain
-values of the parent) may be read. Children that share a process must not notice it: those that hold no objects of each
-other come from one build, each of the others from a build of its own; lists and dicts of plain data that several have
-as attributes, such as settings, are copied instead.
+Each process builds the whole model and runs its own children. A model that reads the state of others here, or changes
+the structure around them, is refused by name; what stays fixed during a run (names, paths, plain values of the parent)
+may be read. Children that share a process must not notice it: those that hold no objects of each other come from one
+build, each of the others from a build of its own; plain data that several have as attributes is copied instead.
 
-Globals that several children of a model use: each process has its own copy of them, so they must not change.
-
-A global counts if the methods of two or more children name it, also in functions that they call: variables of their
-modules and attributes of their classes. Globals are compared by their canonical bytes; those without are not checked.
+Globals that methods of several children name, also in functions that they call, must not change, since each process has
+a copy. They are compared by their canonical bytes; those without are not checked.
 """
 
 import gc
@@ -161,7 +158,8 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Guard for global variables that several children use: their values must stay as before the first transition."""
+    """Guard for global variables that several children use: their values must remain as they were before the first
+    transition."""
 
     def __init__(self, root: Coupled) -> None:
         alike: dict[frozenset[type], list[str]] = {}
@@ -180,8 +178,7 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError that names a changed global; checks if `now`, else only at calls whose number is a power of
-        two."""
+        """Raise ModelError for a changed global; checks if `now`, else at calls whose number is a power of two."""
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return
@@ -196,8 +193,8 @@ class Commons:
             message = image(around.get(name))
             if self._known.setdefault(full, message) != message:
                 raise ModelError(
-                    f"{self._by(full)} use {full}, which has changed, though each process has a copy of its own; keep "
-                    "it in attributes and send it to others by messages"
+                    f"{self._by(full)} use {full}, which has changed, but each process has its own copy; keep it "
+                    "in attributes of a model and send it to others by messages"
                 )
 
     def _by(self, full: str) -> str:

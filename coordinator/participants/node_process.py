@@ -35,8 +35,7 @@ def main(arguments: list[str]) -> int:
 
 
 def serve(link: NodeLink) -> str:
-    """Answer the coordinator until all nodes of the link have sent BYE or FAIL; returns the sentence of the first FAIL,
-    or ""."""
+    """Answer the coordinator until all nodes have sent BYE or FAIL; return the first FAIL's sentence, or ""."""
     failed = ""
     playing = {
         node: Participant(models, partial(link.send, node), partial(link.sample, node))

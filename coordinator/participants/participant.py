@@ -1,12 +1,8 @@
 """One node of a run, from WELCOME to BYE, in its own process or in the coordinator's.
 
 A node consists of the models of its process, run by one simulator, or of the kernel. WELCOME brings its configuration
-(parts.py); the answer is HELLO with the node's declaration: its share of the mechanics, the kernel's sample layout, or
-what its models are.
-
-Log of transitions of models in other processes: a node sends it as a data topic, the coordinator sorts it.
-
-One batch per grant: [node's tag ns, [t, k, path, kind, bag, sent] ...], where bag and sent hold (port, type, bytes).
+(parts.py); the answer is HELLO with the node's declaration. A log of transitions is a data topic, one batch per grant:
+[node's tag ns, [t, k, path, kind, bag, sent] ...], where bag and sent hold (port, type, bytes).
 """
 
 from __future__ import annotations
@@ -31,8 +27,7 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """Message handling of one node: `send` answers the coordinator, `sample` publishes data; `over` after BYE or
-    FAIL."""
+    """Messages of one node: `send` answers the coordinator, `sample` publishes data; `over` after BYE or FAIL."""
 
     def __init__(
         self,

@@ -61,8 +61,7 @@ class ModelPart(msgspec.Struct, frozen=True, tag="model"):
 
 
 class ExternalModel(msgspec.Struct, frozen=True):
-    """Declaration of an externally run model: in ports with types, out ports with types and lookaheads [ns], attributes
-    as plain data."""
+    """Declaration of an external model: in ports with types, out ports with types and lookaheads [ns], attributes."""
 
     into: dict[str, str]
     out: dict[str, tuple[str, int]]
@@ -70,8 +69,7 @@ class ExternalModel(msgspec.Struct, frozen=True):
 
 
 class ExternalPart(msgspec.Struct, frozen=True, tag="external"):
-    """Configuration of an externally run node: its models, and the couplings (source, port, model, its port) into
-    them."""
+    """Configuration of an external node: its models, and couplings (source, port, model, its port) into them."""
 
     models: dict[str, ExternalModel]
     couplings: list[Coupling]

@@ -52,7 +52,7 @@ class RecordedKernel:
 
 
 class Recalled:
-    """The kernel with a recorded past, as a `Steppable` like `KernelNode`."""
+    """A kernel that first replays a recorded past, as a `Steppable` like `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
@@ -153,8 +153,7 @@ class Recalled:
         return "" if self._past.used and end < self._past.at else self._kernel.finish(end)
 
     def snapshot(self) -> bytes:
-        """Return a snapshot of the kernel; raises KernelError in the recalled part, whose checkpoints are in the
-        recording."""
+        """Return a snapshot; raises KernelError in the recalled part, whose checkpoints are in the recording."""
         if self._past.used and self._known.number < self._sent:
             raise KernelError("there is no checkpoint while the run repeats its recorded part")
         return self._kernel.snapshot()
@@ -173,8 +172,7 @@ class Recalled:
             self._publish(msgspec.msgpack.encode((first, times, rows.astype("<f8").tobytes(), *more)))
 
     def _sampled(self, batch: bytes) -> None:
-        """Publish the kernel's own samples after all recalled ones; raises ModelError if one differs from the
-        recording."""
+        """Publish own samples after all recalled ones; raises ModelError if one differs from the recording."""
         found = decode_batch(batch, self._known.layout)
         if not (found.period or found.lift):
             self._recall(found.times[0] + 1)
@@ -221,8 +219,7 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the number of the first row, times and rows in the kernel's layout, up to row `end` and before a time
-        [ns]."""
+        """Yield number of the first row, times and rows in the kernel's layout, up to row `end`, before a time [ns]."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])
@@ -234,8 +231,7 @@ class _Known:
             yield first, times, spread
 
     def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
-        """Return the first value in which these rows differ from the recording: time [ns], column, recorded, new; or
-        None."""
+        """Return the first value that differs from the recording: time [ns], column, recorded, new; or None."""
         now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
         while i < len(times) and self._next():
             n = min(len(times) - i, len(self._times))

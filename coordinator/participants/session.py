@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
 from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.messages import Bye, Hello, Stop
+from heavylift.coordinator.protocol.messages import Bye, Done, Fail, Grant, Hello, Stop
 from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.outside import OpenCoordinator, turns
+from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on
@@ -70,10 +70,24 @@ class Session(Generic[Kernel]):
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
         """Execute everything before a tag; returns why the run is over, or None. Raises HeavyliftError."""
+        answers: list[tuple[str, Done]] = []
         while True:
-            self.grants += turns(self.core, self._nodes, until, wired=False)
-            if not (self._patient and postponed(self.core, self._plan)):
+            for name, grant in self.core.ready(until):
+                answers.append((name, self._granted(name, grant)))
+                self.grants += 1
+            if answers:
+                self.core.done(*answers.pop())
+            elif not (self._patient and postponed(self.core, self._plan)):
                 return self.core.over
+
+    def _granted(self, name: str, grant: Grant) -> Done:
+        """Grant a node and return its DONE; raises the error of a FAIL."""
+        node = self._nodes[name]
+        text = node.handle(grant)
+        if isinstance(text, Fail):
+            raise self.core.failed(name, text) from node.cause
+        assert isinstance(text, Done)
+        return text
 
     def finish(self, end: Tag) -> str:
         """Let the kernel finish up to `end` and return what the models still wait for. Raises ModelError with it if the

@@ -1,12 +1,8 @@
 """Rules that every HELLO and DONE must satisfy: a violation ends the run with a named error before it can do harm.
 
-`says` (core.py) is the coordinator's previous bound of the node: without input it sends nothing earlier.
-
-Detection of message cycles between nodes without time advance.
-
-A simulator detects a zero-time loop among its own atomics only; between nodes the coordinator sees the messages. It
-keeps them from the second half of the allowed microsteps on. Traced back from the last message, each node has sent
-because of the last message that reached it before; the first node that is met twice closes the cycle.
+`says` (core.py) is the coordinator's previous bound of the node: without input it sends nothing earlier. Cycles of
+messages between nodes without time advance are found from the messages of the second half of the allowed microsteps:
+traced back from the last one, the first node that is met twice closes the cycle.
 """
 
 from collections import deque
@@ -201,8 +197,7 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Return the cycle in which time did not advance when `node` reached `tag`, as a sentence; "" if it involves no
-        other node."""
+        """Return the cycle without advance of time when `node` reached `tag`, as a sentence; "" without other nodes."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""

@@ -189,8 +189,7 @@ class Node:
 
 
 def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-    """Return the FAIL of a node; raises MemoryError for one outside of model code, as the process then counts as
-    lost."""
+    """Return the FAIL of a node; raises MemoryError for one outside of model code: the process is then lost."""
     if out_of_memory(error) and not isinstance(error, ModelError):
         raise MemoryError from error
     sentence = str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {raised(error)}"

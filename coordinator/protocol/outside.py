@@ -4,55 +4,41 @@ An event from outside may come at any tag from `safe` on, the latest of
   until_i   of every node: its window while it runs, else what it has reached
   next_i    of every node whose offer is committed and not yet granted
   floor     below which all events have left
-and it goes into its receivers' bags there, in the total order.  Nothing that was decided can change by it:
-a node that ran did so below until_i, so it has not passed the tag; whatever the receiver says because of the event
-comes at or after it, and so at or after every window that was granted; a committed offer at next_i is refuted only by
-an input before next_i.  So the same events, known from the beginning, give the same run.
-
-With `ready(horizon)` nothing is decided at or after the horizon, so that `safe` never lies above it: who wants to
-speak soon keeps the horizon near.
-
-Coordinator and nodes in one thread, without transport: the protocol alone, for tests and trials.
-
-Every message goes through its wire form. With a random generator, DONEs are
-taken in random order, which may not change what the models do.
+and it goes into its receivers' bags there, in the total order. Nothing that was decided can change by it: a node that
+ran did so below until_i; the receiver's reaction comes at or after the tag, and so after every window that was granted;
+only an input before next_i refutes a committed offer. So the same events, known from the beginning, give the same run.
+With `ready(horizon)` nothing is decided at or after the horizon, so that `safe` never lies above it.
 """
 
-from collections.abc import Iterable, Mapping
-from random import Random
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import Event, Tag
 
-from heavylift.kernel.errors import ModelError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Tag
-
-from .core import Coordinator, RunEnd
-from .messages import Done, Fail, Grant, decode, encode
-from .node import Node
+from .core import Coordinator
 
 
 class OpenCoordinator(Coordinator):
     """A coordinator with couplings `outside`, whose sources are not nodes; `inject` adds their events."""
 
     def extend(self, end: Tag) -> None:
-        """Move the time bound of the run to a later time, unless a model has ended it."""
+        """Move the time bound of the run to a later time, unless a model has already ended it."""
         if not self._finished:
             self.end = max(self.end, end)
 
     @property
     def safe(self) -> Tag:
-        """The earliest tag at which nothing is decided yet."""
+        """The earliest tag that is still open: events at it or later can be injected."""
         nodes = self._nodes.values()
         committed = (node.next for node in nodes if node.committed and not node.running)
         return max(self.floor, *(node.until for node in nodes), *committed)
 
     @property
     def safe_ns(self) -> int:
-        """The first whole nanosecond at which nothing is decided yet."""
+        """The earliest whole nanosecond that is still open: events at it or later can be injected."""
         safe = self.safe
         return safe.t + (safe.k > 0)
 
     def inject(self, event: Event) -> None:
-        """Inject an event from outside, at `safe` or later; raises ProtocolError for an earlier one, or one without
-        receivers."""
+        """Inject an event from outside, at `safe` or later; raises ProtocolError if earlier or without receivers."""
         if (event.source, event.port) not in self._receivers or event.source in self._home:
             raise ProtocolError(f"{event.source}.{event.port} is coupled to no node from outside")
         if event.tag < self.safe:
@@ -60,42 +46,3 @@ class OpenCoordinator(Coordinator):
                 f"{event.source}.{event.port} at {event.tag}: the run is decided up to {self.safe}, choose a later time"
             )
         self._hold(event)
-
-
-def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None) -> RunEnd:
-    """Run to the end; raises ModelError with the sentence of a node that fails."""
-    order = order or Random(0)
-    by_name = {node.name: node for node in nodes}
-    for name in order.sample(sorted(by_name), len(by_name)):
-        hello = by_name[name].hello()
-        if isinstance(hello, Fail):
-            raise ModelError(hello.sentence) from by_name[name].cause
-        coordinator.hello(name, hello)
-    turns(coordinator, by_name, FOREVER, order)
-    assert coordinator.over is not None
-    return coordinator.over
-
-
-def turns(
-    coordinator: Coordinator, nodes: Mapping[str, Node], until: Tag, order: Random | None = None, wired: bool = True
-) -> int:
-    """Let nodes that have sent HELLO execute everything before a tag; returns the number of grants."""
-    answers, grants = list[tuple[str, Done]](), 0
-    while True:
-        for name, grant in coordinator.ready(until):
-            answers.append((name, answer(nodes[name], grant, coordinator, wired)))
-            grants += 1
-        if not answers:
-            return grants
-        coordinator.done(*answers.pop(order.randrange(len(answers)) if order else -1))
-
-
-def answer(node: Node, grant: Grant, coordinator: Coordinator, wired: bool = True) -> Done:
-    """Grant a node and return its DONE, encoded and decoded if `wired`; raises the error of a FAIL."""
-    text = node.handle(decode(encode(grant)) if wired else grant)
-    if isinstance(text, Fail):
-        raise coordinator.failed(node.name, text) from node.cause
-    again = decode(encode(text)) if wired and text is not None else text
-    if not isinstance(again, Done):
-        raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {text!r}")
-    return again

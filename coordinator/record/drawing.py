@@ -1,10 +1,7 @@
 """Shapes for viewers: machines by their collision shapes, rails of travelling cranes, lines of ropes.
 
-A body without shapes of its own is drawn by its contact shapes, its beam, or the box of its mass and inertia; with its
-links.
-
-A point mass is a ball of steel; a slender body gets a thickness. Thin rods lead from the body's frame to its centre of
-mass and to the joints that it carries, so that the connections of a mechanism are seen.
+A body without shapes is drawn by its contact shapes, its beam, or the box of its mass and inertia; a point mass as a
+ball of steel. Thin rods lead from the body's frame to its centre of mass and to the joints that it carries.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,8 +32,8 @@ SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
 def shapes_of(system: System, drawn: Sequence[OwnShape] = ()) -> list[DrawnBox]:
-    """Return the shapes of all bodies of a mechanism and of its contact shapes in the world; `drawn`: shapes of bodies
-    that need no others."""
+    """Return the shapes of all bodies of a mechanism, and of its contact shapes in the world; `drawn`: bodies that
+    already have shapes."""
     touching: dict[str, list[Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
@@ -98,8 +95,7 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Return edges and rotation of the homogeneous box with a body's mass and inertia; 0 along a direction without
-    extent."""
+    """Return edges (0 without extent) and rotation of the homogeneous box with a body's mass and inertia."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
@@ -256,7 +252,7 @@ class RopeLines:
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
-        """The lines of all ropes, those of `ties` down to their lugs; None: not hooked."""
+        """Lines of all ropes before any event, those of `ties` down to their lugs; None: not hooked."""
         for rope, lug in ties.items():
             self._hooked[rope] = lug is not None
             if lug is not None:

@@ -1,10 +1,7 @@
-"""Facts about a scene that its recording holds from the start: solver settings, rated loads, supports, suspended
-machines.
+"""Facts about a scene that its recording holds from the start; the energy balance of a run.
 
-The energy balance of a run: kinetic + potential + stored - work + heat must stay at its initial value.
-
-Work of drives and winches and heat of every damper, brake, rope and stop are integrated from their own powers by the
-kernel, so a law whose power is not counted shows up here as an error.
+Kinetic + potential + stored - work + heat must stay at its initial value. Works and heats of all elements are
+integrated from their own powers by the kernel, so a law whose power is not counted shows up here as an error.
 """
 
 from collections.abc import Sequence
@@ -63,8 +60,8 @@ def hanging(plan: Plan) -> dict[str, str]:
 
 
 class EnergyAudit:
-    """Energy balance of a run: largest imbalance [J] and energy turned over [J], that is work of drives and winches,
-    heat, and changes of kinetic energy."""
+    """Energy balance of a run: largest imbalance [J], and energy turned over [J]: work of drives and winches, heat, and
+    changes of kinetic energy."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")

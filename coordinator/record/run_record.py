@@ -1,13 +1,8 @@
-"""Record of any run: events, protocol traffic, the reason of its end.
+"""Record of any run: events, protocol traffic, the reason of its end; and where its wall time went.
 
-`RunRecorder` computes only the digest; `FileRecorder` writes a recording and, as a context manager, finishes it in any
-case.
-
-Also where the wall time of a run went, for display only.
-
-`kernel`: working time of its node under grants; `recording`: working time of the coordinator on the file; `rounds`: the
-rest of the time between the first grant and the last answer, that is models, messages and waiting. Nodes in processes
-of their own work while the coordinator records, so the sum can be a little more than the total.
+`RunRecorder` computes only the digest; `FileRecorder` writes a recording and finishes it in any case. `Budget`: working
+time of the kernel's node under grants, of the coordinator on the file, and `rounds`, the rest between the first grant
+and the last answer. Nodes in processes work while the coordinator records, so the sum can exceed the total.
 """
 
 import platform
@@ -116,18 +111,16 @@ class RunRecorder(ClockedWork):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: the nodes that blocked
-        a GRANT. Not part of the digest."""
+        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: who blocked a GRANT."""
 
     def checkpoint(self, at: Tag, state: bytes) -> None:
-        """Record a checkpoint: the state of the sampling node after everything before tag `at`; not part of the
-        digest."""
+        """Record a checkpoint, not part of the digest: the sampling node's state after all before tag `at`."""
 
     def failed(self, message: m.Fail) -> None:
         """Record the failure of a node."""
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Record a failure at this simulation time [ns] that the run has survived; not part of the digest."""
+        """Record a failure at this simulation time [ns] from which the run has recovered; not part of the digest."""
 
     def close(self, facts: Mapping[str, object]) -> None:
         """Finish the record of a run that ended in order."""
@@ -195,7 +188,7 @@ class FileRecorder(RunRecorder):
         self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Log a failure that the run has survived."""
+        """Log a failure from which the run has recovered."""
         self.recorder.log(t_ns, "warning", "coordinator", sentence)
 
     @clocked

@@ -1,13 +1,8 @@
 """First deviation of a new run from a recorded one: the first differing event or sample, with both values.
 
-For the samples of a kernel that runs again it is the first recorded value that differs.
-
-One real model with the recorded rest: the model gets its recorded inputs at their tags, and must produce its recorded
-outputs.
-
-The model is built by the installed code, so a change of the code shows as the first event that deviates. For the kernel
-the samples are compared, too. The comparison ends at the first deviation, after which the recorded inputs do not fit
-any more.
+`single` runs one real model with the recorded rest: it gets its recorded inputs at their tags, and must produce its
+recorded outputs, for the kernel also its samples. The comparison ends at the first deviation, after which the recorded
+inputs do not fit any more.
 """
 
 from collections.abc import Sequence
@@ -92,8 +87,7 @@ def _plain(event: Event | None) -> object:
 
 
 def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Deviation | None:
-    """Return the first recorded sample that differs from these batches or is missing in them, up to the end of the
-    batches."""
+    """Return the first recorded sample that differs from these batches or is missing in them."""
     rec, announced = run.recording, msgspec.msgpack.decode(layout, type=SampleLayout)
     columns = Columns(announced)
     found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]
@@ -115,8 +109,7 @@ def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Devia
 
 
 def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
-    """Return the first new sample that is not in the recording; for an incomplete recording only before its last
-    one."""
+    """Return the first new sample that is not in the recording; of an incomplete recording only before its last one."""
     recorded = {raw.publish_time for raw in run.recording.messages("/samples")}
     known = (t for t in now if t not in recorded and (run.complete or t < max(recorded, default=0)))
     t_ns = min(known, default=None)
@@ -124,8 +117,7 @@ def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
 
 
 def single(run: RecordedRun, name: str) -> ReplayResult:
-    """Run one model with its recorded inputs and compare it; raises RecordingError if the recording has no such
-    model."""
+    """Run a model with its recorded inputs and compare it; raises RecordingError if there is no such model."""
     try:
         node = run.cast.node(name)
     except RecordingError as error:

@@ -3,12 +3,8 @@
 A replay is a run to whoever observes it: a run id and a private socket of its own, and the keys of a run,
     heavylift/<run>/event/<model path>/<port>      canonical bytes of the message, as in the run
     heavylift/<run>/sample/<topic>                 the recorded protobuf message: samples, poses, rope lines
-What has one time is published together, events in their total order before the samples.
-
-A replay in the page that shows runs while they go on: what is recorded of the lift, handed over at its times.
-
-The page gets what a run would give it: facts, columns and boxes first, then events as they are said, samples and
-changes of ropes when the replay has reached them.
+What has one time is published together, events in their total order before the samples. The live page gets what a run
+would give it.
 """
 
 import time

@@ -1,13 +1,9 @@
 """Models and events of a recorded run, events with their canonical bytes.
 
-The values of events are stored in the file as JSON; decoded into their message classes and encoded again they give the
-bytes that the digest is computed from. A recording is refused if this version does not know its models or messages.
-
-The models are built again by the installed code.
-
-The recording of a scene has its plan attached: machines, commander, and the kernel. The recording of any other DEVS
-model names the function that built it: its children. Users name a model by kind and name, such as crane/west, or by its
-name alone.
+The values of events, JSON in the file, are decoded into their message classes and encoded again. The models are built
+by the installed code: of a scene from its attached plan, of another DEVS model by the function that it names. A
+recording is refused if this version does not know its models or messages. Users name a model by kind and name, such as
+crane/west, or by its name alone.
 """
 
 from collections.abc import Callable
@@ -56,7 +52,7 @@ class RecordedModels:
 
     @property
     def nodes(self) -> list[str]:
-        """All nodes."""
+        """Names of all recorded nodes."""
         return list(self.models.values())
 
     def node(self, name: str) -> str:

@@ -75,8 +75,7 @@ def joined(
 
 
 class Conversation:
-    """Messages of a coordinator with its nodes: `welcome` and `hello` for each, `play`, `dismiss`; `abort` after an
-    error."""
+    """A coordinator's messages with its nodes: `welcome` and `hello` each, `play`, `dismiss`; else `abort`."""
 
     def __init__(
         self,
@@ -122,8 +121,7 @@ class Conversation:
             self._watch.say(f"{wanted} exists; writing {given}")
 
     def welcome(self, node: str, config: bytes, fingerprint: str) -> None:
-        """Send the WELCOME of a node with its config, whose fingerprint is given; an external node gets its own
-        config."""
+        """Send the WELCOME of a node with its config, of this fingerprint; an external node gets its own config."""
         self._agreed[node] = fingerprint
         self._send(node, m.Welcome(1, self.externals[node].config if node in self.externals else config))
 
@@ -141,8 +139,7 @@ class Conversation:
         return node, message.declaration
 
     def play(self) -> RunEnd:
-        """Run rounds of GRANT and DONE until nothing is left before the end; can be called again after the end was
-        moved."""
+        """Run rounds of GRANT and DONE until nothing is left before the end; may be called again for a later end."""
         core, tempo, outstanding = self.core, self._tempo, 0
         self._begun = True
         while True:
@@ -234,8 +231,7 @@ class Conversation:
         self._watch.say(sentence)
 
     def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
-        """Return the next message of a node, with its name; None if there is none within `timeout` [s], or samples
-        arrived first."""
+        """Return the next message of a node, with its name; None after `timeout` [s], or if samples came first."""
         got = self._hub.receive(timeout)
         if got is None:
             return None
@@ -256,7 +252,7 @@ class Conversation:
         try:
             message = m.decode(data)
         except ProtocolError as error:
-            raise ProtocolError(f"node {node} sent what is {error}") from None
+            raise ProtocolError(f"node {node} sent something that is {error}") from None
         return self.externals[node].checked(message) if node in self.externals else message
 
     def _event(self, event: Event) -> None:

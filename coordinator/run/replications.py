@@ -27,8 +27,7 @@ from .models import referred, run_models
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimate of a number over all replications: mean, half-width of its confidence interval, standard deviation; NaN
-    if there is none."""
+    """Estimate over all replications: mean, half-width of its confidence interval, standard deviation, or NaN."""
 
     mean: float
     half: float

@@ -40,8 +40,7 @@ _START = Tag(0)
 
 @dataclass(frozen=True)
 class Beginning:
-    """What remains of a run that was cut off: scene, events on disk, operator commands, and the version that made
-    it."""
+    """What remains of a run that was cut off: scene, events on disk, operator commands, version."""
 
     scene: LoadedScene
     events: list[Event]
@@ -64,8 +63,7 @@ class Beginning:
     def left(
         cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is"
     ) -> "Beginning":
-        """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again, for the
-        error."""
+        """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if model := left.recording.run.get("model", ""):
@@ -88,8 +86,8 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """Return the scene of a simulated plan with its measured errors, and the plan that its text yields now, or the
-    error why it yields none (missing files)."""
+    """Return the scene of a simulated plan with its measured errors, and the plan that its text gives today, or the
+    error if that fails (missing files)."""
     found = {key: x for key, x in rec.fact("answer", {}).items() if key != "told"}
     answer = msgspec.convert(found, Answer) if found else None
     scene = replace(restored(plan, text, merged, name), answer=answer)
@@ -103,7 +101,7 @@ def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tu
 
 
 class Checked(Relay):
-    """Compares events with those of the beginning, and passes all of them on to an observer."""
+    """Observer that compares the events of a repeated run with the recorded beginning, and forwards them."""
 
     def __init__(
         self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: RunObserver, end: Tag = _START
@@ -133,8 +131,7 @@ def resume(
     in_process: bool = False,
     force: bool = False,
 ) -> RunResult:
-    """Repeat a run that was cut off into `output` (default: NAME-resumed.mcap); the partial recording is not
-    changed."""
+    """Repeat a run that was cut off into `output` (default: NAME-resumed.mcap); the partial recording stays."""
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):

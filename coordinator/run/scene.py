@@ -191,8 +191,7 @@ class _Run(Relay):
         self._record.layout(layout, systems)
 
     def play(self) -> None:
-        """Run rounds until the end, which is postponed while a driving model of a plan without an end time is
-        scheduled."""
+        """Run rounds until the end, postponed while a driving model of a plan without an end time is scheduled."""
         self._outcome = self.talk.play()
         while postponed(self.talk.core, self._plan):
             self._outcome = self.talk.play()

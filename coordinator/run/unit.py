@@ -70,8 +70,8 @@ class _UnitScene(msgspec.Struct):
 
 
 class SteppableRun:
-    """A run of a scene in this process that is stepped, now at time `now` [ns]; `refused`: why the last command was
-    refused."""
+    """A run of a scene in this process, advanced step by step; `now`: present time [ns]; `refused`: why the last
+    command was refused."""
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` parses a command into the encoded action of an OperatorCommand."""
@@ -102,8 +102,7 @@ class SteppableRun:
             self._core.inject(command(TimedCommand(Tag(self.now), answer)))
 
     def go(self, to_ns: int) -> None:
-        """Advance to a time [ns]; raises HeavyliftError if the run fails, or for a time in the past or beyond the
-        end."""
+        """Advance to a time [ns]; raises HeavyliftError if the run fails, or for a time past or beyond the end."""
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
@@ -179,8 +178,7 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         self.register_variable(message, nested=False)
 
     def to_xml(self, *given: Any, **more: Any) -> Element:
-        """Return the model description, completed by what pythonfmu omits: names with hyphens, outputs unknown at the
-        start."""
+        """Return the model description with what pythonfmu omits: names with hyphens, outputs unknown at the start."""
         root: Element = super().to_xml(*given, **more)
         root.set("variableNamingConvention", "flat")
         for structure in root.iter("ModelStructure"):

@@ -59,8 +59,7 @@ class _Checking(RunObserver):
         self._last_ns = max([*samples[-1:], *(event.t for event in run.events[-1:])], default=0)
 
     def event(self, event: Event) -> None:
-        """Compare an event with the next recorded one; raises _Deviated at the first difference, or the end of an
-        incomplete recording."""
+        """Compare an event with the next recorded one; raises _Deviated at a difference or an incomplete end."""
         if self.over or (found := self.follower.hear(event)) is None:
             return
         self.over = True  # what has been decided already is still to come
@@ -144,8 +143,7 @@ class _Again:
         return scene
 
     def _different(self, message: Plan, plan: Plan) -> list[str]:
-        """Return paths at which the plan of the text differs from the simulated one, ignoring settings that the run
-        itself chose."""
+        """Return paths at which the text's plan differs from the simulated one, without settings that the run chose."""
         kept = CHOSEN if "branch" in self._old.run or "answer" in self._old.run else ("driven",)
         return different(msgspec.structs.replace(message, **{name: getattr(plan, name) for name in kept}), plan)
 
@@ -178,8 +176,7 @@ class _Again:
 
 
 def _row_apart(old: Recording, new: Recording, prefix: bool) -> Deviation | None:
-    """Return the first difference between recorded rows of two runs; with `prefix` the new run may have further
-    rows."""
+    """Return the first difference between recorded rows of two runs; with `prefix` the new run may have more."""
     for topic in sorted(x for x in {*old.topics, *new.topics} if x.startswith(("/samples", "/poses"))):
         a, b = hashes(old, topic), hashes(new, topic)
         n = min(len(a), len(b))

@@ -8,8 +8,7 @@ LOG = logging.getLogger("heavylift.run")
 
 
 class RunObserver:
-    """Observer of a run: receives committed events, simulation time and sentences; this base class logs the sentences
-    at level INFO."""
+    """Observer of a run: receives committed events, simulation time and sentences, which it logs as INFO."""
 
     def event(self, event: Event) -> None:
         """Receive a committed event."""

@@ -21,7 +21,7 @@ def run_yard(
     replications: int = 0,
     seed: int = 1,
 ) -> tuple[Sheet, ModelRun | None]:
-    """What is known of a yard after a run, or after so many replications; raises HeavyliftError."""
+    """Run a yard file once or in replications and return its results; raises HeavyliftError."""
     yard = load(file, settings)
     build = f"heavylift.nodes.yard.models:yard({str(file)!r}, {[*settings]!r})"
     if replications:

@@ -1,10 +1,8 @@
-"""State of a node whose process may be lost: its log, and how far its present process has replayed it; the error for a
-model that answers the replay differently.
+"""State of a node whose process may be lost: its log, and how far its present process has replayed it.
 
-The log holds all messages to a node and its answers: enough to bring a replacement to the same point.
-
-WELCOME and HELLO stay in memory; all later messages are in a journal, each after the answer to the one before it, so
-that one write per message suffices. A checkpoint replaces all messages before it.
+The log holds all messages to a node and its answers: enough to bring a replacement to the same point. WELCOME and HELLO
+stay in memory; all later messages are in a journal, each after the answer to the one before it, so that one write per
+message suffices. A checkpoint replaces all messages before it.
 """
 
 import time
@@ -56,8 +54,7 @@ class ReplayLog:
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """Yield all answered messages from WELCOME on with their answers, including those logged during the
-        iteration."""
+        """Yield all answered messages from WELCOME on with their answers, also those logged meanwhile."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello
@@ -108,7 +105,7 @@ class Life:
         self.ready, self.repeated, self.asked, self.batch = False, False, b"", self.kept_batch
 
     def outdated(self, answer: bytes) -> bool:
-        """Return whether this DONE repeats an earlier answer, since the node received a message twice."""
+        """Return whether this DONE repeats an earlier answer, because the node received a message twice."""
         if not self.repeated:
             return False
         done, grant = m.decode(answer), m.decode(self.asked) if self.asked else None
@@ -122,8 +119,8 @@ class Life:
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
-    """Return the error for models of a node that answered a message differently in the replay; `before`, `now`: both
-    answers; `last`: the last tag."""
+    """Return the error for models that answered a message differently when their node was replayed; `before`, `now`:
+    both answers; `last`: the last tag."""
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
         what = f"it failed where the lost process had continued ({new.sentence})"

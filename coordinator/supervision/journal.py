@@ -1,17 +1,12 @@
-"""Append-only file of entries that stays readable up to its last entry if the process is killed.
+"""Append-only file of entries that stays readable up to its last entry if the process is killed; ticket files.
 
     length | crc32 | entry      little-endian, 4 bytes each; one `write` of the system per `append` or `extend`
 
-Entries appended by a killed process are already in the system's buffers and stay; only a power failure can lose them,
-unless `sync` has written them to the disk. `read` returns the complete entries and stops silently at the first that is
-cut or damaged, since entries after it cannot be separated. A `JournalReader` reads on when the file has grown.
+Entries appended by a killed process are already in the system's buffers; only a power failure can lose them, unless
+`sync` has written them to the disk. `read` returns the complete entries and stops at the first that is cut or damaged,
+since entries after it cannot be separated. A run keeps several journals, so that each can be replaced on its own.
 
-A run keeps several, so that each can be replaced on its own: one per node (its grants since its last checkpoint), and
-those that are never shortened (an operator's commands, events for observers).
-
-Also the ticket of an externally started process, as a file that only the user of the run can read.
-
-NAME.ticket is in the folder where the run was started; it is written atomically, and removed when the run is over. A
+NAME.ticket, for an externally started process, is in the folder where the run was started; only its user can read it. A
 ticket left by a killed run is replaced; a file that is no ticket, or that of a run in progress, is kept.
 """
 
@@ -144,8 +139,7 @@ class TicketFile:
         self._ours = False
 
     def write(self, ticket: Ticket) -> None:
-        """Write the ticket, or replace that of the previous incarnation; raises OutputError if another file has this
-        name."""
+        """Write the ticket, or replace that of the last incarnation; raises OutputError for another file."""
         fresh = self.path.with_name(f".{self.path.name}-{secrets.token_hex(4)}")
         try:
             with open(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:

@@ -50,8 +50,7 @@ def state(pid: int) -> str:
 
 
 def ended(child: subprocess.Popen[bytes]) -> int | None:
-    """Return the exit code of a child, -N for signal N; None while it runs. It stays a zombie where that is
-    possible."""
+    """Return the exit code of a child, -N for signal N; None while it runs. It stays a zombie where possible."""
     if not hasattr(os, "waitid"):
         return child.poll()
     try:
@@ -101,8 +100,8 @@ class _Debt:
 
 
 class StallDetector:
-    """Checks processes that owe an answer; `ask` queries the progress of a process, `tell` receives notices for the
-    user."""
+    """Detects hung processes among those that owe an answer; `ask` queries the progress of a process, `tell` receives
+    notices for the user."""
 
     def __init__(
         self, deadline: float, crew: Crew, ask: Callable[[str], Alive | None], tell: Callable[[str], None]
@@ -111,8 +110,7 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """Return how a process that has owed an answer since `since` [monotonic s] was lost; "" if it may continue;
-        None if it is too early to decide."""
+        """Return how a process that owes an answer `since` [monotonic s] was lost; "" if not; None if too early."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

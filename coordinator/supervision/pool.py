@@ -61,8 +61,7 @@ class Pool(ProcessPoolExecutor):
 
 @contextmanager
 def _apart() -> Iterator[None]:
-    """Context in which processes are started without Ctrl-C and without importing the running script, which may lack a
-    `__main__` guard."""
+    """Start processes without Ctrl-C and without the running script, which may lack a `__main__` guard."""
     main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

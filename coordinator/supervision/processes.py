@@ -48,8 +48,7 @@ class Processes(AbstractContextManager["Processes"]):
     """The node processes of one run, and its private directory."""
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
-        """`preload`: modules imported for every node; they must not start threads. Without `fork`, each node has a
-        fresh interpreter."""
+        """`preload`: modules of every node, which start no threads; without `fork` each has a fresh interpreter."""
         check_room()
         open_streams()
         self.directory = RunDirectory.chosen()
@@ -154,8 +153,7 @@ class Processes(AbstractContextManager["Processes"]):
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process and wait until the system has removed it. `look` is called while the process manager has not
-        executed the order; it may `give_up`."""
+        """Kill a process and wait until it is gone; `look` is called until the process manager obeys; may `give_up`."""
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
         while not self._loss() and self.owed_since is not None:
             look()

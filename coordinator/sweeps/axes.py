@@ -21,8 +21,7 @@ import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import Input, UncertainInput, inputs, settings, uncertain_inputs
-from heavylift.nodes.scene.keys.defaults import override
-from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.keys.validate import override, validate
 from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.overlay import path_in
@@ -39,7 +38,7 @@ MOST = 1_000_000  # variants of a study
 @dataclass(frozen=True)
 class Axis:
     """A varied quantity: path as written; its texts, or the ends of its range in `unit`, or an uncertain input of the
-    scene, or a group of moves; `first`: a setting that must precede it."""
+    scene, or a group of moves; `first`: a setting that must be applied before it."""
 
     path: str
     texts: tuple[str, ...] = ()
@@ -213,8 +212,7 @@ def _parts(text: str) -> list[str]:
 
 
 def _first(scene: LoadedScene, path: str) -> str:
-    """Return the setting that must precede a single number of a vector that the scene leaves at its default; else
-    ""."""
+    """Return the setting that must precede one number of a vector that the scene leaves at its default; else ""."""
     try:
         found: Input = inputs(scene, [path])[0]
     except SceneError:

@@ -55,7 +55,7 @@ class FoundLimit:
 
     @property
     def most(self) -> Row:
-        """The row of the last green value."""
+        """The row of the last value whose verdict is green."""
         return {} if self.green is None else self.runs.get(self.green, {})
 
     @property
@@ -138,7 +138,7 @@ def limits_of_all(
     workers: int = 0,
     say: Callable[[str], None] = LOG.info,
 ) -> list[FoundLimit]:
-    """Find the limits of several numbers separately, in parallel processes; `say` reports the runs."""
+    """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs."""
 
     def message(name: str, value: str, row: Row) -> None:
         status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
@@ -163,8 +163,7 @@ def _apart(task: Task, asked: str) -> FoundLimit:
 def limits_of(
     scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[str, Row], None] = lambda value, row: None
 ) -> FoundLimit:
-    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction; raises SceneError if PATH is not a
-    number."""
+    """Find the limit of `PATH`, or `PATH=FROM..TO UNIT` in that direction; SceneError if PATH is not a number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 

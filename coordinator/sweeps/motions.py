@@ -56,8 +56,7 @@ class MotionGroup:
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """Return settings that scale the group so that its largest number is this value; raises SceneError if it is no
-        quantity."""
+        """Return settings that scale the group's largest number to this value; raises SceneError if it is none."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:

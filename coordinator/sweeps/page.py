@@ -116,8 +116,7 @@ def _limits(study: Study, found: Summary) -> list[Table]:
 
 
 def _responses(study: Study, found: Summary) -> list[Chart]:
-    """Draw each result over each axis: the variants, and the mean of neighbouring variants or those with the same
-    text."""
+    """Draw each result over each axis: variants, and means of neighbouring ones or those with the same text."""
     words = {axis.label: axis.texts for axis in study.plan.axes if axis.texts and axis.numbers is None}
     names, axes = list(found.results), list(found.inputs)[:DRAWN]
     if not names or not axes or not len(found.inputs[axes[0]]):

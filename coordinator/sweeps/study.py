@@ -66,8 +66,7 @@ class Study(AbstractContextManager["Study"]):
     """A study on disk, opened by one process at a time; rows are only appended."""
 
     def __init__(self, folder: str | Path, plan: StudyPlan, task: Task) -> None:
-        """Begin or continue a study; raises OutputError if the folder holds something else, SceneError without the
-        extra `sweep`."""
+        """Begin or continue a study; OutputError if the folder holds something else, SceneError without `sweep`."""
         try:
             import pyarrow  # noqa: F401
         except ImportError:

@@ -1,10 +1,8 @@
-"""The trace of a run as text for people and, with the same numbers, as plain data.
-
-Also as Chrome trace-event JSON, which Perfetto (ui.perfetto.dev) and other viewers read.
+"""The trace of a run as text for people, as plain data, and as Chrome trace-event JSON, which Perfetto reads.
 
 One track per node, grouped by process: slices `granted` and `held by X`; one track of the coordinator: from a DONE to
 the last GRANT that followed it. Arrows lead from there to the granted nodes and back from the end of a grant; counters
-show the number of granted nodes and the simulation time reached. Format: "Trace Event Format" (Chromium), times in
+show the number of granted nodes and the simulation time. Format: "Trace Event Format" (Chromium), times in
 microseconds; arrows begin and end inside slices, events are in the order of time.
 """
 

@@ -180,8 +180,7 @@ class LocalHub(Exchange):
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Return the next (node, message), after running nodes until one answers; None if no answer can come in
-        time."""
+        """Return the next (node, message), after running nodes until one answers; None if none can answer in time."""
         while not self._inbox:
             if self._ready:
                 self._links[self._ready.popleft()].dispatch()

@@ -34,8 +34,7 @@ LEAVE_s = 2.0  # in which processes that somebody else has started leave a run t
 
 
 class RemoteGate(Protocol):
-    """Interface that lets processes of other hosts join; `hosts`: remote process -> the host from which it has
-    joined."""
+    """Lets processes of other hosts join; `hosts`: remote process -> the host from which it has joined."""
 
     hosts: dict[str, str]
 
@@ -122,8 +121,7 @@ class Hub(Exchange):
         return any(matched(self._publishers[node]) for node in self.placement.hosted[process])
 
     def send(self, node: str, payload: bytes) -> None:
-        """Send a protocol message to a node; the first one waits until the node listens, unless its process is lost
-        meanwhile."""
+        """Send a message to a node; the first one waits until the node listens, unless its process is lost."""
         if node in self._met or self._meet(node):
             super().send(node, payload)
 
@@ -232,8 +230,7 @@ class Hub(Exchange):
         self._queryable = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """Monitor the run's processes by `deaths`, which returns how each ended one has ended; the monitoring thread
-        calls it."""
+        """Monitor the run's processes by `deaths`, which returns how each has ended; a thread calls it."""
         self._liveness.supervise(deaths)
 
     def notice(self) -> None:
@@ -241,7 +238,7 @@ class Hub(Exchange):
         self._liveness.notice()
 
     def excuse(self, process: str) -> None:
-        """Allow a process to leave."""
+        """Let a process leave without counting it as lost."""
         self._liveness.excuse(process)
 
     def dismiss(self, payload: bytes) -> None:

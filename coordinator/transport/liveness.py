@@ -31,8 +31,7 @@ class News(NamedTuple):
 
 
 class LivenessMonitor:
-    """Monitor of the processes of a run; `wake` interrupts the receiving thread; `connected` returns whether a process
-    is still connected."""
+    """Monitor of a run's processes; `wake` interrupts the receiving thread; `connected`: whether a process is."""
 
     def __init__(self, processes: Iterable[str], wake: Callable[[], None], connected: Callable[[str], bool]) -> None:
         self.epochs = dict.fromkeys(processes, FIRST_EPOCH)
@@ -91,7 +90,7 @@ class LivenessMonitor:
             self.notice()
 
     def excuse(self, *processes: str) -> None:
-        """Allow processes to leave."""
+        """Let processes leave without counting them as lost."""
         self._excused.update(processes)
 
     def lost(self, process: str) -> bool:
@@ -102,7 +101,7 @@ class LivenessMonitor:
         """Make the next incarnation of a process the present one."""
         if self.epochs[process] == LAST_EPOCH:
             raise ProtocolError(
-                f"process {process} was replaced {LAST_EPOCH} times, the machine is not fit for this run"
+                f"process {process} was replaced {LAST_EPOCH} times, this machine cannot keep it running"
             )
         self.epochs[process] += 1
         self.joined.discard(process)

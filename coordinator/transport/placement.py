@@ -90,8 +90,7 @@ class Placement:
         return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
     def described(self, process: str, host: str = "") -> str:
-        """Return the subject of a sentence about all nodes of a process: "node west is", or "nodes a, b (process yard)
-        are"."""
+        """Return the subject of a sentence about a process: "node west is", "nodes a, b (process yard) are"."""
         nodes, at = self.processes[process], f" on host {host}" if host else ""
         if nodes == (process,):
             return f"node {process}{at} is"

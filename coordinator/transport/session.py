@@ -1,14 +1,10 @@
-"""The Zenoh sessions of a run.
+"""The Zenoh sessions of a run, and the access control of the coordinator's.
 
 The coordinator's session is the hub: it listens on one unix socket in a directory that only the user may enter (mode
 0700) and on nothing else; no scouting, no gossip, no admin space. Every process is a client of that socket with its own
-password, and the hub's access control lets it write only to its own keys. `BLOCK` publishers never drop;
-`wait_before_close` and the lease are long, because Zenoh's defaults lose messages silently when a reader is slow.
-
-Also the access control of the coordinator's session.
-
-Everything that is not explicitly allowed is denied, without notice to the sender. Clients are identified by passwords
-and certificates; message types are those of Zenoh, directions (ingress, egress) are seen from the coordinator.
+password, and may write only to its own keys: everything that is not explicitly allowed is denied, without notice to the
+sender; directions (ingress, egress) are seen from the coordinator. `BLOCK` publishers never drop; `wait_before_close`
+and the lease are long, because Zenoh's defaults lose messages silently when a reader is slow.
 """
 
 import json
@@ -85,8 +81,7 @@ RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover
 
 
 class ListenAddress(Protocol):
-    """Interface of the listener for other hosts (`hosts.listener`): its address, and Zenoh's settings for both
-    sides."""
+    """Interface of the listener for other hosts (`hosts.listener`): its address, Zenoh's settings for both sides."""
 
     @property
     def endpoint(self) -> str: ...
@@ -111,8 +106,7 @@ class Ticket(msgspec.Struct, frozen=True):
 
     @classmethod
     def take(cls) -> "Ticket":
-        """Read the ticket of this process from standard input and replace that by /dev/null; raises ProtocolError
-        without one."""
+        """Read this process's ticket from standard input, then replace that by /dev/null; raises ProtocolError."""
         try:
             with open(0, "rb", closefd=False) as given:
                 ticket = msgspec.json.decode(b"" if given.isatty() else given.read(), type=cls)
@@ -197,8 +191,7 @@ def observer_config(directory: Path, run: str) -> dict[str, object]:
 
 
 def guest_session(directory: Path, user: str) -> zenoh.Session:
-    """Open the session of an observer (`OBSERVER`: committed events) or operator (`OPERATOR`: queries) of the run in
-    this directory."""
+    """Open the session of an observer (`OBSERVER`) or operator (`OPERATOR`) of the run in this directory."""
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
     config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text(encoding="utf-8")}}
     return _open(config, f"an {user} cannot join the run in {directory}")

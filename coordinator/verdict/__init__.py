@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from .judging import verdict_of, verdict_of_run
 
 __all__ = ["prepare", "verdict_of", "verdict_of_run"]
-__getattr__ = on_demand(__name__, dict.fromkeys(("verdict_of_run", "verdict_of"), ".judging"))
+__getattr__ = on_demand(__name__)
 
 
 def prepare() -> None:
-    """Import the modules of a verdict in advance, to save time at the end of a run."""
+    """Import the modules that the verdict needs in advance, to save time at the end of a run."""
     from . import judging  # noqa: F401
 
 

@@ -194,7 +194,7 @@ class _Things:
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
-        """Return the names of both things, the more mobile one first."""
+        """Return the names of both things of a pair, the more mobile one first."""
         one, two = sorted((a, b), key=self._order)
         return one.shape.thing, two.shape.thing
 

@@ -34,8 +34,7 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Distances (m,) [m], negative in a penetration; nearest or deepest points in the world and directions from a to b
-    (m, 3)."""
+    """Distances (m,) [m], negative in a penetration; nearest or deepest points, directions from a to b (m, 3)."""
 
     distance: Floats
     a: Floats
@@ -64,8 +63,7 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
-    """Return lower bounds (m,) along one direction from a to b, fixed in the world, in the first or in the second
-    shape."""
+    """Return lower bounds (m,) along a direction from a to b, fixed in the world, the first or second shape."""
     first, second = (
         np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
@@ -98,8 +96,7 @@ def _middles(a: Placed, b: Placed) -> Floats:
 
 
 def _directions(a: Placed, b: Placed) -> Floats:
-    """Return candidate unit vectors (3, directions, m): face normals, centre line, and cross products; 0 if
-    degenerate."""
+    """Return candidate unit vectors (3, directions, m): face normals, centre line, cross products; 0 if degenerate."""
     A, B, d = _columns(a.R), _columns(b.R), _middles(a, b)
     u, v = A[:, 2], B[:, 2]
     rows = [d, d - _along(d, u) * u, d - _along(d, v) * v, cross(u.T, v.T).T]
@@ -139,8 +136,7 @@ def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """Return the exact distances of shapes at m poses; the deepest points are those that touch last when the shapes
-    separate."""
+    """Return the exact distances of shapes at m poses; deepest points touch last when the shapes separate."""
     p, q = _nearest(a, b)
     gap = lengths(q - p)
     n = (q - p) / np.maximum(gap, TINY)[:, None]

@@ -85,8 +85,8 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Yield clearances smaller than before and than the bound `bar` [m], each with whether it is checked for
-        penetration only."""
+        """Yield ground clearances below `bar` [m] that are smaller than those found so far, each with whether only
+        penetration is checked."""
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
             return

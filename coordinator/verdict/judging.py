@@ -104,7 +104,7 @@ def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check, ...]:
 
 
 def at_rest(plan: Plan, statics: Followed, smallest: int = SMALLEST) -> Iterator[CheckContext]:
-    """The clearances of each list of actions on the path at rest."""
+    """Return the clearances of each action list along its equilibrium path."""
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
@@ -166,8 +166,9 @@ def verdict_with_uses(
     mechanics: System | None = None,
     whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
-    """The verdict of a run, and the worst of each limit; `smallest`: clearances that are reported though nothing is too
-    near; `mechanics`: those of the plan, if they are known; `whole`: with all tables of a report."""
+    """Return the verdict of a run, and the highest utilisation of each limit. `smallest`: number of clearances to
+    report even if none is below its limit; `mechanics`: those of the plan, if known; `whole`: with all tables of a
+    report."""
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)

@@ -105,8 +105,7 @@ class BodyPoses(Protocol):
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Return velocities of all bodies whose joints up to the world are free, sliding, hinged or fixed; locked joints
-    are at rest."""
+    """Return velocities of bodies whose joints up to the world are free, sliding, hinged, fixed or locked."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)

@@ -81,8 +81,7 @@ class ShapeBatch:
         return Placed(self.centre(which, k), R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return an upper bound of the motion of points of shapes `a` relative to shapes `b` from samples r to k
-        [m]."""
+        """Return a bound of the motion of points of shapes `a` relative to shapes `b` from samples r to k [m]."""
         apart = self.centre(a, k) - self.centre(b, k) - (self.centre(a, r) - self.centre(b, r))
         distance = lengths(apart)
         for which in (a, b):

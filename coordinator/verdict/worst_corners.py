@@ -17,7 +17,8 @@ NEAR = 1.0  # [m] beyond its limit: what stays farther apart at the worst has no
 
 
 def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
-    """The scene with a limit for each clearance that is smaller at a corner of its uncertain inputs."""
+    """Return the scene with a limit for each clearance that is smaller at a corner of its uncertain inputs than at
+    their nominal values."""
     limits = [x for x in scene.plan.limits if x.quantity == "clearance"]
     if not scene.facts.uncertain or len(limits) != 1 or not scene.lifts:
         return scene

@@ -27,8 +27,8 @@ STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; aft
 MOST_FOLDERS = 200  # that are watched
 
 
-class Message(NamedTuple):
-    """A message for pages: its number in the order of all, its kind, its content as JSON."""
+class PageMessage(NamedTuple):
+    """A message to the pages: serial number, kind, content as JSON."""
 
     number: int
     kind: str
@@ -44,7 +44,7 @@ class OpenScene:
         """The states that pages show, with their number."""
         self.run = SceneRun(self.say)
         self._lock = threading.RLock()
-        self._messages: dict[str, Message] = {}
+        self._messages: dict[str, PageMessage] = {}
         self._number = 0
         self._listeners: set[Callable[[], None]] = set()
         self._changed, self._closing = threading.Event(), threading.Event()
@@ -66,23 +66,23 @@ class OpenScene:
 
     @property
     def closing(self) -> bool:
-        """Whether pages are to be let go."""
+        """Whether the server is closing and pages should disconnect."""
         return self._closing.is_set()
 
     # ---- pages -------------------------------------------------------------------------------------------
 
     def listen(self, ring: Callable[[], None]) -> None:
-        """Call this whenever there are new messages."""
+        """Register a function that is called whenever there are new messages."""
         with self._lock:
             self._listeners.add(ring)
 
     def forget(self, ring: Callable[[], None]) -> None:
-        """No longer."""
+        """Remove a function registered by `listen`."""
         with self._lock:
             self._listeners.discard(ring)
 
-    def since(self, number: int) -> list[Message]:
-        """The last message of each kind, those after a number in order."""
+    def since(self, number: int) -> list[PageMessage]:
+        """Return the last message of each kind that is newer than a serial number, in order."""
         with self._lock:
             return sorted(x for x in self._messages.values() if x.number > number)
 
@@ -92,7 +92,7 @@ class OpenScene:
             self._number += 1
             if picture is not None:
                 self.picture = self._number, picture
-            self._messages[kind] = Message(self._number, kind, msgspec.json.encode(data | {"number": self._number}))
+            self._messages[kind] = PageMessage(self._number, kind, msgspec.json.encode(data | {"number": self._number}))
         self._ring()
 
     def _ring(self) -> None:
@@ -102,7 +102,7 @@ class OpenScene:
             ring()
 
     def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
-        """Drawings of a state of the picture of this number; None if it is no longer shown."""
+        """Return the drawings of a state of the picture with this number; None if that picture is no longer shown."""
         with self._lock:
             found = self.picture
         if found is None or found[0] != number or not 0 <= k < len(found[1].states):
@@ -113,11 +113,11 @@ class OpenScene:
 
     @property
     def own(self) -> bool:
-        """Whether the scene is in the folder, so that it may be changed."""
+        """Whether the scene file is in the folder and may be changed."""
         return self.scene is not None and self.scene.resolve().is_relative_to(self.folder)
 
     def open(self, name: str) -> None:
-        """Put another scene of the folder, or a bundled one, in place of this; SceneError if there is none."""
+        """Open another scene of the folder, or a bundled one; raises SceneError if there is none."""
         try:
             path = within(self.folder, self.folder / name)
         except ValueError as error:
@@ -177,7 +177,8 @@ class OpenScene:
         self.open(path.name)
 
     def ask(self, do: str, text: str) -> str:
-        """`run` the open scene, `live` with a page of its own, `plan` it within a wall time, or order what goes on."""
+        """Carry out a request of a page: `run` the open scene (`live`: with a page of its own), `plan` it within a wall
+        time, or give an order to the run in progress."""
         if self.scene is None:
             raise SceneError("choose a scene first")
         if do in ("run", "live"):

@@ -33,7 +33,7 @@ Data = dict[str, Any]
 
 
 class Step(NamedTuple):
-    """A message for pages after a step of a preview, and the states that it shows, if it has new ones."""
+    """A step of a preview: the message for pages, and the states to draw, if they are new."""
 
     kind: str  # "picture", "faults", "checks"
     data: Data
@@ -41,7 +41,8 @@ class Step(NamedTuple):
 
 
 def previewed(path: Path, text: str) -> Iterator[Step]:
-    """All steps of the preview of a scene's text; each fault is a message, none is raised."""
+    """Yield the steps of the preview of a scene's text: parsed, drawn, path at rest, checks; faults become messages and
+    are not raised."""
     try:
         first = build(path, path.name, text, (), followed=False)
         grips = handles(text, first.plan)

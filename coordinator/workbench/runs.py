@@ -35,7 +35,7 @@ Say = Callable[[str, dict[str, Any]], None]
 
 
 class SceneRun:
-    """At most one run at a time; `say` sends its progress to pages."""
+    """Runs one simulation at a time; `say` sends its progress to pages."""
 
     def __init__(self, say: Say) -> None:
         self._say = say
@@ -45,16 +45,17 @@ class SceneRun:
 
     @property
     def goes_on(self) -> bool:
-        """Whether a run has not ended."""
+        """Whether a run is in progress."""
         return self._process is not None and self._process.poll() is None
 
     def start(self, scene: Path, folder: Path, live: bool = False) -> None:
-        """Run a scene into the folder, `live`: with a page of its own; SceneError if a run goes on."""
+        """Run a scene into the folder (`live`: with a page of its own); raises SceneError if a run is in progress."""
         file = folder / f"{scene.stem}{ENDING}"
         self._begin(folder, file, "run", str(scene), "-o", str(file), "--force", *(["--view"] if live else []))
 
     def plan(self, scene: Path, folder: Path, budget: str) -> None:
-        """Seek the shortest timing of a scene within a wall time; it is written beside it as NAME-planned.yaml."""
+        """Search for the shortest timing of a scene within a wall time; the result is written next to it as
+        NAME-planned.yaml."""
         file = folder / f"{scene.stem}-planned.yaml"
         self._begin(folder, file, "plan", str(scene), "-o", str(file), "--force", "--budget", budget)
 
@@ -74,7 +75,7 @@ class SceneRun:
         threading.Thread(target=self._hear, args=(self._process,), daemon=True, name="run of a scene").start()
 
     def order(self, do: str, text: str = "") -> str:
-        """Give an order to the run: pause, continue, command or stop; returns its answer."""
+        """Give an order to the run: pause, continue, command or stop; returns its reply."""
         if not self.goes_on:
             raise SceneError("no run goes on")
         assert self._process is not None
@@ -86,7 +87,7 @@ class SceneRun:
         return order(find(str(self._file)), RunOrder(do, text=text))  # type: ignore[arg-type]
 
     def end(self) -> None:
-        """Stop what goes on."""
+        """Stop the run or search in progress."""
         if self.goes_on:
             assert self._process is not None
             self._process.send_signal(signal.SIGINT)
@@ -113,7 +114,7 @@ class SceneRun:
 
 
 def recordings(folder: Path) -> Iterator[dict[str, str]]:
-    """Recordings of a folder, newest first, with their verdicts."""
+    """Return the recordings of a folder, newest first, with their verdicts."""
     found = sorted(folder.glob(f"*{ENDING}"), key=lambda path: -path.stat().st_mtime_ns)
     for path in found[:MOST]:
         try:
@@ -128,7 +129,8 @@ def recordings(folder: Path) -> Iterator[dict[str, str]]:
 
 
 def result(folder: Path, kind: str, name: str) -> str:
-    """The page of a recording in the folder, `view` in 3D or `report`; raises HeavyliftError if there is none."""
+    """Return the page of a recording in the folder, `view` in 3D or `report`; raises HeavyliftError if there is
+    none."""
     rec, verdict = _recorded(folder, name)
     if kind not in ("view", "report"):
         raise SceneError(f"'{kind}' is no page of a recording")
@@ -136,7 +138,7 @@ def result(folder: Path, kind: str, name: str) -> str:
 
 
 def compared(folder: Path, a: str, b: str) -> str:
-    """The page of two recordings in the folder beside each other; raises HeavyliftError if there are none."""
+    """Return the page that compares two recordings in the folder; raises HeavyliftError if there are none."""
     one, other = (facts(*_recorded(folder, name)) for name in (a, b))
     return page_of(alternatives(one, other, pictures=True))
 

@@ -52,7 +52,8 @@ def _schema() -> bytes:
 
 
 class Guard:
-    """Lets requests through that name this host, come from no other site and know the word."""
+    """Middleware that admits requests to this host only, from the workbench's own page, with the secret word in the
+    address."""
 
     def __init__(self, app: ASGIApp, word: str, port: int) -> None:
         self._app, self._word, self._port = app, word, port
@@ -77,41 +78,41 @@ class Guard:
 
 
 class Save(msgspec.Struct):
-    """A whole text, and the version that it replaces."""
+    """Request to save a whole text in place of this version."""
 
     text: str
     version: str
 
 
 class Edit(msgspec.Struct):
-    """A value (YAML in one line; None: removed) at a path, or the new number of the item there."""
+    """Request to change one path: a value (YAML in one line; None: remove it), or the new number of a list item."""
 
     path: list[str | int]
     value: str | int | None
 
 
 class Edits(msgspec.Struct):
-    """Several edits, and the version that they change."""
+    """Request for several changes of this version, made together or not at all."""
 
     edits: list[Edit]
     version: str
 
 
 class Asked(msgspec.Struct):
-    """What is to be done: see `OpenScene.ask`."""
+    """Request for a run, a search or an order: see `OpenScene.ask`."""
 
     do: str
     text: str = ""
 
 
-class Named(msgspec.Struct):
-    """A scene."""
+class SceneName(msgspec.Struct):
+    """Request that names a scene."""
 
     name: str
 
 
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
-    """The routes of an open scene behind the guard."""
+    """Return the web application of an open scene, behind the guard."""
 
     async def page(_: Request) -> Response:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
@@ -154,8 +155,8 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         Route("/compare/{a}/{b}", shown),
         posted("save", Save, lambda x: opened.save(x.text, x.version)),
         posted("edit", Edits, lambda x: opened.edit([(each.path, each.value) for each in x.edits], x.version)),
-        posted("open", Named, lambda x: opened.open(x.name)),
-        posted("copy", Named, lambda x: opened.copy(x.name)),
+        posted("open", SceneName, lambda x: opened.open(x.name)),
+        posted("copy", SceneName, lambda x: opened.copy(x.name)),
         posted("run", Asked, lambda x: opened.ask(x.do, x.text)),
     ]
     return Guard(Starlette(routes=routes), word, port)
@@ -212,7 +213,7 @@ async def _stream(opened: OpenScene) -> AsyncIterator[bytes]:
         opened.forget(ring)
 
 
-class _Server(uvicorn.Server):
+class _WorkbenchServer(uvicorn.Server):
     """Lets pages go when it is asked to end."""
 
     def __init__(self, config: uvicorn.Config, opened: OpenScene) -> None:
@@ -220,14 +221,15 @@ class _Server(uvicorn.Server):
         self._opened = opened
 
     def handle_exit(self, sig: int, frame: Any) -> None:
-        """End."""
+        """End the event streams, then the server."""
         self._opened.__exit__()
         super().handle_exit(sig, frame)
 
 
 @contextmanager
 def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[], None], uvicorn.Server]]:
-    """The address of a workbench, what serves it until it is asked to exit, and the server."""
+    """Start a server for an open scene; return its address, a function that serves until it is asked to exit, and the
+    server."""
     word = secrets.token_urlsafe(24)
     with socket.create_server((HOST, 0)) as listening, OpenScene(folder, scene) as opened:
         port = listening.getsockname()[1]
@@ -235,13 +237,13 @@ def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[],
             application(opened, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
             server_header=False, timeout_graceful_shutdown=1,
         )  # fmt: skip
-        server = _Server(settings, opened)
+        server = _WorkbenchServer(settings, opened)
         yield f"http://{HOST}:{port}/{word}/", lambda: server.run(sockets=[listening]), server
 
 
 def workbench(place: str, ready: Callable[[str], object]) -> None:
-    """Serve a folder, a scene file in its folder, or a bundled scene beside the working folder, until a signal ends it;
-    `ready` gets the address."""
+    """Serve the workbench for a folder, a scene file, or a bundled scene until a signal ends it; `ready` receives the
+    address."""
     folder, scene = Path(place), None
     if not folder.is_dir():
         scene = scene_file(place).resolve()

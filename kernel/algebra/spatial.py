@@ -13,8 +13,7 @@ from .elementary import cos, sin
 
 
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
-    """The array as Python floats, whose products are summed in order; NumPy's own products use BLAS, which differs
-    between processors."""
+    """The array as Python floats, summed in order; NumPy's products use BLAS, which differs by processor."""
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
@@ -78,7 +77,6 @@ def quaternion_rate(quaternion: Array, o: Array) -> Array:
 
 
 def spatial_inertia(mass: Scalar, c: Array, I_C: Array) -> Array:
-    """Spatial inertia (6, 6) about the common point; c: centre of mass from it [m], I_C: inertia about c, world
-    axes."""
+    """Spatial inertia (6, 6) about the common point; c [m]: centre of mass from it, I_C: inertia about c."""
     h = skew(mass * c)
     return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

@@ -44,8 +44,8 @@ class LinearColumn:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """x' = A x + B u, y = C x + D u of deviations; A (n, n), B (n, m), C (p, n), D (p, m) in SI units, and what each
-    row and column is. Unpacked it is A, B, C, D."""
+    """Linearised model x' = A x + B u, y = C x + D u in deviations; A (n, n), B (n, m), C (p, n), D (p, m) in SI units,
+    with the name of each row and column. It unpacks as A, B, C, D."""
 
     A: np.ndarray
     B: np.ndarray
@@ -109,7 +109,7 @@ class _Linearised:
             )
 
     def model(self) -> LinearModel:
-        """The matrices in independent states."""
+        """Return the matrices A, B, C, D in independent states."""
         p = self.program
         dy, moves = self.found["dy"][1], self.found["dy"][1][: p.nq, p.nq : self.raw]
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}

@@ -151,8 +151,7 @@ class Poses:
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
-        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None without
-        loops."""
+        """Return an orthonormal basis (n_free, n) of motions that closed loops allow at pose q; None without loops."""
         n, p = len(self.free), self.simulation.program
         if not len(p.constraints):
             return None

@@ -83,8 +83,7 @@ class FactorLayout:
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
     def solve(self, c: LoopEmitter, x: list[str]) -> None:
-        """Emit the loops that replace x (`stride` long, zeros behind n) by the solution, with the factors in block
-        M."""
+        """Emit loops that replace x (`stride` long, zeros behind n) by the solution, with the factors in block M."""
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
         with c.loop(0, n) as k:
@@ -143,8 +142,7 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return a function x = A^-1 b for the first n of ny components, x = tail b for the others; its outputs are `re`
-    and, if complex, `im`."""
+    """Return a function x = A^-1 b for the first n of ny components, x = tail b for others; outputs `re`, `im`."""
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}

@@ -23,8 +23,8 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one function, one per lane; with fewer calls than `width`, the last call fills the other lanes.
-    `shared`: input blocks that are the same in all calls that could be batched."""
+    """Calls of one function, one per SIMD lane; with fewer calls than `width`, the last call fills the other lanes.
+    `shared`: input blocks that all calls have in common."""
 
     calls: tuple[Sym, ...]
     width: int
@@ -188,8 +188,7 @@ def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
 
 
 def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Emit one load of consecutive numbers of a block, the last one possibly repeated; None if they are not
-    adjacent."""
+    """Emit a load of consecutive numbers of a block, the last one possibly repeated; None if not adjacent."""
     block, first = values[0].args
     n = next((i for i, x in enumerate(values) if x.args != (block, first + i)), len(values))
     if n < 2 or any(x is not values[n - 1] for x in values[n:]):

@@ -35,8 +35,7 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The nodes of one recording; in an `opaque` one named quantities become new symbols, so that printed equations
-    refer to their names."""
+    """The nodes of one recording; in an `opaque` one named quantities become symbols of printed equations."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -236,8 +235,7 @@ def printing(x: Any) -> bool:
 
 
 def _elementwise(f: Callable[..., Any], whole: Callable[..., Any]) -> Callable[..., Any]:
-    """Extend a function of scalars (or vector symbols) to arrays: of symbols element by element, of numbers as a
-    `whole` with the same bits."""
+    """Extend a function of scalars to arrays: of symbols by element, of numbers as a `whole`, bitwise equal."""
 
     def apply(*args: Any) -> Any:
         if _PLAIN.issuperset(map(type, args)) or not any(map(_is_array, args)):

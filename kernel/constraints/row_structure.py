@@ -45,8 +45,7 @@ def rigid_numbers(rope: RigidRope) -> list[float]:
 
 
 def rigid_rope(n: int) -> Function:
-    """Create the row of a rope of n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb
-    (6,)."""
+    """Create a rope's row for n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb (6,)."""
 
     def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]

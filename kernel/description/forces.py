@@ -84,8 +84,7 @@ class Element(Struct, frozen=True):
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint along which the element acts, with the coordinate ("" if there is only one); None if it has
-        points."""
+        """The joint and coordinate ("" if there is only one) along which the element acts; None if it has points."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 
@@ -102,9 +101,9 @@ class Load(Element, frozen=True, tag=True):
 
 
 class Wind(Element, frozen=True, tag=True):
-    """Drag of a wind on an area: F = 1/2 density C A |w - v| (w - v) at a point that moves with v.
+    """Drag of a wind w on an area A: F = 1/2 density C A |w - v| (w - v), at a point that moves with velocity v.
 
-    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.  To A is added the
+    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history. To A is added the
     shadow of a box, the sum of its `sides` times |n_i (w - v)| / |w - v|, n_i: the body's axes in the world.
     """
 
@@ -260,7 +259,7 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def apart(self) -> bool:
-        """Whether the edges of the rope are on several bodies."""
+        """Whether the edges that the rope may touch are on several bodies."""
         return len({s.at.body for s in self.edges}) > 1
 
     @property

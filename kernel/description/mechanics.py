@@ -204,8 +204,7 @@ PITCH = None
 
 @dataclass(frozen=True)
 class JointMotion:
-    """An elementary motion: a turn about or a slide along an axis of the joint by factor * coordinate; factor None: the
-    joint's pitch."""
+    """A turn about or slide along a joint's axis by factor * coordinate; factor None: the joint's pitch."""
 
     turns: bool
     axis: int

@@ -100,8 +100,7 @@ Key = tuple[tuple[str | tuple[int, str], ...], str]
 
 @lru_cache(maxsize=4096)
 def natural(name: str) -> Key:
-    """Return the sort key of a name: its words and numbers in turn; equal keys, such as of "1" and "01", are ordered by
-    characters."""
+    """Return the sort key of a name: its words and numbers in turn; those of "1" and "01" by characters."""
     parts = re.split(r"([0-9]+)", name)
     numbers = (part.lstrip("0") for part in parts)  # in order of their lengths: no name is too long for that
     return tuple((len(x), x) if i % 2 else parts[i] for i, x in enumerate(numbers)), name

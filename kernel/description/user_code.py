@@ -39,12 +39,11 @@ def _own(file: str) -> bool:
 
 
 class Taken(Exception):
-    """Raised if another module already has the name that a file would get."""
+    """Error for a file whose module name is already taken by another module."""
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """Import a module by name, or a file.py as `name`, in its present state. Raises what the import raises, and
-    FileNotFoundError for a missing file."""
+    """Import a module by name, or a file.py as `name`, in its present state; FileNotFoundError without file."""
     with _lock:
         importlib.invalidate_caches()
         _asked.append(where)

@@ -72,7 +72,7 @@ class SharedForce:
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """Key that is equal for forces served by the same machine code in the same place of a scene."""
+        """Key that is equal for forces served by the same machine code at the same place of a scene."""
         s = self.signal
         return self.key, self.ends, self.along, s and (s.driven, bool(s.times), s.wave is not None, s.waves is not None)
 
@@ -107,7 +107,7 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
 
 
 def steered(system: System) -> list[str]:
-    """Names of driven signals of forces, which may jump; the lengths of ropes may not."""
+    """Names of commanded signals of forces, which may jump; the lengths of ropes may not."""
     ropes = {r.name for r in system.reevings}
     return [name for name, signal in signals(system.forces).items() if signal.driven and name not in ropes]
 

@@ -18,6 +18,6 @@ if TYPE_CHECKING:
     from .islands import Islands
 
 __all__ = ["Islands", "simulate"]
-__getattr__ = on_demand(__name__, {"Islands": ".islands", "simulate": ".choice"})
+__getattr__ = on_demand(__name__)
 
 face(__name__)

@@ -89,8 +89,7 @@ def _ends(rope: Rope | RigidRope | Reeving) -> list[str]:
 
 
 def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str]]) -> list[str]:
-    """Return the bodies coupled by an item of a system, without the ground; `child`: bodies by joint; `ropes`: bodies
-    by rope."""
+    """Return the bodies coupled by an item of a system, without the ground; `child`: by joint; `ropes`: by rope."""
     match group:
         case "bodies":
             found = [x.name]

@@ -64,7 +64,7 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """The lifts whose events are recorded as separate rows; none if the scene has only one lift."""
+        """Lifts whose events are recorded as separate rows; none if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
@@ -74,8 +74,7 @@ class Islands(RunningAhead):
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
 
     def _cut(self, loose: frozenset[str]) -> None:
-        """Split the system into islands, with ropes `loose` that couple nothing; new islands take over the old
-        state."""
+        """Split the system into islands; ropes `loose` couple nothing; new islands take over the old state."""
         self.loose, old = loose, self.parts
         self.parts, stopped = [], self._stopped
         self._stopped = []
@@ -143,14 +142,14 @@ class Islands(RunningAhead):
                 return
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """See `Simulation.foretold`."""
+        """Return the next sample of a scene at rest: see `Simulation.foretold`."""
         parts = [found[1] for p in self.parts if (found := p.foretold())]
         if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
             return None
         return self.samples.next_ns, self.samples.whole(parts)
 
     def shown(self, t_ns: int) -> np.ndarray:
-        """See `Simulation.shown`."""
+        """Return the row at a time without changing the state: see `Simulation.shown`."""
         row = self.samples.whole([p.shown_at(t_ns) for p in self.parts])
         self._soonest = None
         return row
@@ -161,8 +160,7 @@ class Islands(RunningAhead):
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the islands with the located event to it, and switch laws with negative guards; return the
-        events."""
+        """Integrate the islands of the located event to it, and switch laws with negative guards; return events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
@@ -190,8 +188,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the stopped islands after events and commands. If none is stopped, the run ends: all islands are
-        stopped."""
+        """Recompute the stopped islands after events and commands; if none is stopped, the run ends: stop all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -278,8 +275,7 @@ class Islands(RunningAhead):
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot of islands of the same system and options, bit for bit; they must have been
-        started."""
+        """Continue from a snapshot of started islands of the same system and options, bit for bit."""
         self.order.check_begun()
         if not isinstance(snapshot, dict) or "parts" not in snapshot:
             raise foreign()

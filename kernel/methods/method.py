@@ -63,8 +63,7 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The right-hand side of the equations: time t, a time inside the step that selects the piece of a profile, and
-    y."""
+    """The right-hand side of the equations: time t, a time in the step that selects a profile's piece, and y."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -121,6 +120,7 @@ class Method(ABC):
 
     name: str
     order: int
+    # [s] bounds what a guard can do unseen in motion so slow that the error estimate allows any step
     longest = LONGEST  # [s] step
     evaluations: int
     vectors: tuple[str, ...]
@@ -134,8 +134,7 @@ class Method(ABC):
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | EmittedParts, ...]:
-        """Return native parts that run before `attempt` in every step; `at`: places in X; `sizes`: of the results of
-        `rate`."""
+        """Return native parts to run before `attempt` in each step; `at`: places in X; `sizes`: of `rate`'s results."""
         return ()
 
     @property
@@ -174,27 +173,29 @@ class Method(ABC):
 
     @abstractmethod
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        """Return the amplification matrix (n, n) of a step h for y' = J y, whose first nq components are
-        coordinates."""
+        """Return the amplification matrix (n, n) of a step h for y' = J y; its first nq components are coordinates."""
 
 
 def combine(c: list[float], k: list[Value]) -> Value:
     """Return the sum of c_i k_i without zero terms."""
+    # zeros are skipped, or traced code would multiply by them
     return sum(a * x for a, x in zip(c, k, strict=False) if a)
 
 
 def fallen_in(r: Evaluated) -> Value:
-    """Return whether a guard is negative in an evaluation."""
+    """Return whether any guard is negative in an evaluation."""
     return any_of(g < 0.0 for g in r.G)
 
 
 def inside(s: StepState) -> Value:
     """Return a time inside the profile piece that begins at t; no step crosses t_stop, where the next piece begins."""
+    # at most half a second inside: t_stop may be for ever, and a time so late would lose its digits
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
 def length(s: StepState) -> tuple[Value, Value]:
     """Return the length of the step from t, and whether it ends at the boundary."""
+    # a step that would leave less than LEFT before the boundary ends on it, or the rest would be lost in round-off
     last = s.t + s.h >= s.t_stop - LEFT
     return select(last, s.t_stop - s.t, s.h), last
 

@@ -55,8 +55,7 @@ class VelocitySpace(Method):
         return {"stale": 2.0, **dict(zip(("way", "first", "last"), self._reached().T, strict=True))}
 
     def _reached(self) -> np.ndarray:
-        """Return, for each velocity (ny, 3): its number in its joint, its first coordinate, the end of its
-        coordinates."""
+        """Return, for each velocity (ny, 3): number in its joint, first coordinate, end of its coordinates."""
         out = np.zeros((self.program.ny, 3))
         for k in self.program.graph.links:
             for v in range(k.v.start, k.v.stop):
@@ -81,8 +80,7 @@ class VelocitySpace(Method):
         return While("differences", at["columns"], (build("ways", self._ways), differences))
 
     def _ways(self, s: StepState, rate: Rate) -> None:
-        """Compute the coordinate rates of unit velocities, for the first velocities of all joints, then the second
-        ones, ..."""
+        """Compute coordinate rates of unit velocities, for the first velocities of all joints, then the second, ..."""
         for m, name in enumerate(self._along):
             u = self._none.copy()
             for k in self.program.graph.links:
@@ -90,8 +88,7 @@ class VelocitySpace(Method):
             setattr(s, name, self._displaced(y=s.z, u=u, w=self._none).x - s.z)
 
     def _factorise(self, at: Places, e: tuple[str, ...] = ("e",), factors: FactorLayout | None = None) -> Primitive:
-        """Return a function that computes I - e J_v - e^2 J_q and its factors; `e`: names of its real and, if complex,
-        imaginary part."""
+        """Return a function for I - e J_v - e^2 J_q and its factors; `e`: names of its real and imaginary part."""
         n, F = self.program.nv, factors or self._real
         name = "factorise" if F.planes == 1 else "factorise_complex"
         c = LoopEmitter(name, ["X", "M"])

@@ -45,8 +45,7 @@ MOST_KEPT = 4096
 
 
 def check_description(system: System) -> System:
-    """Return the description in tuples and floats (see `field_types`); raises KernelError for the first invalid
-    item."""
+    """Return the description in tuples and floats (see `field_types`); raises KernelError for an invalid item."""
     if _checked.get(id(system)) is system:
         return system
     code, given, last = _encoded(system), system, _last[:]  # which other threads may replace
@@ -86,8 +85,7 @@ def check_description(system: System) -> System:
 
 
 def _known(x: object) -> object | None:
-    """Return the equal item (to the bit) that was checked before, else None; variants of a scene share nearly all
-    items."""
+    """Return the bitwise equal item checked before, else None; variants of a scene share nearly all items."""
     found = _items.get((type(x), code)) if (code := _encoded(x)) else None
     return found if found == x else None
 
@@ -140,7 +138,7 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """Mark a part of a checked description as checked, and return it."""
+    """Mark a part of a description as checked, and return it."""
     _checked[id(part)] = part
     return part
 
@@ -235,7 +233,7 @@ def check_joint(j: Joint) -> None:
     if joint.axes > 1 and abs(aligned) > UNIT:
         angle = degrees(atan2(sqrt(max(0.0, 1.0 - aligned * aligned)), aligned))
         raise KernelError(
-            f"joint '{j.name}': its axes stand at {angle:.4g} deg; the second axis of a {j.kind} joint is "
+            f"joint '{j.name}': the angle between its axes is {angle:.4g} deg; the second axis of a {j.kind} joint is "
             "perpendicular to the first"
         )
     if joint.pitched and j.pitch == 0.0:

@@ -12,14 +12,13 @@ from .quantities import lines, numbers, points
 
 
 def structure(program: Program, *method: object) -> str:
-    """Return the key of the machine code, equal for scenes that share it; `method`: further dependencies of the
-    code."""
+    """Return the key of the machine code, equal for scenes that share it; `method`: further dependencies."""
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """Return the measured object: the number of a body, or the indices of a joint coordinate."""
+        """Return the code of a measured object: the number of a body, or the indices of a joint coordinate."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None

@@ -147,8 +147,7 @@ class Evaluation:
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """Return the constraint rows under the forces known so far; later those already solved for the
-        accelerations."""
+        """Return the constraint rows under the forces known so far; then those solved for the accelerations."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:
@@ -181,13 +180,12 @@ class Evaluation:
 
     @property
     def window(self) -> Scalar:
-        """The value of `reach` for fixed steps, which are not shortened to it; a longer step is noted (see
-        `steps.passing`)."""
+        """The value of `reach` for fixed steps, which are not shortened to it, but noted (see `steps.passing`)."""
         return self.reach
 
     @property
     def drift(self) -> Scalar:
-        """The largest gap of active rows [m or rad], beyond round-off of the coordinates."""
+        """The largest gap of active rows [m or rad], less the round-off of the coordinates."""
         widest: Scalar = 0.0
         for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
             widest = maximum(widest, gap)

@@ -93,8 +93,7 @@ def irregular_waves(system: System) -> dict[str, WaveSum]:
 
 
 def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> ParameterLayout:
-    """Return the layout with numbers of equal laws and trees interleaved, so that vector calls load them at once (see
-    `simd_batches`)."""
+    """Return the layout with numbers of equal laws and trees interleaved for vector calls (see `simd_batches`)."""
     groups: dict[tuple[str, int], list[tuple[str, str]]] = {}
     for key, s in at.items():
         groups.setdefault((key[0], s.stop - s.start), []).append(key)

@@ -37,8 +37,7 @@ class ReferenceProfile:
 
 
 class References:
-    """Profiles and followed masters of all drives, winches and masters, written into P. `admit(command)` is called
-    before a command takes effect."""
+    """Profiles and followed masters of all drives and winches, written into P; `admit` precedes each command."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -84,12 +83,11 @@ class References:
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
 
     def stand(self, epoch_ns: int) -> None:
-        """Set the present time [ns], at which following commands are given."""
+        """Set the present time [ns], from which the next commands act."""
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return the reference of an actuator at a time: its own profile plus masters; measured joints count with the
-        references of their drives."""
+        """Return an actuator's reference at a time: its profile plus masters, or references of drives of joints."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
@@ -102,8 +100,7 @@ class References:
         return own
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Start a trapezoid from the present value and speed; raises KernelError for an actuator that cannot be
-        driven."""
+        """Start a trapezoid from the present value and speed; raises KernelError if it cannot be driven."""
         a = self._driven(name)
         self._check_start(name, start_ns)
         x0, v0 = self.own(name, start_ns)
@@ -132,7 +129,7 @@ class References:
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
     def moves(self, name: str, t_ns: int) -> bool:
-        """Return whether an actuator moves, or follows a master that does."""
+        """Return whether an actuator moves, or follows a master that moves."""
         a = self._actuator(name)
         masters = [self._masters[m] for m in a.follows]
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
@@ -190,8 +187,7 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Return the times since the epoch [s] at which an acceleration or the slope of a history changes, sorted,
-        later than `after`."""
+        """Return the sorted times since the epoch [s] later than `after` at which accelerations or slopes change."""
         out = {*self.histories.breaks(epoch_ns, after), *self.waves.breaks(epoch_ns, after)}
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -205,8 +201,7 @@ class References:
         return sorted(out)
 
     def rest(self, epoch_ns: int) -> float:
-        """Return the time since the epoch [s] after which nothing is driven; inf during an endless move or with a
-        clock."""
+        """Return the time since the epoch [s] when drives end; inf during an endless move or with a clock."""
         if ("clock", "") in self._at or self.waves:
             return inf
         moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)

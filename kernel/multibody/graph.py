@@ -97,7 +97,7 @@ class Graph:
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
         """Return a point of a body in the frame of its station, if the body is one (see `flexible.tracks`). Raises
-        KernelError if the point belongs to another station: stations are part of the compiled scene."""
+        KernelError if the point belongs to another station, as stations are part of the compiled scene."""
         link = self.links[self.number(body)] if body != WORLD else None
         on = self.links[link.parent] if link and link.parent >= 0 else None
         if not link or not on or not on.modes or not body.startswith(f"{on.body.name}@"):
@@ -174,8 +174,7 @@ def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> li
 
 
 def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[str]) -> str:
-    """Describe why the first unreachable body is not connected to the ground: no joint carries it, or a circle of
-    joints."""
+    """Describe why the first unreachable body has no way to the ground: no joint carries it, or a circle."""
     body = next(b for b in bodies if b not in found)
     above: list[str] = []
     while body in carrier and body not in above:
@@ -199,8 +198,7 @@ def path_matrix(parents: list[int]) -> np.ndarray:
 
 
 def children_of(T: np.ndarray, i: int) -> list[int]:
-    """Return the joints to subtract in body i's equation: the set of first ones right of column i, over the rows k with
-    T_ki = 1."""
+    """Return the joints to subtract in body i's equation: first ones right of column i in rows k with T_ki = 1."""
     first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
     return sorted(j for j in first if j is not None)
 

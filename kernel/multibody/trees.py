@@ -27,8 +27,7 @@ _PARTS = (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Added mass A (6, 6): maps the twist of a body to the momentum [angular; linear] of the water about the body's
-    origin, in body axes."""
+    """Added mass A (6, 6): from a body's twist to the water's momentum [angular; linear], about its origin and axes."""
 
     A: Array
 
@@ -234,7 +233,7 @@ def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
-    """Return the tree with other parameters, symbols in traced code."""
+    """Return the tree with other parameters (symbols in traced code)."""
     given = iter([x for _, x in sorted(zip(tree.places, values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:

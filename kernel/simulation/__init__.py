@@ -22,6 +22,6 @@ if TYPE_CHECKING:
     from .simulation import FOREVER_NS, Simulation
 
 __all__ = ["FOREVER_NS", "Simulation"]
-__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".simulation"))
+__getattr__ = on_demand(__name__)
 
 face(__name__)

@@ -180,8 +180,7 @@ class CommandSwitches:
                 counted[i] = row.turned[i]  # what it turned while it was off is no turn
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
-        """Return new ends a and b of a rope's first line in the form in which P holds them: in the frame of the station
-        if the body is flexible."""
+        """Return new ends a and b of a rope's first line as P holds them: in a flexible body's station frame."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}
         lines |= {r.name: Line(r.a, r.b) for r in system.reevings}

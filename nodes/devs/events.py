@@ -141,8 +141,7 @@ class Steppable(Protocol):
 
     @property
     def lookahead(self) -> Mapping[str, int]:
-        """Lookahead [ns] of each out port "model.port"; NEVER for a port without outputs to other nodes, 0 for ports
-        not listed."""
+        """Lookahead [ns] by out port "model.port"; NEVER without outputs to other nodes, 0 if not listed."""
 
     @property
     def slack(self) -> list[Slack]:
@@ -161,8 +160,8 @@ class Steppable(Protocol):
 
     @property
     def quiet(self) -> Tag:
-        """The earliest tag at which the node can send an event without input: next_time, or later if its output is
-        empty."""
+        """The earliest tag at which the node can send an event if no input arrives: next_time, or later if its output
+        is empty."""
 
     def start(self) -> None:
         """Set the initial state at (0, 0)."""
@@ -171,8 +170,7 @@ class Steppable(Protocol):
         """Return the outputs at next_time to other nodes, in total order."""
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Execute the transitions at `tag` <= next_time. May continue with later tags below `until` as long as no event
-        is sent."""
+        """Execute the transitions at `tag` <= next_time, and later ones below `until` as long as no event is sent."""
 
     def among(self) -> list[Event]:
         """Return the events between models of the node, or without receiver, since the last call, in total order."""

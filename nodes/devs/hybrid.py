@@ -80,7 +80,7 @@ class Hybrid(Atomic):
             self.passivate()
 
     def at(self, e: int) -> State:
-        """Return the state e [ns] after the last transition, up to the next one."""
+        """Return the continuous state e [ns] after the last transition, up to the next one."""
         if e <= 0 or not any(self.flow(self.state)):
             return self.state
         for step in _steps(self.flow, self.state, self.tolerance, self.longest):
@@ -127,8 +127,7 @@ class Hybrid(Atomic):
         self.heard(x)
 
     def _next(self) -> tuple[State, tuple[int, ...], int]:
-        """Return state, guards and time [ns] of the next event or of the end of the horizon; time 0 if there is
-        none."""
+        """Return state, guards and time [ns] of the next event or the end of the horizon; time 0 if there is none."""
         before = self._guards(self.state)
         if not before or not any(self.flow(self.state)):
             return self.state, (), 0
@@ -158,8 +157,7 @@ class Hybrid(Atomic):
     def _falls(
         self, step: "_Step", last: int, before: Sequence[float], t: int, now: Sequence[float]
     ) -> tuple[int, tuple[int, ...]] | None:
-        """Return the first time [ns] in (last, t] at which guards have become negative or zero, and their indices; None
-        if there is none."""
+        """Return the first time [ns] in (last, t] at which guards are no longer positive, and these; None if none."""
         if len(now) != len(before):
             raise ModelError(f"guards() gave {len(before)} numbers and then {len(now)}; give always as many")
         found = dict[int, int]()

@@ -170,8 +170,7 @@ class Atomic(Model):
         raise ModelError("an input arrived, but the model defines no external()")
 
     def output(self) -> None:
-        """Send the outputs of the present tag; called before `internal`, must not change the state, may be called
-        twice."""
+        """Send the outputs of this tag, before `internal`; must not change the state, may be called twice."""
 
     def internal(self) -> None:
         """Do the transition at the scheduled tag."""
@@ -262,8 +261,7 @@ class Coupled(Model):
         return super().add_out(name, type)
 
     def connect(self, source: Port[Message], target: Port[Message]) -> None:
-        """Couple a port of a child or of this model to a port of a child or of this model (EIC, IC or EOC, by
-        owners)."""
+        """Couple a port of a child or of this model to another such port (EIC, IC or EOC, by owners)."""
         self._change("connect", lambda: self._connect(source, target))
 
     def disconnect(self, source: Port[Message], target: Port[Message]) -> None:

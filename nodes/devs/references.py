@@ -13,8 +13,7 @@ _importing: list[str] = []
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Return module or file, name, positional and keyword arguments of a reference; raises ModelError if it is
-    invalid."""
+    """Return module or file, name, positional and keyword arguments of a reference; raises ModelError."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
         raise ModelError(f"{reference!r} names no model: its name has bytes that are no UTF-8; rename the file")

@@ -52,8 +52,7 @@ class TimeWeighted:
         self._area = 0.0  # [ns] times value
 
     def set(self, value: float, now: Tag) -> None:
-        """Set the value at a time; raises ModelError if the value is not finite or the time is before the last
-        change."""
+        """Set the value at a time; raises ModelError if it is not finite or the time is before the last change."""
         if not isfinite(value):
             raise _no_observation(value)
         self._area, self._changed, self.value = self._until(now), now.t, value

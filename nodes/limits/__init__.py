@@ -39,11 +39,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Check", "RatedLimit", "RunTables", "SignalColumns", "Use", "checks_of", "line_of", "rows", "signals_of",
-    "uses_of",
-    "uses_on_path",
+    "uses_of", "uses_on_path",
 ]  # fmt: skip
-CHECKS = dict.fromkeys(("checks_of", "line_of", "rows"), ".checks")
-SIGNALS = dict.fromkeys(("SignalColumns", "signals_of"), ".signals")
-__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | CHECKS | {"RunTables": ".run_tables"})
+__getattr__ = on_demand(__name__)
 
 face(__name__)

@@ -103,8 +103,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error of a value [its unit]; None if it is not known. The measured error of the utilisation counts;
-    for a load carried by ropes, otherwise the errors of their tensions."""
+    """Return the error of a value [its unit]; None if it is not known. A measured error of the utilisation takes
+    precedence; for a load carried by ropes, otherwise the errors of their tensions."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)
@@ -138,8 +138,7 @@ def line_of(checks: Sequence[Check]) -> str:
 
 
 def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...]]:
-    """Return the rows below `HEAD`, worst first: for each quantity and state the subject with the highest utilisation;
-    `every`: all subjects."""
+    """Return the rows below `HEAD`, worst first: by quantity and state the most used subject; `every`: all."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
         alone = every or check.quantity == "factor"
@@ -172,7 +171,7 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return the checks with the highest utilisation, one per quantity, as lines of text."""
+    """Return the check with the highest utilisation of each quantity, as lines of text."""
     found: dict[str, Check] = {}
     for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
         if check.use and " to " not in check.allowed:

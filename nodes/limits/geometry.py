@@ -19,8 +19,7 @@ def outside(half: Vector, p: Vector) -> float:
 
 
 def geometry_findings(plan: Plan) -> list[Check]:
-    """Red checks of lugs far off the block and centres of mass outside it; a warning for a mass that contradicts the
-    volume."""
+    """Red checks of lugs far off the block and centres of mass outside it; a warning for a mass that contradicts it."""
     found = [x for machine in plan.machines for cargo in machine.cargo for x in _of(cargo)]
     return found + list(_densities(plan))
 

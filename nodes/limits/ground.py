@@ -68,7 +68,7 @@ def distance_to_tipping(x: Column, y: Column, base: tuple[float, float], *, lift
 
 
 def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
+    """Return the pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
     if machine is None or footing is None:
@@ -156,7 +156,7 @@ def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None,
 
 
 def standing(machine: Mechanism) -> set[str]:
-    """Return the bodies that joints connect with the base of a machine."""
+    """Return the names of the bodies that joints connect with the base of a machine."""
     footing = machine.footing
     pairs = [
         (j.parent, j.child) for j in machine.system.joints if j.kind != "free" and WORLD not in (j.parent, j.child)
@@ -200,7 +200,8 @@ def dynamics_required(plan: Plan) -> tuple[float, str] | None:
 
 
 def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
-    """Return the actions that hoist until a block is lifted, or lower until it has landed, with their speeds [m/s]."""
+    """Return the actions that hoist until a block is lifted, or lower it until it has landed, with their speeds
+    [m/s]."""
     moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
     winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
     return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]

@@ -262,7 +262,7 @@ WHEN = ("begins", "most", "ends")
 
 
 class HookReach:
-    """Reached radii of hooks with a radius chart, over successive parts of a path or run."""
+    """Radii of the hooks that have a radius chart, over successive parts of a path or run."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -299,7 +299,8 @@ class HookReach:
 
     @property
     def found(self) -> tuple[Reach, ...]:
-        """The three radii of each hook and stage, in order of time."""
+        """Return three radii of each hook and stage, in order of time: at its begin, at its end, and at the highest
+        utilisation."""
         each = sorted(self._found.values(), key=lambda three: three[0].t)
         return tuple(
             msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)

@@ -66,8 +66,7 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Return the dynamic amplification factor for a mass [kg] at a place, with its source; None for an unknown
-    place."""
+    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown one."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]
@@ -77,15 +76,13 @@ def daf(place: str | None, mass: float) -> tuple[float, str] | None:
 
 
 def hoisting_factor(speed: float, hoisting_class: str) -> float:
-    """Return phi_2 = phi_2,min + beta_2 v_h of a load lifted off the ground at a hook speed [m/s] (EN 13001-2,
-    4.2.2.2)."""
+    """Return phi_2 = phi_2,min + beta_2 v_h of a load lifted off at a hook speed [m/s] (EN 13001-2, 4.2.2.2)."""
     least, slope = HOISTING[hoisting_class]
     return least + slope * speed
 
 
 def partial_factor(**given: float) -> float:
-    """Return the required breaking force over the largest dynamic tension: the product of the partial factors of a
-    sling (0027/ND 7.3.1)."""
+    """Return the required breaking force over the largest tension: product of a sling's factors (0027/ND 7.3.1)."""
     each = RIGGING | given
     reduced = each["termination"] * each["wear"] * each["twist"]
     return max(each["load"] * each["consequence"] * each["material"] * reduced, LEAST * reduced)
@@ -237,8 +234,7 @@ def bending(ratio: float) -> float:
 
 
 def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, float], ...], str] | None:
-    """Return the WLL of an assembly of legs as (angle to the vertical [rad], mass [kg]) with its terms; None if no
-    standard applies."""
+    """Return the WLL of an assembly of legs, (angle to the vertical [rad], mass [kg]), and its terms, else None."""
     rated = at_rest(x._replace(single=False), gravity)
     if legs not in KL or x.WLL or TERMINATIONS[x.termination or "ferrule"].kt is None or rated.note:
         return None

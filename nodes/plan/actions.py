@@ -75,7 +75,7 @@ class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
 
 
 class BegunCondition(Term, frozen=True, kw_only=True, tag="begun"):
-    """The list of the whole scene has begun this lift's list."""
+    """The action list of the whole scene has begun the list of this lift."""
 
     lift: str
 
@@ -177,8 +177,7 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """Hook a sling to a lug of the block, or, without `lug`, a mechanism's rope to its end point. `p`: the lug in its
-    body's frame [m]."""
+    """Hook a sling to a `lug` at `p` [m] in its body's frame, or, without, a mechanism's rope to its end point."""
 
     sling: str
     lug: str = ""
@@ -193,8 +192,7 @@ class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
-    """Engage or release a brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a beam), or make an interlock
-    active or bypass it."""
+    """Engage or release a brake, a joint's lock or a beam's hinge lock, or activate or bypass an interlock."""
 
     model: str
     brake: str
@@ -235,8 +233,7 @@ class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """End an order: a move ramps down, a follower holds its position (its master is at `s`), a threshold is
-    disarmed."""
+    """End an order: a move ramps down, a follower holds (its master is at `s`), a threshold is disarmed."""
 
     s: float = 0.0
 
@@ -245,8 +242,8 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """Return the actor's part of an order, with `more`, without the line of the scene, on which a run must not
-    depend."""
+    """Return the part of an order that its actor needs, with the fields `more`, and without the line of the scene, on
+    which a run must not depend."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 

@@ -12,7 +12,7 @@ from .spellings import CALLED
 
 
 class Actuator(Item, frozen=True, kw_only=True):
-    """How a drive or winch rope of a machine can move.
+    """An actuator of a machine, drive or winch rope, with its speeds and end positions.
 
     `start`; `accel` of its ramp; end positions `lower`, `upper` (None: endless); `pulses` of a ramp without swing;
     `verb`: for orders addressed to the machine; `speed`: the highest that orders may demand, `loaded`: with a load;
@@ -294,13 +294,14 @@ def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
 
 
 def driven(actuator: str) -> str:
-    """Return the name, for planners, of what an actuator moves: a crane, a trolley, else its own name."""
+    """Return what an actuator moves, named for planners: a crane, a trolley, else its own name."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator and the name of its part for planners; else its own name, and ""."""
+    """Return the machine of an actuator and the name of its part for planners; if there is none, its own name and
+    ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

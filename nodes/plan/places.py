@@ -12,8 +12,7 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """Return `file:line:column` of an order at (action, order) or of an action; its numbers if the plan has no
-    lines."""
+    """Return `file:line:column` of an order at (action, order) or of an action; its numbers without lines."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND

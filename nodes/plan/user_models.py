@@ -7,8 +7,7 @@ from .actions import Item, Move
 
 
 class Led(Item, frozen=True, kw_only=True):
-    """An out port whose set-points drive an actuator: `move`, an endless move with its ramp and maximum speed (0:
-    unknown)."""
+    """An out port whose set-points drive an actuator: an endless move with ramp and maximum speed (0: unknown)."""
 
     port: str
     move: Move

@@ -43,11 +43,6 @@ __all__ = [
     "LoadedScene", "SceneReport", "bundled", "check", "json_schema", "load", "loaded", "new_scene", "new_scene_with",
     "parse", "restored",
 ]  # fmt: skip
-__getattr__ = on_demand(
-    __name__,
-    dict.fromkeys(__all__, ".loading")
-    | dict.fromkeys(("new_scene", "new_scene_with"), ".templates")
-    | {"LoadedScene": ".loaded_scene", "SceneReport": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
-)
+__getattr__ = on_demand(__name__)
 
 face(__name__)

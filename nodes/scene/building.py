@@ -33,10 +33,9 @@ from heavylift.nodes.scene.construction.rigging.ratings import gear_of
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
 from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.gear import geared
 from heavylift.nodes.scene.keys.nodes import placement_faults
-from heavylift.nodes.scene.keys.validate import uncertainties, validate
+from heavylift.nodes.scene.keys.validate import override, uncertainties, validate
 from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
@@ -77,8 +76,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Build the scene of a text with settings. `passing`: one of many variants; without `followed`, its actions are not
-    followed statically."""
+    """Build the scene of a text with settings. `passing`: the scene is one of many variants; without `followed`, its
+    equilibrium path is not computed."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -173,7 +172,7 @@ def _built(
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Return the scene with other values, whose limits are not checked before."""
+        """Return the scene with other values, whose limits are not checked in advance."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
@@ -239,8 +238,7 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
 
 
 def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
-    """Return the faults of a scene that cannot be built or carried out or is overloaded at rest; loads are checked only
-    if there are no other faults."""
+    """Return the faults of a scene that cannot be built or carried out, or else is overloaded at rest."""
     scene, built = loaded.scene, loaded.plan
     found = start_checks(scene, built) or held_orders(built)
     hooks = any(machine.hooks for machine in built.machines)

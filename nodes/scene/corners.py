@@ -66,8 +66,7 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[R
 
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[RatedLimit]:
-    """Return the design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of
-    each block."""
+    """Return a scene's design loads by practice or factors, at the worst corner of each block's mass-centre box."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.factors.built(), Corners(nominal, build)
@@ -90,7 +89,8 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Utilisations, or other sizes of a scene, at evaluated corners; `moved`: the inputs that each depends on."""
+    """Searches the corners of uncertain inputs for the highest utilisation of each limit (or other values of a scene);
+    `moved`: the inputs that influence each."""
 
     def __init__(self, nominal: LoadedScene, build: Build, sizes: Sizes | None = None) -> None:
         self._sizes = sizes or _uses
@@ -102,7 +102,8 @@ class Corners:
         self._ends = len(nominal.states) and nominal.states[-1].action
 
     def search(self, ends: Sequence[Ends]) -> None:
-        """Evaluate both ends of each input, then the corners of worse ends of several."""
+        """Evaluate both ends of each input, then, for each value, the corner of the worse ends if several inputs
+        influence it."""
         worse: dict[Key, dict[Path, str]] = {}
         for one in ends:
             found = [(text, self.uses({one.path: text})) for text in one.texts]

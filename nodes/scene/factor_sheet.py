@@ -27,7 +27,7 @@ def hooks(plan: Plan) -> Table:
 
 
 def charts_used(found: Sequence[Reach]) -> Table:
-    """Radius and use of the chart in each stage, as they change."""
+    """Return radius and utilisation of the load chart in each stage, as they change."""
     numbers = [(x.hook, x.stage, f"{x.radius:.2f} {x.load:.0f} {x.capacity:.0f}") for x in found]
     changed = (x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1])
     rows = tuple(
@@ -39,8 +39,7 @@ def charts_used(found: Sequence[Reach]) -> Table:
 
 
 def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
-    """Yield the tables from static loads to design loads, factor by factor, with the maxima of a run; and the list of
-    gear."""
+    """Yield the tables from static to design loads, by factor, with maxima of a run; and the list of gear."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []

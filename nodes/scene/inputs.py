@@ -19,9 +19,8 @@ import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys.base import written
-from heavylift.nodes.scene.keys.defaults import listed
 from heavylift.nodes.scene.keys.quantities import below, quantity
-from heavylift.nodes.scene.keys.validate import uncertainties
+from heavylift.nodes.scene.keys.validate import listed, uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import made, next_key, parts
 from heavylift.nodes.scene.text.source import Path, Source, read
@@ -63,7 +62,7 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """The unit in SI."""
+        """The value of one unit in SI."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
@@ -109,8 +108,7 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """Return all uncertain inputs of a scene, as stated in its file or in `given` (`block.mass +- 3 %`); raises
-    SceneError."""
+    """Return all uncertain inputs of a scene, stated there or in `given` (`block.mass +- 3 %`); SceneError."""
     source, stated = _source(scene)
     found = {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
     named: list[Path] = []
@@ -200,7 +198,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         path = (*path, key)
     found = quantity(kind)
     if at is None:
-        raise SceneError(f"input {name}: the scene gives it no value; write one from which to begin")
+        raise SceneError(f"input {name}: the scene gives it no value; write a nominal one")
     if found is None or isinstance(at, bool) or not isinstance(at, int | float):
         raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
     dimension = found.dimension

@@ -77,8 +77,7 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Return the scene of a YAML text. `passing`: one of many variants; without `followed`, its actions are not
-    followed statically."""
+    """Return the scene of a YAML text; `passing`: one of many variants; `followed`: statics follow its actions."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)

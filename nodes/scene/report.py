@@ -167,8 +167,7 @@ def _turned(built: plan.Plan, state: StaticState) -> str:
 
 
 def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
-    """Return the load on a hook [kg]: vertical tension of its slings, or that of its rope if they bend over edges or
-    hang on frames."""
+    """Return a hook's load [kg]: vertical tension of its slings, of its rope if these bend or hang on frames."""
     lugs, ties = lug_places(built.machines), [*ties_on(built.machines, hook)]
     straight = {rope.name for machine in built.machines for rope in machine.system.straight_ropes}
     ends = [(tie, lugs.get(state.hooked.get(tie.rope, "")) or tie.lower) for tie in ties]
@@ -190,8 +189,7 @@ def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
 
 
 def _page(rows: list[HookLoadRow]) -> list[Table]:
-    """Return the tables of the slings' loads of each hook in each stage in which they change [t], and of the largest
-    loads."""
+    """Return the tables of slings' loads [t] by hook and stage, where they change, and of the largest loads."""
     hooks = list(dict.fromkeys(row.hook for row in rows))
     loads: list[tuple[Cell, ...]] = []
     for stage, group in groupby(rows, key=lambda row: row.stage):
@@ -263,8 +261,7 @@ def _ends(statics: Followed) -> list[StaticState]:
 
 
 def _ropes_at_rest(statics: Followed) -> list[Table]:
-    """Return the table of static tensions of a mechanism's first ropes (over sheaves: of the most loaded part) at the
-    end of each action."""
+    """Return static tensions of a mechanism's first ropes (of most loaded parts) at the end of each action."""
     ends = _ends(statics)
     ropes = list(ends[0].tensions)[:COLUMNS] if ends else []
     rows: list[tuple[Cell, ...]] = [

@@ -82,15 +82,14 @@ def new_scene(name: str, like: str) -> str:
 
 
 def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
-    """Return texts of scenes by name: a crane of a type lifts the block of one row, `blocks.csv#B17`, or that of each
-    row."""
+    """Return texts of scenes by name: a crane lifts the block of a row, `blocks.csv#B17`, or of each row."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)
     names = [name] if len(rows) == 1 else [f"{name}-{row}" for row in rows]
     return {made: _text(made, crane, f"{file}#{row}") for made, row in zip(names, rows, strict=True)}
 
 
-class Gear(NamedTuple):
+class ChosenGear(NamedTuple):
     """Slings, shackles, lugs and supports chosen for a lift, as words of the scene's text."""
 
     rope: int
@@ -105,12 +104,12 @@ class Gear(NamedTuple):
     support: int
 
 
-def _gear(mass: float, share: float, length: float) -> Gear:
+def _gear(mass: float, share: float, length: float) -> ChosenGear:
     """Choose the gear for a block of a mass [t], of which one sling of a length [m] carries a share at rest."""
     leg = mass * share
     rope = next((d for d in ROPES if 0.356e-3 * d * d * 1770.0 >= MORE["rope"] * leg * G), ROPES[-1])
     WLL = next((x for x in SHACKLES if x >= MORE["shackle"] * leg), max(SHACKLES))
-    return Gear(
+    return ChosenGear(
         rope, 0.0483 * rope * rope, 0.356e-3 * rope * rope * 1770.0, "ferrule" if rope <= THIMBLES else "resin",
         f"mass: {0.00409 * rope * rope * length:.3g} kg", WLL, SHACKLES[WLL], "EN 13889" if WLL <= 25.0 else "RR-C-271",
         ceil(MORE["lug"] * leg), ceil(MORE["support"] * mass / 4.0),
@@ -189,8 +188,7 @@ def _hooks(crane: str) -> dict[str, tuple[float, float]]:
 
 
 def _above(crane: str, width: float) -> dict[str, list[tuple[float, float]]]:
-    """Return the lugs below the hooks of a crane on rails, two for each beam, relative to the middle of the block
-    [m]."""
+    """Return the lugs below a rail crane's hooks, two per beam, relative to the middle of the block [m]."""
     apart = LENGTH.read(str(machine_type(crane).parameters["hook spacing"]))
     places = {"H1": (-apart, -INSIDE * width), "H2": (apart, -INSIDE * width), "H3": (0.0, INSIDE * width)}
     return {hook: [(a - BETWEEN / 2, b), (a + BETWEEN / 2, b)] for hook, (a, b) in places.items()}

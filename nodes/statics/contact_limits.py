@@ -27,7 +27,7 @@ def apart(contact: Contact, a: Pose, b: Pose) -> bool:
 
 
 def there(before: StaticState, after: StaticState, part: float) -> StaticState:
-    """Return the interpolated state between two points of the path."""
+    """Return the state interpolated between two points of the path."""
     poses = {
         body: (tuple(a + part * (b - a) for a, b in zip(p, q, strict=True)), R if part > 0.5 else Q)
         for (body, (p, Q)), (q, R) in zip(before.poses.items(), after.poses.values(), strict=True)
@@ -36,8 +36,7 @@ def there(before: StaticState, after: StaticState, part: float) -> StaticState:
 
 
 def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
-    """Return the fraction between two points of the path at which the shapes of a contact begin to penetrate; None if
-    they do not."""
+    """Return the fraction between two points of the path at which shapes begin to penetrate; None if not."""
     ends = _poses(contact, before), _poses(contact, after)
     distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     steps = max(1, ceil(distance / STEP))

@@ -66,6 +66,7 @@ def _walked(whole: plan.Plan) -> Followed:
 
 def at_rest(built: plan.Plan) -> plan.Plan:
     """Return the plan for statics: elastic ropes without lumps, all joints and supports, no user models."""
+    # statics at the full level: the path must not depend on the level that is chosen by means of it
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)
     steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "samples_hz")}
@@ -73,7 +74,7 @@ def at_rest(built: plan.Plan) -> plan.Plan:
 
 
 def plan_key(built: plan.Plan) -> str:
-    """Return the cache key of a plan and of the code that follows it."""
+    """Return the cache key of a plan and of the code that computes its equilibrium path."""
     return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
 
 

@@ -20,12 +20,13 @@ MOST = 20  # blocks that are listed
 
 
 def quantile(values: Sequence[float], part: float) -> float:
-    """The least value that so many of all do not exceed."""
+    """Return the smallest value that at least the fraction `part` of all values does not exceed."""
     return sorted(values)[max(0, ceil(part * len(values) - 1e-9) - 1)]
 
 
 def examined(yard: Yard) -> Sheet:
-    """A yard before it is run: both schemes with each rule, the critical path, what contract dates leave."""
+    """Return the sheet of `check` for a yard: schedules by both generation schemes with each rule, the critical path,
+    and the contract dates."""
     known, path = dates(yard), chain(yard)
     rows = list[tuple[Cell, ...]]()
     for rule, short in RULES.items():
@@ -66,7 +67,8 @@ def examined(yard: Yard) -> Sheet:
 
 
 def answered(yard: Yard, values: Values) -> Sheet:
-    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too."""
+    """Return the sheet of `run` for a yard: quantiles of the key dates, what they depend on, and the causes of waiting;
+    for a single run also its schedule."""
     runs = len(values["dispatcher.delivery"])
     finishes: dict[str, Sequence[float]] = {DELIVERY: values["dispatcher.delivery"]}
     for block in yard.contract:

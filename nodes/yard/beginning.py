@@ -6,7 +6,7 @@ HEAD = "heavylift yard"
 
 
 def is_yard(path: str | Path) -> bool:
-    """Whether a file begins as one of a yard does."""
+    """Return whether a file begins like a yard file."""
     try:
         with open(path, encoding="utf-8") as file:
             lines = (line.strip() for line in file)

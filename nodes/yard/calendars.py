@@ -22,19 +22,20 @@ Windows = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]  # begins, en
 
 @dataclass(frozen=True)
 class Calendar:
-    """Working time by a text that says when it is, so that copies stay small; by default all time is."""
+    """Working time, described by a text so that copies stay small; the empty text means that all time is working
+    time."""
 
     key: str = ""
 
     def open(self, t: int) -> int:
-        """The first working instant at t or after."""
+        """Return the first working instant at time t or after."""
         if not self.key:
             return t
         begins, ends, _ = windows(self.key)
         return max(t, begins[_within(bisect_right(ends, t), begins)])
 
     def add(self, t: int, work: int) -> int:
-        """When work that begins at t is done."""
+        """Return the time at which work that begins at t is done."""
         if not self.key or not work:
             return t + work
         begins, ends, worked = windows(self.key)
@@ -44,7 +45,7 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def back(self, t: int, work: int) -> int:
-        """The latest begin of work that is done at t."""
+        """Return the latest begin of work that is to be done at t."""
         if not self.key or not work:
             return t - work
         begins, _, worked = windows(self.key)
@@ -66,8 +67,8 @@ def _within(n: int, begins: Sequence[int]) -> int:
 
 
 def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iterable[date]) -> Calendar:
-    """The calendar of shifts on days of the week (0: Monday) without the days `off`; a shift belongs to the day on
-    which it begins.  Raises SceneError where nothing is left."""
+    """Return the calendar of shifts on weekdays (0: Monday) without the days `off`; a shift belongs to the day on which
+    it begins. Raises SceneError if no working time is left."""
     parts = [str(start)], map(str, days), (f"{a}-{b}" for a, b in shifts), map(str, sorted(off))
     key = "/".join(" ".join(part) for part in parts)
     if not windows(key)[0]:
@@ -77,7 +78,7 @@ def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iter
 
 @lru_cache
 def windows(key: str) -> Windows:
-    """The windows of the calendar that a text describes."""
+    """Return the working intervals of the calendar that a text describes."""
     first, days, shifts, off = (part.split() for part in key.split("/"))
     start, free = date.fromisoformat(first[0]), {date.fromisoformat(x) for x in off}
     found = list[Shift]()
@@ -104,7 +105,7 @@ def _merged(windows: Iterable[Shift]) -> list[Shift]:
 
 @lru_cache
 def public_holidays(country: str, start: date) -> frozenset[date]:
-    """The public holidays of a country, or of a part of it, `DE-HH`; raises ValueError if there is none."""
+    """Return the public holidays of a country or region, such as `DE-HH`; raises ValueError for an unknown one."""
     try:
         from holidays import country_holidays
     except ImportError:

@@ -17,7 +17,7 @@ NOT_READY, NO_SHIFT = "block not ready", "no shift"
 
 
 class ActivityStart(Message):
-    """An activity is to begin."""
+    """Order to begin an activity."""
 
     activity: int
 
@@ -29,14 +29,14 @@ class ActivityEnd(Message):
 
 
 class UnitsInUse(Message):
-    """So many units of a resource are in use."""
+    """Number of units of a resource in use."""
 
     used: int
 
 
 class YardSchedule(Message):
-    """When the yard is done, start and end of each activity [s], whether it is on the critical sequence (0, 1), and how
-    long activities waited for each cause [s]: the block, the shift, then the resources."""
+    """Result of a yard: time of delivery, start and end of each activity [s], whether it is on the critical sequence
+    (0, 1), and the time activities waited for each cause [s]: the block, the shift, then the resources."""
 
     delivery: float
     starts: tuple[float, ...]
@@ -46,14 +46,15 @@ class YardSchedule(Message):
 
 
 class ResourceUse(Message):
-    """YardResource of a resource in use: mean and most."""
+    """Use of a resource: mean and maximum number of units."""
 
     used: float
     most: int
 
 
 class Dispatcher(Atomic):
-    """Starts activities by their ranks as soon as their predecessors, block, shift and resources allow."""
+    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow (parallel
+    schedule generation)."""
 
     done = In(ActivityEnd)
 
@@ -71,7 +72,7 @@ class Dispatcher(Atomic):
             self.add_out(f"use-{resource}", UnitsInUse)
 
     def start(self) -> None:
-        """All is to be done."""
+        """Start with no activity begun."""
         count = len(self.activities)
         self.begin, self.end = [-1] * count, [-1] * count
         self.ready = [one.ready for one in self.activities]
@@ -85,29 +86,29 @@ class Dispatcher(Atomic):
         self.decide()
 
     def output(self) -> None:
-        """Send what begins, and the use of resources."""
+        """Send the activities that begin, and the changed numbers of units in use."""
         for n in self.begun:
             self.ports[f"to-{self.activities[n].step}"].send(ActivityStart(n))  # type: ignore[attr-defined]
         for resource in self.changed:
             self.ports[f"use-{resource}"].send(UnitsInUse(self.used[resource]))  # type: ignore[attr-defined]
 
     def external(self, e: int, x: Bag) -> None:
-        """Note what is done, then decide."""
+        """Record the ended activities, then decide which begin."""
         unsent = self.begun, self.changed
         self.note(x)
         self.decide(*unsent)
 
     def internal(self) -> None:
-        """What began was sent; decide once more."""
+        """Decide once more, after the begun activities were sent."""
         self.decide()
 
     def confluent(self, x: Bag) -> None:
-        """Decide once, after all that happens now."""
+        """Decide once, after all events of this instant."""
         self.note(x)
         self.decide()
 
     def note(self, x: Bag) -> None:
-        """Free what those that are done had, and let their successors wait for their turn."""
+        """Free the resources of ended activities, and queue their successors."""
         now = self._present.now[0]
         for message in x[self.done]:
             n = message.activity
@@ -122,7 +123,7 @@ class Dispatcher(Atomic):
                     insort(self.pending, (self.rank[m], m))
 
     def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
-        """Start all that may start now, and wait for the next ready block or shift."""
+        """Start all activities that may start now, and wait for the next block or shift."""
         now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
         freed, self.freed = self.freed, {}
         started = list(begun)
@@ -158,7 +159,7 @@ class Dispatcher(Atomic):
         self.hold_in(0 if self.begun or self.changed else wake if wake == NEVER else wake - now)
 
     def result(self) -> YardSchedule:
-        """The schedule, and what held it up."""
+        """Return the schedule, and the waiting times by cause."""
         critical = set(self.critical())
         return YardSchedule(
             max(self.end) / 1e9, tuple(t / 1e9 for t in self.begin), tuple(t / 1e9 for t in self.end),
@@ -166,7 +167,7 @@ class Dispatcher(Atomic):
         )  # fmt: skip
 
     def critical(self) -> list[int]:
-        """The critical sequence: back from the last end through what released each start."""
+        """Return the critical sequence: from the last end back through the activities that released each start."""
         last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
         found = [last]
         while (n := self.releaser(found[-1])) >= 0:
@@ -174,7 +175,8 @@ class Dispatcher(Atomic):
         return found[::-1]
 
     def releaser(self, n: int) -> int:
-        """The activity whose end let another one start; -1 if its own block did, or nothing."""
+        """Return the activity whose end allowed another one to start; -1 if there is none, or the block itself came
+        last."""
         one, lacked = self.activities[n], self.lacked[n]
         before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
         if lacked:
@@ -186,7 +188,7 @@ class Dispatcher(Atomic):
 
 
 class YardStep(Atomic):
-    """Carries out a step of all blocks, each for a time of its own in working time; expected times for seed 0."""
+    """Carries out one step for all blocks; each takes its own drawn working time, or the expected one for seed 0."""
 
     work, done = In(ActivityStart), Out(ActivityEnd)
 
@@ -195,7 +197,7 @@ class YardStep(Atomic):
         self.activities, self.seed = activities, seed
 
     def start(self) -> None:
-        """Draw the time of each block, whatever the order in which they come."""
+        """Draw the durations of all blocks in advance, independent of the order in which they come."""
         self.due = list[tuple[int, int]]()
         self.times = {
             n: seconds(one.takes.draw(stream(self.seed, one.name))) if self.seed else one.expected
@@ -203,7 +205,7 @@ class YardStep(Atomic):
         }
 
     def external(self, e: int, x: Bag) -> None:
-        """Begin."""
+        """Begin the ordered activities."""
         now = self._present.now[0]
         for message in x[self.work]:
             n = message.activity
@@ -211,13 +213,13 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now)
 
     def output(self) -> None:
-        """Tell of those that end now."""
+        """Report the activities that end now."""
         for t, n in sorted(self.due):
             if t == self.due[0][0]:
                 self.done.send(ActivityEnd(n))
 
     def internal(self) -> None:
-        """Forget them."""
+        """Remove the ended activities, and wait for the next end."""
         now = self.due[0][0]
         while self.due and self.due[0][0] == now:
             heappop(self.due)
@@ -225,16 +227,16 @@ class YardStep(Atomic):
 
 
 class YardResource(Atomic):
-    """Measures the use of a resource."""
+    """Measures the use of a resource over time."""
 
     level = In(UnitsInUse)
 
     def start(self) -> None:
-        """Nothing is in use."""
+        """Start with no unit in use."""
         self.used = TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
-        """Note the use."""
+        """Record the number of units in use."""
         self.used.set(x[self.level][-1].used, self.now)
 
     def result(self) -> ResourceUse:
@@ -243,7 +245,7 @@ class YardResource(Atomic):
 
 
 def coupled(yard: Yard, seed: int = 0, rule: str = "") -> Coupled:
-    """The model of a yard, by its own rule or another one; for seed 0 with expected durations."""
+    """Return the DEVS model of a yard with its own rule or another one; for seed 0 with expected durations."""
     root = Coupled("yard")
     dispatcher = root.add(
         Dispatcher("dispatcher", yard.activities, yard.capacities, ranks(yard, rule), successors(yard))
@@ -259,5 +261,5 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "") -> Coupled:
 
 
 def yard(file: str, settings: list[str] | tuple[str, ...] = (), seed: int = 0) -> Coupled:
-    """The model of a yard file with settings laid over it; raises SceneError for an invalid one."""
+    """Return the DEVS model of a yard file with settings; raises SceneError for an invalid file."""
     return coupled(load(file, settings), seed)

@@ -31,8 +31,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: its duration [s], what it needs, predecessors with their lags [ns], when its block is ready
-    [ns], when it works."""
+    """A step of a block: duration [s], needed resources, predecessors with their lags [ns], time from which its block
+    is ready [ns], working time."""
 
     block: str
     step: str
@@ -44,7 +44,7 @@ class Activity:
 
     @property
     def name(self) -> str:
-        """Block and step."""
+        """Name of the block, then of the step."""
         return f"{self.block} {self.step}"
 
     @property
@@ -55,8 +55,8 @@ class Activity:
 
 @dataclass(frozen=True)
 class Yard:
-    """Activities by number from 0, units of each resource, rule or order of blocks, contract dates of blocks or of the
-    `delivery`, which are to be kept with a probability."""
+    """A yard: activities by number from 0, units of each resource, priority rule or order of blocks, contract dates of
+    blocks or of the `delivery` and the probability with which they are to be met."""
 
     name: str
     start: date
@@ -76,7 +76,7 @@ class Yard:
 
 @dataclass(frozen=True)
 class Dates:
-    """Early and late start and finish [ns] of each activity, as far as its predecessors allow."""
+    """Early and late start and finish [ns] of each activity, as if all resources were free."""
 
     early_start: list[int]
     early_finish: list[int]
@@ -84,12 +84,12 @@ class Dates:
     late_finish: list[int]
 
     def critical(self, n: int) -> bool:
-        """Whether an activity has no slack."""
+        """Return whether an activity has no slack."""
         return self.late_start[n] <= self.early_start[n]
 
 
 def successors(yard: Yard) -> list[list[tuple[int, int]]]:
-    """Successors of each activity with their lags [ns]."""
+    """Return the successors of each activity with their lags [ns]."""
     found: list[list[tuple[int, int]]] = [[] for _ in yard.activities]
     for n, one in enumerate(yard.activities):
         for m, lag in one.after:
@@ -98,7 +98,8 @@ def successors(yard: Yard) -> list[list[tuple[int, int]]]:
 
 
 def dates(yard: Yard) -> Dates:
-    """Forward and backward pass in working time with expected durations, as if all resources were free."""
+    """Return early and late dates by forward and backward pass (CPM) in working time, with expected durations, as if
+    all resources were free."""
     all_ = yard.activities
     order = sequence(yard)
     early, finish = [0] * len(all_), [0] * len(all_)
@@ -115,12 +116,12 @@ def dates(yard: Yard) -> Dates:
 
 
 def sequence(yard: Yard) -> list[int]:
-    """Activities, none before its predecessors."""
+    """Return the activities in topological order: each after its predecessors."""
     return [*TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(yard.activities)}).static_order()]
 
 
 def ranks(yard: Yard, rule: str = "") -> list[int]:
-    """The place of each activity in the order of a rule, default the yard's own rule or order."""
+    """Return the place of each activity in the order of a priority rule; default: the yard's own rule or order."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
     if not rule and yard.order:

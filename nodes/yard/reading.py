@@ -41,7 +41,7 @@ T = TypeVar("T")
 
 
 def load(path: str | FilePath, settings: Sequence[str] = ()) -> Yard:
-    """Read a yard file with settings laid over it; raises SceneError with all its errors."""
+    """Read a yard file with settings; raises SceneError with all its faults."""
     name = path_text(path)
     source = read(scene_text(FilePath(path), name), name, FilePath(path).parent)
     raise_faults(source, source.faults)
@@ -62,7 +62,7 @@ class _Reading:
         self.start = date.min
 
     def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
-        """What `of` makes of the value at a path; `usual` where there is none, or a wrong one."""
+        """Return the value at a path, converted by `of`; `usual` if it is missing or wrong."""
         value = self.source.at(path) if value is None else value
         if value is None:
             return cast(T, usual)
@@ -73,7 +73,7 @@ class _Reading:
             return cast(T, usual)
 
     def mapping(self, path: Path, known: set[str] | None = None) -> dict[str, Data]:
-        """A mapping with keys that are known."""
+        """Return a mapping, after a check that its keys are known."""
         found = self.source.at(path)
         if found is not None and not isinstance(found, dict):
             self.source.fault(path, "write a mapping of keys here")
@@ -86,7 +86,7 @@ class _Reading:
         return given
 
     def yard(self) -> Yard | None:
-        """The yard; None after a fault."""
+        """Return the yard; None if there were faults."""
         given = self.mapping((), KEYS)
         for key in (HEAD, "start", "resources", "blocks", "steps"):
             if given.get(key) is None:
@@ -113,14 +113,15 @@ class _Reading:
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """The windows of each shift; "" of all of them, which are the whole day if there are none."""
+        """Return the working intervals of each shift; under "" those of all shifts, or the whole day if there are
+        none."""
         self.mapping(("calendar",), OF_CALENDAR)
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in
                   self.mapping(("calendar", "shifts"))}  # fmt: skip
         return shifts | {"": tuple(w for windows in shifts.values() for w in windows) or ((0, 1440),)}
 
     def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[Shift, ...]]) -> Calendar:
-        """The calendar of some of the shifts."""
+        """Return the calendar of some of the shifts."""
         if self.source.at(("calendar",)) is None:
             return Calendar()
         listed = self.source.at(("calendar", "holidays"))
@@ -135,7 +136,7 @@ class _Reading:
         return self.take(path, lambda _: working(self.start, days, windows, frozenset(off)), Calendar(), value=1)
 
     def steps(self, capacities: dict[str, int], shifts: dict[str, Any]) -> list[str]:
-        """Steps of a block in an order in which each follows its predecessors."""
+        """Return the steps of a block in an order in which each follows its predecessors."""
         given = self.mapping(("steps",))
         for step in given:
             at = ("steps", step)
@@ -167,12 +168,12 @@ class _Reading:
         return order
 
     def known(self, path: Path, word: Data, among: Any, what: str) -> None:
-        """Complain of a name that does not exist."""
+        """Add a fault for a name that does not exist."""
         if word not in among:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def needed(self, path: Path, resource: str, capacities: dict[str, int], cell: TableCell | None = None) -> int:
-        """Units of a resource that a step takes."""
+        """Return the units of each resource that a step needs."""
         mark, most = cell.mark if cell else None, capacities.get(resource, 0)
         units = self.take(path, fields.units, 0, mark, cell.text if cell else None)
         if resource in capacities and units > most:
@@ -182,11 +183,11 @@ class _Reading:
     def activities(
         self, steps: list[str], capacities: dict[str, int], shifts: dict[str, Any]
     ) -> tuple[tuple[Activity, ...], list[str]]:
-        """All activities, block by block, and the blocks."""
+        """Return all activities, block by block, and the blocks."""
         self.mapping(("blocks",), {"from"})
         file = self.source.at(("blocks", "from"))
         try:
-            head, rows = table(self.source.root, str(file))
+            _, head, rows = table(self.source.root, str(file))
         except (SceneError, ValueError) as error:
             self.source.fault(("blocks", "from"), str(error))
             return (), []
@@ -251,12 +252,12 @@ class _Reading:
         return tuple(made), blocks
 
     def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
-        """What `of` makes of a cell."""
+        """Return the value of a table cell, converted by `of`."""
         found = cells.get(column)
         return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
 
     def erection(self, steps: list[str]) -> tuple[list[str], list[str]]:
-        """The steps that begin the erection of a block, and those that end it."""
+        """Return the steps that begin the erection of a block, and those that end it."""
         given = fields.words(self.source.at(("erection",)))
         if given and len(given) != 2:
             self.source.fault(("erection",), "name the step that begins the erection and the one that ends it")
@@ -268,7 +269,7 @@ class _Reading:
         self, step: str, block: str, cells: dict[str, TableCell], capacities: dict[str, int],
         number: dict[tuple[str, str], int],
     ) -> tuple[Need, ...]:  # fmt: skip
-        """What a step of a block takes, in the order of the resources."""
+        """Return what a step of a block needs, in the order of the resources."""
         found = list[Need]()
         for resource in capacities:
             path = ("steps", step, "needs", resource)
@@ -279,14 +280,14 @@ class _Reading:
         return tuple(found)
 
     def order(self, blocks: list[str]) -> tuple[str, ...]:
-        """The blocks in a given order, the others behind them."""
+        """Return the blocks in the given order, followed by the others."""
         given = fields.words(self.source.at(("order",)))
         for block in given:
             self.known(("order",), block, blocks, "block")
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
 
     def contract(self, blocks: list[str]) -> dict[str, date]:
-        """Dates by block, or of the delivery."""
+        """Return the contract dates by block, or of the delivery."""
         given = self.mapping(("contract",))
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")

@@ -17,7 +17,7 @@ from heavylift.recordings.write.sink import Peak
 
 @dataclass(frozen=True)
 class Facts:
-    """Data of a report: a recording with its verdict, if any, and its plan as plain data."""
+    """Data of a report: a recording, its verdict, if any, and its plan as plain data."""
 
     rec: Recording
     verdict: RecordedVerdict | None

@@ -154,7 +154,8 @@ def instant(
     hanging: Collection[str],
     near: Clearance | None = None,
 ) -> DrawnInstant:
-    """What is drawn of a plan (as data) at poses (7,) of its bodies; `hanging`: machines on hooks of others."""
+    """Return what is drawn of a plan (as data) with its bodies at poses (7,); `hanging`: machines on the hooks of
+    others."""
 
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(body), np.asarray(p, np.float64)

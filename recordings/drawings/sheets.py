@@ -82,7 +82,7 @@ CELLS = (0.0, 62.0, 150.0, 202.0, 242.0, SIZE[0])
 
 
 def svg_alone(view: View, room: tuple[float, float]) -> str:
-    """A view in the middle of its own sheet of this size [mm], or larger if its items are."""
+    """Return a view as SVG, centred on its own sheet of this size [mm], or larger if its items need it."""
     points = np.concatenate([points_of(item) for item in view.items])
     low, high = points.min(axis=0), points.max(axis=0)
     width, height = np.maximum(high - low + 2 * MARGIN, room).tolist()
@@ -178,8 +178,7 @@ def write_dxf(
     project: Mapping[str, str],
     force: bool = False,
 ) -> FilePath:
-    """Write the drawings of a recording to a .dxf file; raises RecordingError if its library is not installed, or the
-    lift has no suspended load."""
+    """Write the drawings of a recording to a .dxf file; RecordingError without its library or a suspended load."""
     path = output_path(out, "a drawing", ENDINGS)
     missing = "drawings as DXF need ezdxf: pip install 'heavylift[drawings]'; or write the report as .html or .pdf"
     library: Any = extra("ezdxf", RecordingError(missing))

@@ -52,8 +52,8 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Plan and two elevations, each at the scale that fits a room [mm]; the second is seen from the right of the
-    first."""
+    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation is seen from the
+    right of the first."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -255,8 +255,7 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
 
 
 def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
-    """Return the ends of the drawn part of a rope in a rigging sketch: slings completely, hook ropes near the hook;
-    None if it is not drawn."""
+    """Return the ends of a rope's drawn part in a rigging sketch: hook ropes near the hook; None if not drawn."""
     if line.sling:
         return line.a, line.b
     if all(np.linalg.norm(line.b - hook.eye) > STRETCH for hook in x.hooks):

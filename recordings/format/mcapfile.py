@@ -244,8 +244,7 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the library that caused an error regardless of the file, by a failed import or a defect; "" for errors of
-    reading bytes."""
+    """Return the library that caused an error by a failed import or a defect; "" for errors of reading bytes."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):

@@ -110,8 +110,7 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descript
 
 
 def samples_template(fields: Sequence[Field]) -> Template:
-    """Return the template of all `heavylift.Samples` messages of a run; its numbers are the columns of the fields in
-    order."""
+    """Return the template of a run's `heavylift.Samples` messages: the columns of the fields in order."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
     def build(_: Timestamp, numbers: list[float]) -> Message:

@@ -14,8 +14,7 @@ MOST = 30  # names in a sentence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
-    """Return columns side by side, `numeric` ones (default: columns of digits) right-aligned, cells printable; empty
-    without rows."""
+    """Return columns side by side, `numeric` ones (default: of digits) right-aligned; "" without rows."""
     if not rows:
         return ""
     head, rows = shown(head), shown(rows)
@@ -51,7 +50,7 @@ def cell(value: object) -> object:
 
 
 def meant(name: str, names: Sequence[str]) -> str:
-    """Return a question with the names most similar to the given one, or a list of names."""
+    """Return a question with the known names most similar to a given one, or a list of all names."""
     lower = {x.lower(): x for x in names}
     near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
     if near:

@@ -96,15 +96,13 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """Return a foxglove.Log; level is one of debug, info, warning, error, fatal; `number` of a note, in the field
-    `line`."""
+    """Return a foxglove.Log; level: debug, info, warning, error, fatal; `number` of a note, in the field `line`."""
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
 
 def frames_template(bodies: Sequence[str]) -> Template:
-    """Return the template of FrameTransforms of all bodies from the world; numbers are x y z qx qy qz qw, body after
-    body."""
+    """Return the template of FrameTransforms of all bodies from the world: x y z qx qy qz qw, body after body."""
 
     def build(time: Timestamp, numbers: list[float]) -> FrameTransforms:
         out = FrameTransforms()
@@ -118,8 +116,7 @@ def frames_template(bodies: Sequence[str]) -> Template:
 
 
 def ropes_template(lines: int) -> Template:
-    """Return the template of a SceneUpdate of the entity "ropes", two points per line; numbers are x y z in the
-    world."""
+    """Return the template of a SceneUpdate of the entity "ropes", two points per line; numbers: x y z in the world."""
 
     def build(time: Timestamp, numbers: list[float]) -> SceneUpdate:
         out = SceneUpdate()
@@ -165,8 +162,7 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether a body has moved since the lines were last drawn at `poses`; if so, these poses count as
-        drawn."""
+        """Return whether a body has moved since lines were drawn at `poses`; if so, these poses count as drawn."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses

@@ -55,8 +55,7 @@ class MessageTable(NamedTuple):
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """Return the records of a chunk as bytes; raises ValueError if it is too large, damaged or compressed by an unknown
-    method."""
+    """Return a chunk's records as bytes; raises ValueError if it is too large, damaged or unknown."""
     size = chunk.uncompressed_size
     if size > LIMIT:
         raise ValueError(f"a chunk of {size} bytes is beyond the limit")
@@ -74,8 +73,7 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, begin and end of the content of each record of an unpacked chunk; raises ValueError for incomplete
-    records."""
+    """Yield opcode, begin and end of the content of each record of an unpacked chunk; raises ValueError."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -106,8 +104,7 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """Yield the messages of these channels in an unpacked chunk as tables: repeated records of a sampler are read as
-    rows of bytes."""
+    """Yield the messages of these channels in an unpacked chunk as tables of equal records, as rows of bytes."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content

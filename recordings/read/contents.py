@@ -32,12 +32,13 @@ EVENT = msgspec.json.Decoder(RecordedEvent).decode
 
 
 class Unknown(ValueError):
-    """Raised for a value that the file does not determine."""
+    """Error for a value that cannot be determined from the file."""
 
 
 class Contents:
-    """Contents of a file, from its messages in order until `end`; then `digest`, `peaks` of ropes from rounded rows,
-    numbers of `events` and `rows`. No digest if values are `unknown` or rows `torn`, both sentences."""
+    """Contents of a file, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
+    rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows `torn`; both are
+    sentences."""
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}
@@ -48,8 +49,7 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """Add the next message of a topic with this metadata, published at this time [ns]; raises an error for damaged
-        bytes."""
+        """Add the next message of a topic with this metadata, published at this time [ns]; fails on damaged bytes."""
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
             self._event(schema, data)
@@ -169,8 +169,7 @@ def sampler_note(data: bytes) -> tuple[int, int, str] | None:
 
 
 def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Any:
-    """Return a value from JSON in its original form: bytes where the schema has them; raises Unknown for null in place
-    of a number."""
+    """Return a value from JSON with bytes where the schema has them; raises Unknown for null as a number."""
     while "$ref" in schema:
         schema = defs[schema["$ref"].rpartition("/")[2]]
     if "anyOf" in schema:

@@ -42,7 +42,7 @@ HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 
 def silent(rec: Recording) -> bool:
-    """Return whether a recording has events only, no samples."""
+    """Return whether a recording has events only and no samples."""
     return "model" in rec.run and not rec.signals()
 
 
@@ -61,8 +61,7 @@ def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
-    """Return head and rows of a table of all events in total order, with a column for each field; only of matching
-    ports."""
+    """Return head and rows of a table of the events of matching ports in order, with a column for each field."""
     names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
@@ -108,8 +107,7 @@ def _numbers(value: object) -> Iterator[tuple[str, float]]:
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """Yield the fields of a message; names of nested messages and of named values are joined by dots; other tuples are
-    JSON."""
+    """Yield the fields of a message; names of nested messages and values are joined by dots; tuples are JSON."""
     if value and isinstance(value, list) and all(isinstance(x, list) and len(x) == 2 for x in value):
         value = dict(value) if all(isinstance(name, str) for name, _ in value) else value
     if isinstance(value, dict):
@@ -185,8 +183,7 @@ def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the (signal, column) pairs that match one of the patterns (all without one), in the order of the
-    recording."""
+    """Return the (signal, column) pairs that match a pattern (all without one), in the recording's order."""
     every = chosen(rec, "*")
     wanted: set[tuple[str, str]] = set()
     for pattern in patterns:
@@ -201,8 +198,7 @@ def extended(
     path: str | Path, out: str | Path, signals: Sequence[Signal], facts: Mapping[str, object],
     files: Mapping[str, bytes], force: bool = False,
 ) -> Path:  # fmt: skip
-    """Write a copy of the recording `path` with these signals, further facts of its result and further files; returns
-    the new path."""
+    """Write a copy of a recording with these signals and further facts and files; returns the new path."""
     out = output_path(out)
     if out.resolve() == file_path(path).resolve():
         raise RecordingError(f"{out}: is the recording itself, which stays as it is; choose another name with -o")

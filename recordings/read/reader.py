@@ -78,8 +78,7 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a fact of `result` or `run`, parsed if it is JSON; raises RecordingError for another type than the
-        default's, or an invalid number."""
+        """Return a fact of `result` or `run`, of JSON; RecordingError for another type than the default's."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -237,16 +236,11 @@ class Recording:
                     self._signals[name] = self._joined(name, t, (values.pop(name) for _, values in parts))
 
     def blocks(
-        self, names: Sequence[str], only: Sequence[int] | None = None, keep: Sequence[str] = ()
+        self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
         """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all of
-        them have.
-
-        Measured signals among signals of the run are interpolated at its times (`Signal.at`). `only`: numbers of the
-        wanted samples, rising; `keep`: signals that are kept for `signal` after all blocks of all samples have been
-        read.
-        """
-        kept: list[tuple[list[int], list[Floats]]] = []
+        them have. Measured signals among signals of the run are interpolated at its times (`Signal.at`). `only`: rising
+        numbers of samples."""
         topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
         numbers = [name for name in names if name in self._tables.get(topic, {})]
         poses = [name for name in names if name not in self._fields]
@@ -260,13 +254,7 @@ class Recording:
                 values = {name: x[:n] for _, part in found for name, x in part.items()}
                 t = np.array(found[0][0][:n]) / 1e9
                 values |= {name: self._signals[name].at(t).values for name in others}
-                if keep:
-                    kept.append((found[0][0][:n], [values[name] for name in keep]))
                 yield found[0][0][:n], [values[name] for name in names]
-        t = np.array([x for times, _ in kept for x in times], np.float64) / 1e9
-        if only is None and len(t) == self.topics[topic].messages:
-            for name in keep:
-                self._signals[name] = self._joined(name, t, (values.pop(0) for _, values in kept))
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
         """Return these signals at the samples with these numbers."""

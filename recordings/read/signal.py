@@ -103,8 +103,7 @@ def _table(head: Sequence[str], rows: Iterable[Iterable[Cell]]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A signal: simulation times (n,) [s], values (n, m), the names of the m columns, their unit, and the signal's
-    name."""
+    """A signal: times (n,) [s], values (n, m), names of the m columns, their unit, the signal's name."""
 
     t: Floats
     values: Floats
@@ -194,8 +193,7 @@ def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
 
 
 class RecordedPart:
-    """Signals of a part of the scene by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` list
-    them."""
+    """Signals of a part of the scene as attributes: `part.tension`, `part.pose`; `part.signals` lists them."""
 
     def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns

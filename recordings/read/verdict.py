@@ -49,10 +49,10 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"message": "told"}):
-    """All of a verdict: its state and line, all checks, worst first.
+    """A complete verdict: state, one-line summary, and all checks, worst first.
 
-    `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
-    and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
+    `head`, `rows`: checks as people read them, those of one kind and state in one row. `told`: what standards foresee
+    and what is not determined. `dynamic`: the amplification that a standard foresees for this lift, and its source.
     `tables`: what only the scene knows, for the report.
     """
 
@@ -70,7 +70,7 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """What was found: beyond limits, warnings, notes."""
+        """What was found, in order of severity: exceeded limits, warnings, notes."""
         return findings(self.checks)
 
 
@@ -97,8 +97,7 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return what a recording stores only in its result: the verdict, times of peaks, and a digest that cannot be
-    computed again."""
+    """Return what only the result stores: the verdict, times of peaks, a digest that cannot be computed again."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -115,8 +114,7 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return the contradictions within a recording as sentences: damaged bytes, or digest, number of samples or peaks
-    that differ from events and rows."""
+    """Return the contradictions in a recording: damaged bytes; digest, samples or peaks unlike events and rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints

@@ -29,9 +29,7 @@ ROWS = 24  # signals in the text
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference in one column of a signal: largest |b - a|, its time [s], RMS over the common time, largest
-    |a|, unit.
-    """
+    """Difference of a column of a signal: largest |b - a|, its time [s], RMS over time, largest |a|, unit."""
 
     name: str
     most: float
@@ -101,8 +99,7 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
 
 
 def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> RecordingComparison:
-    """Compare two recordings, without facts, topics and attachments named in `but`; raises RecordingError if one cannot
-    be read."""
+    """Compare two recordings, without facts, topics and attachments named in `but`; raises RecordingError."""
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
         return _compared(A, B, but)
@@ -140,8 +137,7 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComp
 
 
 def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Draw two recordings over each other: the columns that match the patterns, or by default the most different column
-    of each of four signals."""
+    """Draw two recordings over each other: matching columns, by default the most different of four signals."""
     out = checked(out)
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():

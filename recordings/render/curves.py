@@ -37,8 +37,7 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """A curve: times (n,) [s] and values (n,) in the unit of its panel; dashed for a second recording; `spoken`:
-    points, for values sent on ports."""
+    """A curve: times (n,) [s], values (n,) in its panel's unit; dashed: second recording; `spoken`: sent on ports."""
 
     name: str
     t: NDArray[np.float64]
@@ -125,8 +124,7 @@ def page(figure: Figure) -> str:
 
 
 def _content(panel: Panel) -> dict[str, object]:
-    """Return a panel as plain data; curves of one recording share their times, thinned to minima and maxima of equal
-    parts."""
+    """Return a panel as plain data; curves of a recording share times, thinned to extrema of equal parts."""
     times: list[np.ndarray] = []
     of: list[int] = []  # table of times by curve
     for curve in panel.curves:
@@ -149,8 +147,7 @@ MANY = 60  # curves: more than that nobody can tell apart
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
-    """Draw the columns that match one of the patterns (default: tensions) to .png, .svg or .html; for a DEVS run the
-    values on its ports."""
+    """Draw columns that match a pattern (default: tensions; of a DEVS run its ports) to .png, .svg or .html."""
     out = checked(out)
     rec = Recording(path)
     with rec.reading():
@@ -174,8 +171,7 @@ def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Return panels by unit, with matching columns, their measured counterparts, and rated values of ropes as
-    limits."""
+    """Return panels by unit: matching columns, their measured counterparts, rated values of ropes as limits."""
     wanted = matching(rec, patterns)
     measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]

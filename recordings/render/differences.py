@@ -46,8 +46,7 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Return rows of a topic that only one recording has, in words, and time [s] and description of the first
-    difference."""
+    """Return a topic's rows that only one recording has, in words; time [s] and text of the first difference."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []

@@ -116,8 +116,7 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
 
 
 def _over(t: Floats, tension: Floats, peak: Floats, rest: Rest) -> tuple[Floats, Floats]:
-    """Return tension and its peak since the last sample (n,) relative to the static tension; NaN where the rope is not
-    loaded."""
+    """Return tension and its peak since the last sample (n,) over the static one; NaN where not loaded."""
     still = np.interp(t, *rest)
     still[still <= BEARS * still.max(initial=0.0)] = np.nan
     return tension / still, peak / still

@@ -48,7 +48,7 @@ HEADERS = {
 
 
 def refusal(headers: Mapping[str, str], port: int) -> str:
-    """Why a request is refused by its headers, or ""; `headers`: found by any spelling of a name."""
+    """Return why a request is refused by its headers, or ""; `headers`: found by name in any spelling."""
     names = [f"{name}:{port}" for name in (HOST, "localhost")]
     if headers.get("Host", "") not in names:
         return "this page is served to this machine only"
@@ -84,8 +84,7 @@ class PageServer:
             self.change.notify_all()
 
     def close(self, patience: float, farewell: float) -> None:
-        """Wait up to `patience` [s] for a first browser, up to `farewell` [s] until all have read to the end, then
-        stop."""
+        """Wait up to `patience` [s] for a browser, up to `farewell` [s] until all have read to the end; then stop."""
         with self.change:
             self.change.wait_for(lambda: self.readers or self.served, timeout=patience)
             self.closing = True
@@ -184,8 +183,7 @@ FAREWELL = 2.0  # [s] for browsers to get the end
 
 
 class LivePage(Spectator, AbstractContextManager["LivePage"]):
-    """The page of a run in progress: receives `begin`, `event`, `ropes`, `samples` and `end`; a context manager around
-    the run."""
+    """The page of a run in progress, as a context manager: receives `begin`, `event`, `ropes`, `samples`, `end`."""
 
     def __init__(self) -> None:
         self._server = PageServer()

@@ -180,8 +180,7 @@ class _Ghost(NamedTuple):
 
 
 def _ghost(rec: Recording, like: PageColumns, t: Floats) -> _Ghost:
-    """Return bodies and signals of a second recording at these times (n,) [s]; after its end bodies stay and signals
-    are NaN."""
+    """Return bodies and signals of another recording at times (n,) [s]; after it bodies stay, signals are NaN."""
     known, drawn = rec.signals(), rec.boxes()
     bodies = [b for b in like.bodies if POSE + b in known and any(box.body == b for box in drawn)]
     signals = [s for s in like.signals if s[0] in known and s[1] in rec.columns(s[0])]

@@ -33,7 +33,7 @@ Value: TypeAlias = str | float | None
 
 
 class Marked(NamedTuple):
-    """A cell value with the colour of a state: red, amber, undecided, green, or a choice."""
+    """A cell value with the colour of a state: red, amber, undecided, green, or of a recommended choice."""
 
     value: Value
     state: str = "red"
@@ -43,8 +43,7 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A column: a quantity with unit; `digits` after the decimal point, default as needed; a column of texts has
-    neither."""
+    """A column: a quantity with unit; `digits` after the decimal point, default as needed; texts have neither."""
 
     name: str
     unit: str = ""
@@ -52,7 +51,7 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def heading(self) -> str:
-        """Name and unit."""
+        """Return name and unit as column heading."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
@@ -73,8 +72,8 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 def columns(*headings: str) -> tuple[Column, ...]:
-    """Return columns made from headings: `stage`, `peak [kN] .1`, `at [h:min:s]`; the number after the unit is that of
-    decimals."""
+    """Return columns from headings such as `stage`, `peak [kN] .1`, `at [h:min:s]`; the number after the unit is that
+    of decimals."""
     found = []
     for heading in headings:
         message, _, digits = heading.partition(" .")
@@ -84,7 +83,7 @@ def columns(*headings: str) -> tuple[Column, ...]:
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes; not printed without rows. `blank`: a form to be filled in."""
+    """A table with notes, printed only if it has rows. `blank`: a form to be filled in."""
 
     title: str
     columns: tuple[Column, ...]
@@ -112,7 +111,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A sheet: title, summary, state (colour), and the parts in reading order."""
+    """A sheet of a report: title, summary, state (colour), and the parts in reading order."""
 
     title: str
     lead: str
@@ -121,17 +120,17 @@ class Sheet(msgspec.Struct, frozen=True):
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """The tables that have rows."""
+        """The tables of the sheet that have rows."""
         return tuple(part for part in self.parts if isinstance(part, Table) and part.rows)
 
 
 def plain(cell: Cell) -> Value:
-    """Return the value of a cell, without its mark."""
+    """Return the value of a cell without its colour."""
     return cell.value if isinstance(cell, Marked) else cell
 
 
 def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *notes: str) -> Table:
-    """Return a table of texts."""
+    """Return a table whose columns are texts."""
     return Table(title, tuple(map(Column, heads)), tuple(map(tuple, rows)), notes)
 
 
@@ -279,8 +278,7 @@ def in_page(figure: "Figure") -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Context with the style of figures in this module's colours; `fonts` of SVG: "none" for text, "path" for
-    outlines."""
+    """Context with the style of figures in these colours; `fonts` of SVG: "none" for text, "path" for outlines."""
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

@@ -76,8 +76,7 @@ class PartFile(AbstractContextManager["PartFile"]):
                 return
 
     def check(self, whole: bool = False) -> None:
-        """Raise RecordingError if the written data are no longer in the file or under its name; `whole`: compare every
-        byte."""
+        """Raise RecordingError if the written data are no longer under the file's name; `whole`: compare all bytes."""
         if self._at is not None:
             try:
                 there = os.stat(self._at, follow_symlinks=False)
@@ -199,7 +198,7 @@ class _Guarded(io.FileIO):
             raise self._owner._lost("cut")
         if whole or now.st_mtime_ns != self._written_ns or now.st_size != self._size:
             if now.st_size != self._size or self._read() != self._crc:
-                raise self._owner._lost("written to by somebody else")
+                raise self._owner._lost("changed by another program")
             self._written_ns = now.st_mtime_ns
 
     def _read(self) -> int:

@@ -125,8 +125,7 @@ class RecordingSink:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Context that locks the file against the flushing thread and converts errors of the system into a
-        RecordingError."""
+        """Context that locks out the flushing thread and converts errors of the system into a RecordingError."""
         with self._lock, self._file.writing():
             if self._refused is not None:
                 raise self._refused

@@ -8,12 +8,17 @@ Target: 15 us at 32 nodes with one imminent node.  `ports`: GRANTs that a ring o
 slow one of the ring reports to an observer, with a lookahead of its own for each port and with the least for all.
 """
 
+import sys
 import time
+from pathlib import Path
 from random import Random
 
-from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, run_in_memory
+from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 from shared.rows import SHORT, options, row
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from in_memory import run_in_memory
 
 REPEATS, ROUNDS, NODES, SPAN = (1, 100, (8, 32), 2_000) if SHORT else (5, 1500, (8, 32, 128), 20_000)
 TARGET_us = 15.0

@@ -26,7 +26,7 @@ from pathlib import Path
 from random import Random
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent / "recordings")]
+sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "recordings")]
 
 from fuzzed import KINDS  # noqa: E402
 from heavylift.kernel import HeavyliftError  # noqa: E402

@@ -12,7 +12,7 @@ import msgspec
 from heavylift.coordinator.hosts import JoinReply, JoinRequest
 from heavylift.coordinator.live import Notice, Reply, RunOrder, journaled
 from heavylift.coordinator.participants import Participant, built, couplings, participant, parts
-from heavylift.coordinator.protocol import Coordinator, Node, messages as m, run_in_memory
+from heavylift.coordinator.protocol import Coordinator, Node, messages as m
 from heavylift.coordinator.record import MERGED, RESOLVED
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import Beginning, run
@@ -25,6 +25,7 @@ from heavylift.nodes.scenes import bundled
 from heavylift.recordings import Recording
 from heavylift.recordings.format import SampleChannel, SampleLayout, decode_batch
 from heavylift.recordings.write import RecordingSink
+from in_memory import run_in_memory
 from mutations import JSON, MSGPACK, bytes_of, spoiled
 from spoiled_recordings import read_in_all_ways, spoiled as spoiled_recording
 

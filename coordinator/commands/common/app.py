@@ -113,8 +113,7 @@ class App(typer.Typer):
     """The command-line application: every command has the same form of help."""
 
     def __call__(self, *args: Any, **settings: Any) -> Any:
-        """Run the command line; if it names a command, only this one is registered, so that no other one is
-        imported."""
+        """Run the command line; a named command is registered alone, so that no other one is imported."""
         known = self.registered_commands
         named = [x for x in known if sys.argv[1:2] == [x.name or get_command_name(getattr(x.callback, "__name__", ""))]]
         self.registered_commands = named or known
@@ -124,15 +123,13 @@ class App(typer.Typer):
             self.registered_commands = known
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[..., Any]:
-        """Return a decorator that registers a command with its example, and with --allow-code if it may load foreign
-        code."""
+        """Return a decorator that registers a command, with --allow-code if it may load foreign code."""
         register = super().command(name, cls=Command, **settings)
         return lambda function: register(_with_allow_code(function))
 
 
 def _code_set(sets: Iterable[str]) -> list[str]:
-    """Return the Python functions that --set options name, spelled as in a scene; naming one on the command line trusts
-    it."""
+    """Return the Python functions that --set options name, spelled as in a scene, which are thereby trusted."""
     found = []
     for key, _, value in (setting.partition("=") for setting in sets):
         module, colon, name = value.strip().strip("'\"").rpartition(":")
@@ -263,8 +260,7 @@ def _print_partial_verdict(error: HeavyliftError) -> None:
 
 
 def _refused(error: Exception) -> str:
-    """Return a sentence for an error of the operating system (memory, full disk, permission); "" for any other
-    error."""
+    """Return a sentence for an error of the system (memory, full disk, permission); "" for any other error."""
     if out_of_memory(error):
         then = "then `heavylift resume` the recording, if there is one"
         return f"the system gives no more memory; end other programs or raise the limit (`ulimit -v`), {then}"

@@ -24,7 +24,7 @@ AUTO = 1 << 30  # more processes than anybody has: as many as pay
 
 
 def process_count(text: str | int) -> int:
-    """Read the number of processes from the option's text; AUTO for `auto`: measure which number is fastest."""
+    """Read the number of processes from an option's text; `auto` becomes AUTO: measure which number is fastest."""
     if text == "auto":
         return AUTO
     try:
@@ -36,8 +36,8 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """Return the number of processes `asked` for; for AUTO measure and print with which number `run(count, watch)` is
-    fastest."""
+    """Return the number of processes `asked` for; for AUTO, measure with which number `run(count, watch)` is fastest,
+    and print it."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -152,7 +152,7 @@ def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
 
 
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str]) -> bool:
-    """Whether a file is one of a yard; refuses options that are not for what it is."""
+    """Return whether a file is a yard file; raises SceneError if it is and options for scenes were given."""
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)
@@ -200,7 +200,7 @@ def duration_s(option: str, text: str) -> float:
 
     length = quantity(option, text, TIME)
     if length < 0.0:
-        raise SceneError(f"{option} {text}: a time is zero or more")
+        raise SceneError(f"{option} {text}: a time must be zero or more")
     return min(length, NEVER * 1e-9)
 
 
@@ -215,7 +215,7 @@ def deadline_s(text: str) -> float:
     """Read a deadline [s]; raises SceneError if it is too short for a process."""
     seconds = wall_s("--deadline", text)
     if seconds < LEAST_s:
-        raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
+        raise SceneError(f"--deadline '{text}': a process needs at least {LEAST_s:g} s")
     return seconds
 
 

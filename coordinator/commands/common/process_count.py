@@ -22,8 +22,7 @@ class _StretchDone(Exception):
 
 
 class _TimedStretch(RunObserver):
-    """Observer that ends a run at simulation time `until` [ns], or `limit` seconds of wall time after its first
-    grants."""
+    """Ends a run at simulation time `until` [ns], or `limit` seconds of wall time after its first grants."""
 
     def __init__(self, limit: float, until: int) -> None:
         self._limit, self._until = limit, until
@@ -36,7 +35,7 @@ class _TimedStretch(RunObserver):
         self.waiting()
 
     def waiting(self) -> None:
-        """End the run by _StretchDone if its simulation time or wall time is over."""
+        """End the trial run by _StretchDone once its simulated or wall-clock time is over."""
         now = time.perf_counter()
         if self._began is None:
             self._began = now

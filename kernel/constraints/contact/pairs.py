@@ -42,8 +42,7 @@ class ContactPair:
 
 
 def shape_numbers(s: Shape) -> list[float]:
-    """Return the numbers of a shape: ball: centre, radius; box: centre, axes as rows, half edges; plane: point, unit
-    normal."""
+    """Return a shape's numbers. Ball: centre, radius; box: centre, axes as rows, half edges; plane: point, normal."""
     if isinstance(s, Ball):
         return [*s.p, s.radius]
     if isinstance(s, Box):

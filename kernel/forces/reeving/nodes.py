@@ -33,7 +33,7 @@ def all_nodes(f: Reeving) -> list[Sheave]:
 
 
 def leavable(f: Reeving) -> list[int]:
-    """Return the numbers, from 0, of the sheaves that the rope can leave."""
+    """Return the indices of the sheaves that the rope can leave."""
     return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
 
 
@@ -61,8 +61,7 @@ def way_over(
 
 
 def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], list[SheavePoint]]:
-    """Return the numbers of all nodes, their bodies at rest and the nodes themselves in a pose, with arcs not yet
-    divided."""
+    """Return numbers of all nodes, their bodies at rest and the nodes in a pose, with arcs not yet divided."""
     given = [[*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency, *s.span] for s in all_nodes(f)]
     bodies = [_body(*poses(p.body)) for p in f.points]
     nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
@@ -70,8 +69,7 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the numbers of the nodes, with arcs divided in the middle, and whether the rope touches each node (None:
-    always)."""
+    """Return the nodes' numbers, with arcs halved, and whether the rope touches each node (None: always)."""
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
@@ -99,8 +97,8 @@ def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
 
 
 def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
-    """Describe where a rope has lost its sheave or direction; "" if it runs; `wraps`: wrap [rad] of each sheave that it
-    can leave."""
+    """Describe where a rope has left its sheave or runs the wrong way; "" if it runs; `wraps`: wrap [rad] of each
+    sheave that it can leave."""
     _, _, nodes = _there(f, poses)
     left = {i + 1 for i, wrap in zip(leavable(f), wraps, strict=True) if wrap == 0.0}
     met = [i for i in range(len(nodes)) if i not in left]

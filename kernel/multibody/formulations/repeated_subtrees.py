@@ -56,8 +56,7 @@ class Limbs:
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
     def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
-        """Return rotation, tree's point, position and twist (21,) of the bodies on which laws act; `tree` with its
-        numbers."""
+        """Return rotation, tree's point, position, twist (21,) of bodies on which laws act; `tree` with its numbers."""
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -162,8 +161,7 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 
 
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
-    """Return trunk and limbs of a rigid tree with equal branches, None if it has none; `name`: prefix of their
-    functions."""
+    """Return trunk and limbs of a rigid tree with equal branches, else None; `name`: prefix of their functions."""
     if any(b.elastic is not None or b.place is not None for b in tree.bodies):
         return None
     below = [[i] for i in range(len(tree.bodies))]

@@ -211,8 +211,7 @@ def _is_turn(j: Joint, velocity: str) -> bool:
 
 
 def _coordinates(j: Joint, before: Columns, after: Columns) -> list[tuple[str, float, float, bool]]:
-    """Return name, both values and whether it is an angle, for each coordinate; for a quaternion the angle between
-    both."""
+    """Return name, both values, whether it is an angle, by coordinate; for a quaternion the angle between both."""
     joint = JOINTS[j.kind]
     x, z = ([float(e) for e in y[: joint.n_q]] for y in (before, after))
     end = joint.n_q if joint.quaternion is None else joint.quaternion

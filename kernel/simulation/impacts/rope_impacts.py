@@ -97,8 +97,7 @@ def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> n
 def _complementary(
     A: np.ndarray, b: np.ndarray, first: int, may: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and A x + b of the complementarity problem: loops (rows before `first`) are free, ropes that may pull
-    complementary."""
+    """Return x and A x + b of the complementarity problem: rows before `first` are free, ropes complementary."""
     A = A + np.diag(np.where(np.diag(A) > 0.0, 0.0, 1.0))  # a row that moves nothing stands alone
     scale = _scale(np.diag(A))
     lo = np.concatenate([np.full(first, -np.inf), np.zeros(len(may))])

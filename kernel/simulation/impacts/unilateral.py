@@ -33,8 +33,7 @@ Numbers = Callable[[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Unilateral(ABC):
-    """A unilateral constraint; `numbers`: returns parts of P; `rows`: row numbers, normal first; `guard`: number of the
-    guard of its force."""
+    """A unilateral constraint; `numbers`: parts of P; `rows`: row numbers, normal first; `guard`: of its force."""
 
     name: str
     numbers: Numbers
@@ -87,7 +86,7 @@ class Slot(Unilateral):
 
     @property
     def state(self) -> np.ndarray:
-        """The numbers of the slot in P."""
+        """The numbers of the slot in the parameters P."""
         return self.numbers("slot", self.key)
 
     @property

@@ -155,8 +155,7 @@ class Stepping:
         return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
-        """Return a function of the blocks X, in scalars, and P from `part(s, project)`; `project` is None without
-        rows."""
+        """Return a function of blocks X, in scalars, and P from `part(s, project)`; `project` is None without rows."""
         f = self.f_project
         return self._plain(name, lambda s, P: part(s, (lambda t, y: f(t=[t], y=y, P=P)) if f else None))
 
@@ -199,7 +198,7 @@ class Stepping:
 
 
 class Oracle:
-    """Interpreter on floats in place of the compiled `emit.Library`."""
+    """Interpreter on floats in place of the compiled `emit.Library`, as a reference for tests."""
 
     def __init__(self, method: Stepping) -> None:
         self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}

@@ -276,8 +276,7 @@ class NativeState:
         return self.rate_at(self["t"], self.among(), y)
 
     def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return derivative and tensions at local time t and state y; `among`: a time in the same piece of the
-        profiles."""
+        """Return derivative and tensions at local time t and state y; `among`: a time in the same profile piece."""
         if "rate" not in self._calls:
             self._given = np.zeros(2), np.zeros(len(y))
             self._rates = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}

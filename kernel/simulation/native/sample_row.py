@@ -140,7 +140,7 @@ def columns(x: Evaluation) -> list[Value]:
 
 
 def kept(s: StepState) -> list[Value]:
-    """Return the values of the columns that the steps maintain in X."""
+    """Return the values of the columns that the steps keep up to date in the state block X."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
 
@@ -156,8 +156,7 @@ def labels(program: Program) -> list[Label]:
 
 
 def projection(program: Program) -> Function:
-    """Create the function t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,), see
-    `ConstraintRows.pivots`."""
+    """Create t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,) (`ConstraintRows.pivots`)."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
@@ -183,8 +182,7 @@ def projection(program: Program) -> Function:
 
 
 def surveying(program: Program) -> Function:
-    """Create the function t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of all
-    rows."""
+    """Create the function t, y, P -> delassus (n * n,), velocities `speed`, free accelerations `free` (n,) by row."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()
@@ -214,7 +212,7 @@ def kicking(program: Program) -> Function:
 
 
 def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
-    """Evaluate the function of `surveying` at (t, y) into the block."""
+    """Evaluate the function of `surveying` at (t, y) into the work block."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 

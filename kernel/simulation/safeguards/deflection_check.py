@@ -30,8 +30,7 @@ LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, sq
 
 
 def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
-    """Move a flexible body that has reached its limit to the next one; the event's value is the relative deflection.
-    Raises KernelError at the second one."""
+    """Move a flexible body at its limit to the next; the event's value is its deflection; KernelError at the second."""
     link = native.program.graph.links[native.program.graph.number(name)]
     limit = native.P[native.program.parameters.at["bending", name]]
     if limit[0] >= LAST:
@@ -79,7 +78,7 @@ def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[
 
 
 def relieve(native: NativeState) -> None:
-    """Reset the times of compression: no flexible body is near buckling."""
+    """Reset the times of compression, as no flexible body is near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 

@@ -33,7 +33,7 @@ def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
 
 
 def wound_up(lengths: np.ndarray) -> np.ndarray:
-    """Return for each rope whether it has no length left [m]."""
+    """Return for each rope whether its whole length is wound up [m]."""
     found: np.ndarray = lengths < SHORTEST_ROPE
     return found
 
@@ -65,8 +65,7 @@ def unsolved(method: str, t: float) -> KernelError:
 
 
 def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
-    """Return the error for a rope without direction, or a body with infinite velocities v (nv,); None if there is
-    none."""
+    """Return the error for a rope without direction, or a body of infinite velocities v (nv,); else None."""
     check_lengths(program, t, row.length)
     for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
         if span < SHORTEST_ROPE:
@@ -94,8 +93,7 @@ def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
 
 
 def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str, method: str) -> KernelError:
-    """Return the error for a step below the shortest. It names the body of the largest of the accelerations (nv,), and
-    the fastest mode."""
+    """Return the error for a step below the shortest, with the body of largest acceleration and fastest mode."""
     rates = np.abs(accelerations)
     if not np.isfinite(rates).all():
         k = int(np.flatnonzero(~np.isfinite(rates))[0])

@@ -28,8 +28,7 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest mode: frequency |s|/2 pi [Hz], damping ratio, body with most kinetic energy, law of its stiffness or
-    "" (none)."""
+    """The fastest mode: frequency |s|/2 pi [Hz], damping ratio, body of most kinetic energy, stiff law or ""."""
 
     frequency: float
     damping: float
@@ -51,8 +50,7 @@ def fastest_mode_text(native: NativeState, J: np.ndarray | None = None) -> str:
 
 
 def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
-    """Return the fastest mode of J (n, n), the derivative of rates of coordinates and velocities; None without
-    stiffness."""
+    """Return the fastest mode of J (n, n), derivative of coordinates' and velocities' rates; None if not stiff."""
     p, y = native.program, native.state.copy()
     if not (np.isfinite(J).all() and np.isfinite(y).all()):
         return None
@@ -137,8 +135,7 @@ class StepCheck:
 
 
 def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, message: Callable[[], str]) -> None:
-    """Raise KernelError if a fixed step [s] distorts too much of the motion at time t [s]; `message`: describes the
-    fastest mode."""
+    """Raise KernelError if a fixed step [s] distorts too much motion at t [s]; `message`: the fastest mode."""
     method = native.method.method
     if not np.isfinite(J).all() or not any(bent(method, s, step) for s in np.linalg.eigvals(J)):
         return
@@ -224,15 +221,14 @@ class EnergyCheck:
             self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Return whether rows (n, columns) give `check` nothing to report; if so, they count as read."""
+        """Return whether `check` would report nothing for rows (n, columns); if so, they count as read."""
         if self.balance.strict:
             self.see(rows)
             return True
         return self.balance.fine(*self._reading(rows))
 
     def _reading(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the energies as in `energies`, the effect of possible step errors, and the largest rope energy (n,)
-        [J]."""
+        """Return the energies of `energies`, the effect of possible step errors, the largest rope energy (n,) [J]."""
         kinetic, parts = self.energies(rows)
         gravity, mass = abs(self._native.program.system.gravity), self._mass
         size = kinetic + np.abs(parts).sum(axis=1) + np.sqrt(2.0 * kinetic * mass) + gravity * mass

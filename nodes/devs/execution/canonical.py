@@ -37,8 +37,7 @@ _OPEN = object()  # in place of what is being made of its parts
 
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
-    """Serialise a value; the objects `around` it are referred to, not stored. Raises TypeError if part of it cannot be
-    saved."""
+    """Serialise a value; objects `around` it are referred to, not stored. TypeError if it cannot be saved."""
     return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 

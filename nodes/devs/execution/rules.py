@@ -1,15 +1,12 @@
-"""Rules that a model can break while it runs, and the sentences that it ends with: path, tag, what to do.
+"""Rules that a model can break while it runs, and the sentences that it ends with; the state of a simulator as bytes.
 
 An `output` that changes the state of its model is seen: lambda is a function of the state, called whenever asked for.
-
 Looked at are the first outputs, the first of every class, and then all of one tag in about EVERY, at distances that no
-cycle of speakers can meet always or never, the same in every run.  Attributes are compared by identity, and by their
-bytes where they can change in place; what has no bytes, such as a generator, by identity alone.  The larger the states,
-the more of these looks are left out.
+cycle of models can meet always or never, the same in every run, and fewer the larger the states. Attributes are
+compared by identity, and by their bytes where they can change in place.
 
-The state of a simulator as bytes: models with their states, schedule and structure, but no routes (`canonical`).
-
-What the models are a part of stays outside: a snapshot is restored in the same place.
+The bytes hold models with their states, schedule and structure, but neither routes (`canonical`) nor what the models
+are a part of: a snapshot is restored in the same place.
 """
 
 import io
@@ -83,8 +80,7 @@ State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
 
 
 class Witness:
-    """Compares the states of atomics before and after their output functions, when `left` is negative or for `new`
-    atomics."""
+    """Compares states of atomics before and after their outputs, when `left` is negative or they are `new`."""
 
     def __init__(self, candidates: bool = True) -> None:
         self.looks = candidates
@@ -143,8 +139,7 @@ class Witness:
 
 
 def _state(m: Atomic) -> State:
-    """Return the attributes of an atomic, if possible without `vars(m)`, after which CPython 3.11 reads them more
-    slowly."""
+    """Return an atomic's attributes, if possible without `vars(m)`, which slows down CPython 3.11's reads."""
     known = get_referents(m)
     if all(_is_still(x) or x is m.ports or x is m._present for x in known):
         return m, known, {}, {}
@@ -184,7 +179,7 @@ def _changeable(state: dict[str, object]) -> dict[str, bytes]:
 
 
 def image(x: object) -> bytes:
-    """Serialise a value within this process, b"" if that fails; models and ports are identified, not copied."""
+    """Serialise a value within this process, b"" if that fails; models and ports are stored as references."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)

@@ -46,7 +46,7 @@ class Commander(Orders):
             port.send(message)
 
     def internal(self) -> None:
-        """Clear the sent orders, and do what is possible now."""
+        """Clear the sent orders, and give those that are possible now."""
         self.outbox = []
         self._settle()
 
@@ -102,8 +102,7 @@ class Commander(Orders):
         return closed
 
     def _next_action(self) -> bool:
-        """Begin the next action if its condition holds, or report the end of the list; return whether an action
-        began."""
+        """Begin the next action if its condition holds, or report the list's end; return whether one began."""
         plan = self.plan
         if self.index == self.end:
             if not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
@@ -139,8 +138,7 @@ class Commander(Orders):
         return True
 
     def _execute(self, command: m.OperatorCommand) -> None:
-        """Carry out an operator's command: all of its orders or, if one is refused, none; without orders, end the
-        run."""
+        """Carry out an operator's command: all its orders or, if one is refused, none; without orders, end the run."""
         if not command.action:
             self.outbox += [] if self.over else [(self.finished, m.Finished())]
             self.over = True

@@ -30,8 +30,7 @@ class Machines:
         self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
     def check(self, order: Order, state: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Raise OrderRejected for an order that contradicts the plan or the observed state; `lugs`: lug of each hooked
-        sling."""
+        """Raise OrderRejected for an order that contradicts plan or observed state; `lugs`: of each hooked sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
             if joint.name in plan.fidelity.locked:

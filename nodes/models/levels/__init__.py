@@ -37,7 +37,8 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A pass over one machine, and the guard that says of a whole plan why it leaves nothing out, or ""."""
+    """A step of the model reduction, applied to one machine; its guard returns why it changes nothing in a whole plan,
+    or ""."""
 
     name: str
     apply: Callable[[Mechanism, Fidelity], Mechanism]

@@ -54,7 +54,7 @@ def _fixed(joint: Joint) -> Joint:
 
 
 def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with drives that yield by their stiffness, where elastic parts are modelled."""
+    """Return the machine with drives that are compliant servos, where elastic parts are modelled."""
     if fidelity.girder == "rigid" or not any(map(yields, machine.system.drives)):
         return machine
     drives = tuple(replace(drive, kind="servo") if yields(drive) else drive for drive in machine.system.drives)
@@ -62,7 +62,7 @@ def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def yields(drive: Drive) -> bool:
-    """Whether a drive is a servo at some levels."""
+    """Return whether a drive is a servo at some model levels."""
     return drive.kind == "prescribed" and drive.kp > 0.0 and not (drive.wave or drive.waves)
 
 

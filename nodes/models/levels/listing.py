@@ -13,7 +13,7 @@ def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
 
 
 def exact(plan: Plan) -> dict[str, str]:
-    """Passes that leave nothing of a plan out at its level, with the reasons of their guards."""
+    """Return the passes that change nothing in a plan at its level, with the reasons."""
     return {each.name: why for each in PASSES if (why := each.guard(plan))}
 
 

@@ -30,7 +30,7 @@ GAUSS = 0.28867513459481287  # 1/sqrt(12): the radius of gyration of a straight 
 
 
 def lumped(n: int) -> list[tuple[float, float]]:
-    """Places from 0 to 1 and weights, which add up to 1, of the n lumps."""
+    """Return places from 0 to 1 and weights (sum 1) of the n lumps of a rope."""
     if n == 2:
         return [(0.5 - GAUSS, 0.5), (0.5 + GAUSS, 0.5)]
     return [((i + 0.5) / n, 1.0 / n) for i in range(n)]
@@ -45,9 +45,9 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 
 
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
-    """A rope as a chain of pieces and lumps, at rest under its load at the start.
+    """Return a rope as a chain of pieces and lumps, at rest under its load at the start.
 
-    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.  Each piece is
+    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass. Each piece is
     damped as its share of the whole length is, so that the chain is damped as the rope.
     """
     (x, y, top), (_, _, eye) = row.ends

@@ -252,8 +252,7 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """Takes the place of the drive `element` of a joint that is not modelled: refuses all orders with the reason
-    `why`."""
+    """Replaces the drive `element` of a joint that is not modelled: refuses all orders with the reason `why`."""
 
     def __init__(self, name: str, element: str, why: str) -> None:
         super().__init__(name, element)

@@ -1,18 +1,11 @@
-"""Geometry of a scene: portals, trolleys, ropes, hooks, lugs, slings, the block on its supports.
+"""Geometry of a scene: portals, trolleys, ropes, hooks, lugs, slings, the block on its supports; overloads at rest.
 
 Each check is one function that yields (subject, where, sentence); it gets the start or, along the action list, the
-states before and after an action. A subject is reported once per check.
+states before and after an action. A subject is reported once per check; if several have the same fault at one place,
+the first is reported in full and the others are named.
 
-Findings of the checks of a scene's physics, reported once per subject and without repeated sentences.
-
-A check yields (subject, where, sentence). If several subjects have the same fault at the same place, the first is
-reported in full and the others are named.
-
-Overloads that refuse a scene: positions or loads beyond their limits at rest, each subject once.
-
-Positions are checked at the goals only; a winch or drive that stops by itself at its end is a finding, not a refusal.
-Overloads after a sling has parted, and quantities guarded by an interlock, are findings as well, since such scenes are
-run to study them.
+Positions are checked at the goals only; a winch or drive that stops by itself at its end is a finding, no refusal. So
+are overloads after a sling has parted, and quantities guarded by an interlock: such scenes are run to study them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -52,7 +45,7 @@ class Findings:
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the violations of a check; `where` of the causing action replaces that of the thing."""
+        """Add the violations of a check; `where` (line of the causing action) replaces the place of the thing."""
         for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue
@@ -128,7 +121,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def named(block: str) -> str:
-    """A block as messages call it."""
+    """Return the name of a block in messages."""
     return block if block == "block" else f"block {block}"
 
 
@@ -157,8 +150,7 @@ def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequen
 
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Check that each hooked sling reaches its lug at the start, without overload and without passing through the
-    block."""
+    """Check that each hooked sling reaches its lug at the start, not overloaded and not through the block."""
     lugs, at = lug_places(built.machines), kinematics.poses(merge([x.system for x in built.machines], built.gravity))
     # as slack is counted: before blocks sink into their supports
     at |= {name: (np.array(p), np.array(axes)) for name in scene.all_blocks for p, axes in [scene.put(name)]}

@@ -222,7 +222,7 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """Return the keys of a machine in which joints with `start: above its lugs` begin above the lugs of their load."""
+    """Return the keys of a machine in which joints with `start: above its lugs` start above the lugs of their load."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE
@@ -233,8 +233,7 @@ def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
 
 
 def _above(builder: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
-    """Return the y at which the child of a joint is above the mean of the lugs carried by its frames; without such lugs
-    the middle of the joint's range [m]."""
+    """Return the y [m] of a joint's child above the mean of its frames' lugs, else the middle of its range."""
     rig, known, child = builder.scene.rig, lugs_of(builder.scene), given.joints[joint].child
     hung = [
         frame for frame, (of, hook) in builder.hooks.items() if of == name and given.hooks[f"{of}.{hook}"].on == child

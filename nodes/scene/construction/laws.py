@@ -95,8 +95,7 @@ def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: 
 
 
 def _names(checks: Checking) -> None:
-    """Check that names are unique: ropes, supports and laws share one set with the machines, bodies with their
-    bodies."""
+    """Check that names are unique: ropes, supports and laws share a set with the machines, bodies with their bodies."""
     taken = {body.partition(".")[0]: "machines" for body in checks.carried}
     for name in (name for name in checks.given.bodies if name in taken):
         message = f"the name '{name}' is given twice: one of the machines has it, too"

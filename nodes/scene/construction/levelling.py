@@ -1,14 +1,12 @@
-"""The verb `level`: hooks hoist, then lower, until a block is level.
+"""The verb `level`: hooks hoist, then lower, until a block is level; and `hold height`.
 
 The block is level when its attachment points on these hooks and on the other hooks have the same height, in the
-attitude that the block is to have: the angle of the order or of the last turn before it, whatever its slewing angle.
-Below a frame a point rises with the hooks above by the lever law.
+attitude of the order or of the last turn before it, whatever its slewing angle. Below a frame a point rises with the
+hooks above by the lever law.
 
-The order `hold height`: a winch keeps its hook at its height while the boom above it luffs.
-
-The hook rope pays out as much as the tip rises, plus the growth of the distance from tip to drum divided by the number
-of falls: a function of the boom's angle that k1 s + kc cos s + ks sin s (the kernel's law of followers) approximates
-within a tenth of a millimetre. The rope's stretch is that at the start.
+A winch that holds the height of its hook pays out as much as the tip rises, plus the growth of the distance from tip to
+drum divided by the number of falls: a function of the boom's angle that k1 s + kc cos s + ks sin s (the kernel's law of
+followers) approximates within a tenth of a millimetre. The rope's stretch is that at the start.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -40,7 +38,8 @@ IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothin
 
 
 class Levelling:
-    """Direction of each hook: hoist on the low side, lower on the high side; one set remains at rest.
+    """Which hooks hoist and which lower to level a load: those on the low side hoist, those on the high side lower; one
+    group remains at rest.
 
     `hangs`: for each sling its upper attachment (the rope of a hook, or a point of a frame) and its lower end; `held`:
     the slings hooked at this point of the action list; `turned`: the angle of each block [rad].
@@ -94,8 +93,7 @@ class Levelling:
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
     def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
-        """Return the moves of hooks that hoist, then of hooks that lower; a fault if they hold nothing or
-        everything."""
+        """Return the moves of hooks that hoist, then of those that lower; a fault if they hold nothing or all."""
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
         places = [(end.p, self._rises(on, actors)) for on, end in holds]
@@ -167,7 +165,7 @@ def angle_of(joint: str) -> str:
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """Return the law of a winch while a boom luffs, or a sentence why there is none."""
+    """Return the law by which a winch holds its hook's height while the boom luffs, or a sentence why there is none."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)

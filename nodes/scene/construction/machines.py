@@ -31,8 +31,8 @@ from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
-    """Cranes with girders or frames of `rig`, the frames and the blocks below; what is wrong is added to the faults of
-    the source."""
+    """Build the machines of a lift: cranes with girders or frames of `rig`, those frames, and the blocks below; faults
+    are added to those of the source."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:
@@ -144,8 +144,7 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
-    """Return the load cells of all hooks of a machine, and of bodies that carry several; rated values include the hook
-    blocks."""
+    """Return the load cells of a machine's hooks, and of bodies with several; rated values with hook blocks."""
     given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)
@@ -190,8 +189,7 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build the mechanisms in order, each relative to the lift (at rest as in a run) and to earlier ones. Faults are
-    added to those of the scene."""
+    """Build the mechanisms in order, each on the lift at rest and earlier ones; faults are added to the scene's."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {

@@ -103,8 +103,7 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
 
 
 def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
-    """Yield the faults of supports and lugs. The block must rest on its supports with its centre of mass between them,
-    and no lug may be inside it."""
+    """Yield the faults of supports, around the block's centre of mass, and of lugs, which are not inside it."""
     (u, v, _), half, supports = given.com, [side / 2 for side in given.size], given.supports.at
     gap, own = given.at[2] - half[2] - given.supports.height, name if name == "block" else f"block {name}"
     if abs(gap) > TOUCH:
@@ -151,7 +150,7 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block with these mass properties and pads, None if it is rigid; errors are
+    """Return the flexible part of a block with these mass properties and supports, None if it is rigid; errors become
     faults."""
     if block.beam is None and not block.modes:
         return None

@@ -16,7 +16,7 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 
 def weighed(built: Plan) -> Plan:
-    """Return the plan with the start loads of its machines made of parts."""
+    """Return the plan with the loads at the start of heavy ropes, beams and slings, which its model levels need."""
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (

@@ -1,6 +1,7 @@
 """The keys of a scene file, as frozen pydantic models.
 
-schema, validate  every key, its unit, its default; validation of data, with errors as sentences
+schema            every key, its unit, its default
+validate          validation of data, with errors as sentences; settings, also of one number of a default
 quantities        which quantity stands at a path, and whether its uncertainty makes sense
 base              names, places, ends; directions and attitudes
 parts             bodies, joints, laws and hooks of a mechanism or machine
@@ -8,7 +9,6 @@ environment       vessels and waves; floor and obstacles; wind, as forces of a m
 actions           the lines of the action list; interlocks
 nodes             user models; the process of each node
 gear              items of rigging by ID, from files beside the scene
-defaults          settings applied to a scene, also to one number of a list that it leaves to its default
 editors           the JSON Schema of scene files
 """
 

@@ -182,8 +182,7 @@ class Described(Base):
     spelt: ClassVar[dict[str, Spelling]] = {}
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """Return the description with its `first` fields and `other` ones that are not keys; `folder`: of files that it
-        names."""
+        """Return the description, with its `first` fields and `other` ones that are no keys; `folder`: of its files."""
         assert self.struct
         return self.struct(*first, **{field: spelling.value(self) for field, spelling in self.spelt.items()}, **other)
 

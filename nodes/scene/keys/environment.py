@@ -162,7 +162,7 @@ class Vessel(Base):
 
     @property
     def attitude(self) -> Matrix:
-        """The axes of the vessel in the world, at rest."""
+        """The axes of the vessel in the world at rest."""
         return turned(0.0, 0.0, self.heading)
 
     def place(self, p: Sequence[float]) -> Vector:

@@ -15,7 +15,7 @@ from heavylift.nodes.plan.spellings import BEAM
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read, shown
-from heavylift.nodes.scene.text.table_files import table, with_unit
+from heavylift.nodes.scene.text.table_files import table
 
 GEAR = "gear"
 SLING = ("EA", "breaking", "WLL", "termination", "diameter")
@@ -103,19 +103,20 @@ def _items(source: Source, file: str) -> dict[str, dict[str, Data]]:
         raise_faults(own, own.faults)
         source.files = (*source.files, file) if file not in source.files else source.files
         return {str(name): dict(item) for name, item in own.data.items() if isinstance(item, dict)}
-    head, rows = table(source.root, file)
+    items = table(source.root, file)
     found: dict[str, dict[str, Data]] = {}
-    for row in rows:
+    for row in items.rows:
         name = row[0].text
         if name in found:
             raise SceneError(f"{file}:{row[0].mark.line}: the item '{name}' is there twice")
         item: dict[str, Data] = {}
-        for column, cell in zip(head[1:], row[1:], strict=True):
-            if cell.text and column.axis:
+        for i in (i for i in range(1, len(row)) if row[i].text):
+            column = items.head[i]
+            if column.axis:
                 size = item.setdefault(column.key, [])
                 assert isinstance(size, list)
-                size.append(with_unit(cell.text, column.unit))
-            elif cell.text:
-                item[column.key] = with_unit(cell.text, column.unit)
+                size.append(items.text(row, i))
+            else:
+                item[column.key] = items.text(row, i)
         found[name] = item
     return found

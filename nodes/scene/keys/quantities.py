@@ -60,8 +60,7 @@ def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
 
 
 def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
-    """Return value (SI) and quantity at a path; for a place written as one number, the first coordinate; None
-    elsewhere."""
+    """Return value (SI) and quantity at a path, of a place written as one number the first; None elsewhere."""
     at, kind = found_at(scene, path) or (None, None)
     if isinstance(at, tuple) and at:
         at = at[0]

@@ -216,7 +216,7 @@ class Scene(Base):
         return {**({"block": self.block} if self.block else {}), **self.blocks}
 
     def put(self, name: str) -> tuple[Vector, Matrix]:
-        """Where a block is put: its middle in the world [m], and its axes."""
+        """Return where a block is put: its middle in the world [m], and its axes."""
         block = self.all_blocks[name]
         deck = self.vessels.get(block.on)
         return (deck.place(block.at), deck.attitude) if deck else (block.at, IDENTITY)

@@ -1,26 +1,33 @@
 """Validation of scene data by the pydantic models; pydantic's errors become sentences with their place in the text.
 
 pydantic reports all errors at once; here each gets its path in the file (without pydantic's own union tags), a plain
-sentence, and for an unknown key or word the nearest known one.
+sentence, and for an unknown key or word the nearest known one. `override` applies a setting, also to one number of a
+list that the scene leaves to its default.
 """
 
 from collections.abc import Iterator
+from copy import deepcopy
 from difflib import get_close_matches
 from functools import reduce
 from itertools import pairwise
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
+from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.spellings import BEAMS
-from heavylift.nodes.scene.text.expressions import arithmetic
+from heavylift.nodes.scene.text import overlay
+from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import closest, raise_faults
-from heavylift.nodes.scene.text.machine_types import expand
+from heavylift.nodes.scene.text.machine_types import expand, gather
+from heavylift.nodes.scene.text.parameters import arithmetic
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
+from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from .quantities import uncertainty_faults
+from .gear import geared
+from .quantities import found_at, quantity, uncertainty_faults
 from .schema import RESERVED, Scene
 
 _PLAIN = {
@@ -40,8 +47,7 @@ _PLAIN = {
 
 
 def validate(source: Source) -> Scene | None:
-    """Return the validated scene with expanded machines, or None, with errors added to the faults of the source. The
-    data keep nominal values."""
+    """Return the validated scene with expanded machines, or None and faults in the source; data become nominal."""
     stated = uncertainties(source)
     if not (arithmetic(source) and expand(source)):
         return None
@@ -208,3 +214,35 @@ def _keys(loc: tuple[str | int, ...]) -> list[str]:
 
 def _literals(loc: tuple[str | int, ...]) -> list[str]:
     return [str(word) for each in _at(loc) for word in get_args(each)]
+
+
+def override(source: Source, setting: str) -> None:
+    """Apply one setting `dotted.path=text` to the scene; its marks point into the setting."""
+    overlay.override(source, setting, default_list)
+
+
+def default_list(source: Source, path: Path) -> list[Data] | None:
+    """Return the default of a path that the scene does not set, if it is a list of numbers or words; else None."""
+    trial = deepcopy(source)
+    try:
+        alike(trial)
+        tabled(trial)
+        geared(trial)
+        gather(trial)
+        scene = validate(trial)
+    except SceneError:  # which is reported when the scene is built
+        return None
+    at, kind = found_at(scene, path) or (None, None)
+    return listed(at, kind) if isinstance(at, tuple | list) else None
+
+
+def listed(at: tuple[object, ...] | list[object], kind: object) -> list[Data] | None:
+    """Return a list as written in a scene; None unless it contains numbers or words."""
+    found = quantity(kind)
+    si = next((unit for unit, factor in found.dimension.units.items() if factor == 1), "") if found else ""
+    written: list[Data] = []
+    for x in at:
+        if not isinstance(x, int | float | str):
+            return None
+        written.append(x if found is None or isinstance(x, str | bool) else f"{x!r} {si}".strip())
+    return written

@@ -1,7 +1,6 @@
 """The language of the action list.
 
-phrases      phrases to the right of `target:`, `when:`, ...
-quantities   quantities that conditions measure
+phrases      phrases to the right of `target:`, `when:`, ...; the quantities that conditions measure
 grammar      reads phrases, by `words`
 """
 

@@ -17,8 +17,18 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.units import Dimension
 
-from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, SwingRamp, Test
-from .quantities import QUANTITIES
+from .phrases import (
+    QUANTITIES,
+    ConditionPhrase,
+    CrossTest,
+    GroundTest,
+    OrderPhrase,
+    PhraseError,
+    SlingTest,
+    State,
+    SwingRamp,
+    Test,
+)
 from .words import PhraseReader
 
 Phrase = TypeVar("Phrase")

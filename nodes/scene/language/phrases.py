@@ -46,6 +46,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from heavylift.nodes.plan.actions import AfterCondition, MovesDone, Term
+from heavylift.nodes.scene.text import units
+from heavylift.nodes.scene.text.units import Dimension
 
 State = Literal["taut", "slack"]
 
@@ -79,8 +81,7 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """A measured quantity reaches a value [SI]; `turning`: written as an angle, `share`: in per cent of the rated
-    value."""
+    """A measured quantity reaches a value [SI]; `turning`: written as an angle, `share`: in % of the rated value."""
 
     quantity: str
     of: str
@@ -125,3 +126,31 @@ class OrderPhrase:
     lugs: tuple[str, ...] = ()
     seconds: float = 0.0
     height: bool = False
+
+
+@dataclass(frozen=True)
+class NamedQuantity:
+    """Dimension of a quantity, the number of names it needs ("some": one, or the block); `rated`: also in %."""
+
+    dimension: Dimension
+    of: Literal["none", "some", "one", "two"] = "one"
+    rated: bool = False
+
+
+QUANTITIES = {
+    "angle": NamedQuantity(units.ANGLE, "some"),
+    "height difference": NamedQuantity(units.LENGTH, "two"),
+    "height": NamedQuantity(units.LENGTH, "some"),
+    "position": NamedQuantity(units.STROKE),
+    "speed": NamedQuantity(units.STROKE_SPEED),
+    "length": NamedQuantity(units.LENGTH),
+    "tension": NamedQuantity(units.FORCE, rated=True),
+    "load": NamedQuantity(units.MASS, rated=True),
+    "moment": NamedQuantity(units.RATIO),
+    "radius": NamedQuantity(units.LENGTH),
+    "off-lead": NamedQuantity(units.ANGLE),
+    "swing along": NamedQuantity(units.ANGLE),
+    "swing across": NamedQuantity(units.ANGLE),
+    "gap": NamedQuantity(units.LENGTH, "two"),
+    "wind": NamedQuantity(units.SPEED, "none"),
+}

@@ -8,7 +8,7 @@ tables          rows and lugs of blocks, responses of vessels from tables beside
 meshes          the shape of a block from a file beside the scene
 overlay         settings of the command line, applied to a scene
 machine_types   machine types as files; type_expansion: a crane expanded to the parts of its type
-expressions     arithmetic over their parameters
+expressions     arithmetic; parameters: values that may be expressions of one another
 faults          every error, with file, line and column
 units           quantities with units, and the pydantic types that read them
 spelling        hints for decimal commas, dashes, spelled-out units

@@ -18,8 +18,7 @@ from functools import cache
 
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 
-from .source import Data, Path, Source
-from .spelling import NUMBER, number_and_unit
+from .spelling import NUMBER, Reader, number_and_unit
 from .units import DIMENSIONS, Dimension
 
 Exponents = tuple[int, int, int, int]  # of kg, m, s, rad
@@ -36,8 +35,8 @@ BASE: dict[str, Exponents] = {  # without their powers of ten
     **dict.fromkeys(("Hz", "kHz"), (0, 0, -1, 0)),
     **dict.fromkeys(("", "%"), PLAIN),
 }
-FUNCTIONS = ("sqrt", "sin", "cos", "tan", "acos", "asin", "atan2", "min", "max")
-AXES = {"x": 0, "y": 1, "z": 2}
+TURNS: dict[str, Callable[[float], float]] = {"sin": sin, "cos": cos, "tan": lambda x: sin(x) / cos(x)}
+FUNCTIONS = ("sqrt", *TURNS, "acos", "asin", "atan2", "min", "max")
 LONGEST, DEEPEST = 500, 20  # characters of an expression, levels of brackets
 UNIT = "|".join(
     re.escape(u).replace(r"\ ", r"\s+")
@@ -89,7 +88,7 @@ def shown_as(value: Value) -> str | float:
     if value.exponents == PLAIN:
         return value.number
     if value.exponents not in _units():
-        raise ExpressionError(f"the result is in {_named(value.exponents)}, which measures nothing here")
+        raise ExpressionError(f"the result is in {_named(value.exponents)}, which is not a unit of scenes")
     return f"{value.number!r} {_units()[value.exponents]}"
 
 
@@ -102,93 +101,6 @@ def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
     if reader.at < len(text):
         raise ExpressionError(f"the expression should end before '{reader.rest}'", reader.at)
     return value
-
-
-class Parameters:
-    """Named values, which may be expressions of one another; the values `given` override some of them."""
-
-    def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
-        self.values, self.given = values, given
-        self._known: dict[str, Value | None] = {}
-        self._busy: list[str] = []
-
-    def raw(self, name: str) -> Data:
-        """Return a parameter as it is written."""
-        return self.given.get(name, self.values[name])
-
-    def computed(self, text: str) -> Data:
-        """Return the result of an expression without its `=`; a parameter that is not a number is returned as it is."""
-        name = " ".join(text.split())
-        if name in self.values:
-            raw = self.raw(name)
-            if value_of(raw) is None and not _computed(raw):
-                return raw  # a word, a list or a place
-        return shown_as(evaluated(text, self.value))
-
-    def value(self, word: str) -> Value | None:
-        """Return the value of a parameter, or of one coordinate of a place (`lug.x`); None for any other word."""
-        if word not in self._known:
-            name, _, axis = word.rpartition(".")
-            whole = word if word in self.values else name
-            if whole not in self.values:
-                return None
-            if whole in self._busy:
-                raise ExpressionError(f"the parameter '{whole}' depends on itself")
-            raw = self.raw(whole)
-            if whole != word:
-                raw = raw[AXES[axis]] if isinstance(raw, list) and len(raw) == len(AXES) else None
-            self._busy.append(whole)
-            ours = _computed(raw) and whole not in self.given
-            self._known[word] = evaluated(str(raw)[1:], self.value) if ours else value_of(raw)
-            self._busy.pop()
-        return self._known[word]
-
-
-def arithmetic(source: Source) -> bool:
-    """Replace each value `=...` of a scene by its result, over the scene's `parameters`; machine types have their own.
-    Returns whether all have a result; faults are added to those of the source."""
-    named = source.data.get("parameters")
-    parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True
-
-    def made(data: Data, path: Path) -> Data:
-        nonlocal done
-        if isinstance(data, dict):
-            return {key: made(each, (*path, key)) for key, each in data.items()}
-        if isinstance(data, list):
-            return [made(each, (*path, i)) for i, each in enumerate(data)]
-        if not _computed(data):
-            return data
-        text = str(data)[1:]
-        try:
-            return parameters.computed(text)
-        except ExpressionError as error:
-            source.fault(path, str(error), column=1 + max(error.column, len(text) - len(text.lstrip())))
-            done = False
-            return None
-
-    source.data = {key: each if key == "types" else made(each, (key,)) for key, each in source.data.items()}
-    return done
-
-
-def _computed(data: Data) -> bool:
-    return isinstance(data, str) and data.startswith("=")
-
-
-class Reader:
-    """The unread rest of a line: `at` is the column of the next token."""
-
-    def __init__(self, text: str) -> None:
-        self.text, self.at = text, 0
-        self.move(0)
-
-    @property
-    def rest(self) -> str:
-        """The unread rest of the text."""
-        return self.text[self.at :]
-
-    def move(self, at: int) -> None:
-        """Move to a column, and skip blanks after it."""
-        self.at = len(self.text) - len(self.text[at:].lstrip())
 
 
 class _Arithmetic(Reader):
@@ -238,7 +150,7 @@ class _Arithmetic(Reader):
             return self._list(1)[0]
         found = WORD.match(self.text, self.at)
         if not found:
-            raise ExpressionError(f"a number, a parameter or a bracket must stand here, not '{self.rest}'", self.at)
+            raise ExpressionError(f"a number, a parameter or a bracket is expected here, not '{self.rest}'", self.at)
         at, word = self.at, " ".join(found[0].split())
         self.move(found.end())
         if word in FUNCTIONS:
@@ -294,14 +206,12 @@ class _Arithmetic(Reader):
             needed = "a ratio" if inverse else "an angle"
             raise ExpressionError(f"'{name}' needs {needed}, not {_named(value.exponents)}", at)
         x = value.number
-        if inverse:
-            if not -1.0 <= x <= 1.0:
-                raise ExpressionError(f"'{name}' needs a ratio from -1 to 1, not {x:g}", at)
-            other = math.sqrt(1.0 - x * x)
-            return Value(float(atan2(other, x) if name == "acos" else atan2(x, other)), ANGLE)
-        if name == "tan":
-            return Value(float(sin(x) / cos(x)))
-        return Value(float(sin(x) if name == "sin" else cos(x)))
+        if not inverse:
+            return Value(float(TURNS[name](x)))
+        if not -1.0 <= x <= 1.0:
+            raise ExpressionError(f"'{name}' needs a ratio from -1 to 1, not {x:g}", at)
+        other = math.sqrt(1.0 - x * x)
+        return Value(float(atan2(other, x) if name == "acos" else atan2(x, other)), ANGLE)
 
     def _take(self, *signs: str) -> str:
         sign = self.text[self.at : self.at + 1]

@@ -60,7 +60,7 @@ def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, 
 
 
 def alike(source: Source) -> None:
-    """Fill entries that are `like` another one with the keys that they omit; faults are added to those of the
+    """Fill in the keys that entries with `like` omit, from the entry that they name; faults are added to those of the
     source."""
     for section in SECTIONS:
         entries = source.at(section)

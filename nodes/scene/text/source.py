@@ -7,10 +7,11 @@ merges the mapping of an anchor below another mapping. The order of keys has no 
 """
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path as FilePath
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from heavylift.kernel.description.units import natural
 from heavylift.kernel.errors import SPACES, printable
@@ -101,8 +102,7 @@ class Source:
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """Return `file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside of
-        files."""
+        """Return `file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside files."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -140,16 +140,15 @@ class _TooLong(Exception):
 def read(text: str, name: str, root: FilePath | None = None) -> Source:
     """Parse a YAML text to data and marks; errors become faults. `root`: the scene's folder."""
     found = _composed(text, name)
-    data = _copied(found.data)
-    assert isinstance(data, dict)
+    data = mapped(found.data, lambda value, path: value)
     return Source(name, data, dict(found.keys), dict(found.values), list(found.faults), {}, root or FilePath(), (name,))
 
 
-def _copied(data: Data) -> Data:
-    """Return copies of mappings and lists."""
+def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> Any:
+    """Return the data with each value that is no mapping or list replaced by `made(value, path)`."""
     if isinstance(data, dict):
-        return {key: _copied(value) for key, value in data.items()}
-    return [_copied(value) for value in data] if isinstance(data, list) else data
+        return {key: mapped(each, made, (*path, key)) for key, each in data.items()}
+    return [mapped(x, made, (*path, i)) for i, x in enumerate(data)] if isinstance(data, list) else made(data, path)
 
 
 @lru_cache(maxsize=64)  # variants of a scene share its text, and settings among them theirs
@@ -202,9 +201,7 @@ def _composed(text: str, name: str) -> Source:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Return keys and values of a mapping, followed by those merged by `<<: *name` or `<<: [*one,
-        *other]`.
-        """
+        """Return keys and values of a mapping, then those merged by `<<: *name` or `<<: [*one, *other]`."""
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]

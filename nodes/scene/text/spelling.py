@@ -35,6 +35,23 @@ class Range(NamedTuple):
     unit_step: str
 
 
+class Reader:
+    """The unread rest of a line: `at` is the column of the next token."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.at = text, 0
+        self.move(0)
+
+    @property
+    def rest(self) -> str:
+        """The unread rest of the text."""
+        return self.text[self.at :]
+
+    def move(self, at: int) -> None:
+        """Move to a column, and skip blanks after it."""
+        self.at = len(self.text) - len(self.text[at:].lstrip())
+
+
 def number_and_unit(text: str) -> tuple[str, str]:
     """Return number and unit of a quantity as text; two empty texts if it is not a quantity."""
     found = _QUANTITY.fullmatch(text)
@@ -60,8 +77,7 @@ def spread_of(text: str) -> tuple[str, str, str] | None:
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
-    """Return a hint what to write instead of a number with a comma or a dash, or of a clock time; "" for other
-    texts."""
+    """Return a hint what to write instead of a number with comma or dash, or of a clock time; "" for other texts."""
     if DASHES.search(text):
         return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
     if found := COMMA.fullmatch(text):

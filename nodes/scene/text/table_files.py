@@ -8,8 +8,9 @@ import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path as FilePath
+from typing import NamedTuple
 
-from heavylift.kernel.errors import SPACES, SceneError, printable
+from heavylift.kernel.errors import SPACES, SceneError, closest, printable
 
 from .files import content, within
 from .source import Data, Mark, Path, Source
@@ -46,12 +47,38 @@ class TableColumn:
     mark: Mark
 
 
+class Table(NamedTuple):
+    """A table in the folder of a scene: its file, its head, and rows as wide as that, named by their first cells."""
+
+    file: str
+    head: list[TableColumn]
+    rows: list[list[TableCell]]
+
+    def text(self, row: list[TableCell], column: int) -> str:
+        """Return a cell of a row with the unit of its column."""
+        return with_unit(row[column].text, self.head[column].unit)
+
+    def named(self, name: str) -> list[list[TableCell]]:
+        """Return the rows of a name; raises SceneError if there are none."""
+        if found := [row for row in self.rows if name and row[0].text == name]:
+            return found
+        near = closest(name, dict.fromkeys(row[0].text for row in self.rows))
+        raise SceneError(f"{self.file} has no row '{name}': {near}")
+
+    def only(self, name: str) -> list[TableCell]:
+        """Return the row of a name; raises SceneError if there are none or several."""
+        found = self.named(name)
+        if len(found) > 1:
+            lines = " and ".join(str(row[0].mark.line) for row in found[:2])
+            raise SceneError(f"{self.file} has the row '{name}' {len(found)} times, in lines {lines}")
+        return found[0]
+
+
 Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mark of its head, the marks of its cells
 
 
 def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    """Insert table values at a path; values of higher layers take precedence; `named`: mark of the reference to the
-    table."""
+    """Insert table values at a path, below those of higher layers; `named`: mark of the table's reference."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
             continue
@@ -68,11 +95,11 @@ def with_unit(text: str, unit: str) -> str:
 
 def row_names(root: FilePath, file: str) -> list[str]:
     """Return the row names of a table in order, each once; raises SceneError if it cannot be read."""
-    return list(dict.fromkeys(row[0].text for row in table(root, file)[1]))
+    return list(dict.fromkeys(row[0].text for row in table(root, file).rows))
 
 
-def table(root: FilePath, file: str) -> tuple[list[TableColumn], list[list[TableCell]]]:
-    """Return head and rows of a table in the scene's folder."""
+def table(root: FilePath, file: str) -> Table:
+    """Read a table in the scene's folder."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
         raise SceneError(f"'{file}' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")
@@ -91,7 +118,7 @@ def table(root: FilePath, file: str) -> tuple[list[TableColumn], list[list[Table
         if any(cell.text for cell in row[width:]):
             where = f"{file}:{row[0].mark.line}"
             raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
-    return head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]]
+    return Table(file, head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]])
 
 
 def _column(cell: TableCell) -> TableColumn:

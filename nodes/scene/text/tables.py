@@ -26,7 +26,7 @@ from heavylift.kernel.errors import SceneError
 from . import units
 from .faults import closest, raise_faults
 from .source import Data, Mark, Path, Source
-from .table_files import AXES, Found, TableCell, TableColumn, lay, table, with_unit
+from .table_files import AXES, Found, Table, TableCell, lay, table
 
 BLOCK = "block"
 ROW, LUGS, MODES = "from", "lugs from", "modes from"
@@ -41,11 +41,9 @@ SAME = 1e-9  # [s, rad] between waves that are the same
 def tabled(source: Source) -> None:
     """Replace references to tables in blocks and vessels by their values. Raises SceneError with all faults of the
     scene so far if a table or row cannot be read."""
-    several = source.data.get("blocks")
-    for base in ((BLOCK,), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
+    for base in ((BLOCK,), *(("blocks", name) for name in _names(source.data.get("blocks")))):
         _tabled(source, base)
-    vessels = source.data.get("vessels")
-    for name in vessels if isinstance(vessels, dict) else ():
+    for name in _names(source.data.get("vessels")):
         for base, key in ((("vessels", name), "responses"), (("vessels", name, "floating"), "loads")):
             given = source.at(base)
             if isinstance(given, dict) and f"{key} from" in given:
@@ -65,9 +63,9 @@ def _tabled(source: Source, base: Path) -> None:
             if not isinstance(named, str):
                 raise SceneError(f"write the table and the row, such as '{word}: blocks.csv#B17'")
             file, _, row = (part.strip() for part in named.partition("#"))
-            head, rows = table(source.root, file)
+            read = table(source.root, file)
             if word == ROW:
-                lay(source, base, block, _block(source, base, head, _only(rows, row, file), mark), mark)
+                lay(source, base, block, _block(source, base, read, read.only(row), mark), mark)
             else:
                 key, reader = ("lugs", _lugs) if word == LUGS else ("modes", _modes)
                 into = block.setdefault(key, {})
@@ -75,7 +73,7 @@ def _tabled(source: Source, base: Path) -> None:
                 if isinstance(into, dict):
                     for name in [x for x in into if not _wins(source, (*base, key, x), mark)]:
                         del into[name]
-                    lay(source, (*base, key), into, reader(source, base, head, rows, row, file), mark)
+                    lay(source, (*base, key), into, reader(source, base, read, row), mark)
         except (SceneError, ValueError) as error:
             source.fault(at, str(error), mark=mark)
         raise_faults(source, source.faults)
@@ -97,7 +95,7 @@ def charted(source: Source) -> None:
             try:
                 if not isinstance(named, str):
                     raise SceneError(f"write a table, such as '{CHARTS}: charts.csv'")
-                given["capacity charts"], cells = _charts(*table(source.root, named), named)
+                given["capacity charts"], cells = _charts(table(source.root, named))
                 source.keys[(*base, hook, "capacity charts")] = key or mark
                 source.values |= {(*base, hook, "capacity charts", *below): x for below, x in cells.items()}
             except (SceneError, ValueError) as error:
@@ -108,8 +106,9 @@ def _names(data: Data) -> list[str]:
     return list(data) if isinstance(data, dict) else []
 
 
-def _charts(head: list[TableColumn], rows: list[list[TableCell]], file: str) -> tuple[list[Data], dict[Path, Mark]]:
+def _charts(read: Table) -> tuple[list[Data], dict[Path, Mark]]:
     """Return a chart for each boom, counterweight and base, with the marks of its cells."""
+    file, head, rows = read
     places = {column.key: i for i, column in enumerate(head) if column.unit}
     booms = [i for i, column in enumerate(head) if column.key.startswith("boom ")]
     others = [c for c in head if c.unit and not c.key.startswith("boom ") and c.key not in (RADIUS, *SET_UP)]
@@ -120,17 +119,16 @@ def _charts(head: list[TableColumn], rows: list[list[TableCell]], file: str) -> 
     marks: dict[Path, Mark] = {}
     for row in rows:
         for i in (i for i in booms if row[i].text):
-            own = {key: with_unit(row[places[key]].text, head[places[key]].unit) for key in SET_UP if key in places}
+            own = {key: read.text(row, places[key]) for key in SET_UP if key in places}
             key = (head[i].key, *own.values())
             made = found.setdefault(key, {"boom": head[i].key.removeprefix("boom "), **own, "chart": []})
             number, chart = list(found).index(key), made["chart"]
             assert isinstance(chart, list)
-            cells = row[places[RADIUS]], row[i]
-            marks |= {(number,): cells[1].mark, (number, "boom"): head[i].mark, (number, "chart"): cells[1].mark}
+            at, radius = (number, "chart", len(chart)), row[places[RADIUS]].mark
+            marks |= {(number,): row[i].mark, (number, "boom"): head[i].mark, (number, "chart"): row[i].mark}
             marks |= {(number, name): row[places[name]].mark for name in own}
-            marks |= {(number, "chart", len(chart), j): cell.mark for j, cell in enumerate(cells)}
-            marks[number, "chart", len(chart)] = cells[0].mark
-            chart.append([with_unit(cells[0].text, head[places[RADIUS]].unit), with_unit(cells[1].text, head[i].unit)])
+            marks |= {at: radius, (*at, 0): radius, (*at, 1): row[i].mark}
+            chart.append([read.text(row, places[RADIUS]), read.text(row, i)])
     return list(found.values()), marks
 
 
@@ -139,18 +137,18 @@ def _wins(source: Source, path: Path, named: Mark) -> bool:
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
-def _block(source: Source, base: Path, head: list[TableColumn], row: list[TableCell], named: Mark) -> Found:
+def _block(source: Source, base: Path, read: Table, row: list[TableCell], named: Mark) -> Found:
     """Return the keys of a row."""
     found: Found = {}
-    for column, cell in zip(head[1:], row[1:], strict=False):
+    for i, (column, cell) in enumerate(zip(read.head, row, strict=True)):
         path = (*base, column.key)
-        if not (column.unit or column.axis) or (source.at(path) is not None and _wins(source, path, named)):
+        if not i or not (column.unit or column.axis) or (source.at(path) is not None and _wins(source, path, named)):
             continue
         if not cell.text:
             message = f"the row '{row[0].text}' is empty in column '{f'{column.key} {column.axis}'.strip()}'"
             source.fault(path, message, "write its value, or leave the column away", mark=cell.mark)
             continue
-        text = with_unit(cell.text, column.unit)
+        text = read.text(row, i)
         known = found.get(column.key)
         taken = known[0][AXES.index(column.axis)] if known and column.axis and isinstance(known[0], list) else known
         if taken is not None:
@@ -169,31 +167,27 @@ def _block(source: Source, base: Path, head: list[TableColumn], row: list[TableC
     return found
 
 
-def _lugs(
-    source: Source, base: Path, head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str
-) -> Found:
+def _lugs(source: Source, base: Path, read: Table, block: str) -> Found:
     """Return the lugs of a block by name."""
-    if others := [c.key for c in head if c.unit and (c.axis or c.key) not in AXES]:
-        raise SceneError(f"{file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
-    chosen, places = _chosen(head, rows, block, file, " [m]")
+    if others := [c.key for c in read.head if c.unit and (c.axis or c.key) not in AXES]:
+        raise SceneError(f"{read.file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
+    chosen, places = _chosen(read, block, " [m]")
     found: Found = {}
     for row in chosen:
         name = row[1 if block else 0]
-        cells = [row[places[x]] for x in AXES]
         if name.text in found:
             source.fault((*base, "lugs", name.text), f"the lug '{name.text}' is given twice", mark=name.mark)
-        value: list[Data] = [with_unit(cell.text, head[places[x]].unit) for x, cell in zip(AXES, cells, strict=True)]
-        found[name.text] = (value, name.mark, {(): name.mark, **{(i,): cell.mark for i, cell in enumerate(cells)}})
+        value: list[Data] = [read.text(row, place) for place in places]
+        marks: dict[Path, Mark] = {(): name.mark, **{(i,): row[place].mark for i, place in enumerate(places)}}
+        found[name.text] = (value, name.mark, marks)
     return found
 
 
-def _modes(
-    source: Source, base: Path, head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str
-) -> Found:
+def _modes(source: Source, base: Path, read: Table, block: str) -> Found:
     """Return the modes of a block by name, with a row for each displaced place."""
-    chosen, places = _chosen(head, rows, block, file, "")
-    first = 1 if block else 0
-    numbers = [i for i, column in enumerate(head) if i > first + 1 and i not in places.values() and column.unit]
+    chosen, places = _chosen(read, block, "")
+    first, head = 1 if block else 0, read.head
+    numbers = [i for i, column in enumerate(head) if i > first + 1 and i not in places and column.unit]
     found: Found = {}
     for row in chosen:
         name, place = row[first], row[first + 1]
@@ -203,10 +197,10 @@ def _modes(
         assert isinstance(shape, dict)
         if place.text in shape:
             source.fault((*base, "modes", name.text), f"the place '{place.text}' is given twice", mark=place.mark)
-        shape[place.text] = [row[places[x]].text for x in AXES]
-        marks |= {("shape", place.text, i): row[places[x]].mark for i, x in enumerate(AXES)}
+        shape[place.text] = [row[x].text for x in places]
+        marks |= {("shape", place.text, i): row[x].mark for i, x in enumerate(places)}
         for i in (i for i in numbers if row[i].text):
-            text = with_unit(row[i].text, head[i].unit)
+            text = read.text(row, i)
             if value.setdefault(head[i].key, text) != text:
                 message = f"a mode has one {head[i].key}, and '{name.text}' has {value[head[i].key]}, too"
                 source.fault((*base, "modes", name.text), message, mark=row[i].mark)
@@ -214,30 +208,13 @@ def _modes(
     return found
 
 
-def _chosen(
-    head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str, unit: str
-) -> tuple[list[list[TableCell]], dict[str, int]]:
-    """Return the rows of a block, and the columns of x, y and z."""
-    chosen = _named(rows, block, file) if block or not rows else rows
-    places = {column.axis or column.key: i for i, column in enumerate(head)}
+def _chosen(read: Table, block: str, unit: str) -> tuple[list[list[TableCell]], list[int]]:
+    """Return the rows of a block, and the numbers of the columns x, y and z."""
+    chosen = read.named(block) if block or not read.rows else read.rows
+    places = {column.axis or column.key: i for i, column in enumerate(read.head)}
     if lacking := [x for x in AXES if x not in places]:
-        raise SceneError(f"{file} has no column {', '.join(f'{x}{unit}' for x in lacking)}")
-    return chosen, {x: places[x] for x in AXES}
-
-
-def _named(rows: list[list[TableCell]], name: str, file: str) -> list[list[TableCell]]:
-    found = [row for row in rows if name and row[0].text == name]
-    if not found:
-        raise SceneError(f"{file} has no row '{name}': {closest(name, dict.fromkeys(row[0].text for row in rows))}")
-    return found
-
-
-def _only(rows: list[list[TableCell]], name: str, file: str) -> list[TableCell]:
-    found = _named(rows, name, file)
-    if len(found) > 1:
-        lines = " and ".join(str(row[0].mark.line) for row in found[:2])
-        raise SceneError(f"{file} has the row '{name}' {len(found)} times, in lines {lines}")
-    return found[0]
+        raise SceneError(f"{read.file} has no column {', '.join(f'{x}{unit}' for x in lacking)}")
+    return chosen, [places[x] for x in AXES]
 
 
 Answer = tuple[dict[str, float], list[float], list[TableCell]]  # of a row: its wave, parts of all motions, its cells
@@ -251,27 +228,26 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
     source.keys.setdefault((*base, key), source.keys.get((*base, word), mark))
     try:
         file, _, name = (part.strip() for part in str(named).partition("#"))
-        head, rows = table(source.root, file)
+        read = table(source.root, file)
         kinds = dict(zip((*SLIDES, *TURNS), (x for x in DIMENSIONS[key] for _ in SLIDES), strict=True))
-        heads = {column.key: i for i, column in enumerate(head)}
+        heads = {column.key: i for i, column in enumerate(read.head)}
         known = {**kinds, **WAVE, **{f"{x} phase": units.ANGLE for x in kinds}}
-        if others := [c.key for c in head if c.unit and c.key not in known]:
+        if others := [c.key for c in read.head if c.unit and c.key not in known]:
             raise SceneError(f"{file}: a vessel has no {key} of '{others[0]}': {closest(others[0], known)}")
         moved = [x for x in kinds if x in heads]
         if lacking := [f"{x} phase" for x in moved if f"{x} phase" not in heads]:
             raise SceneError(f"{file} has no column '{lacking[0]} [deg]'")
 
         def number(row: list[TableCell], what: str) -> float:
-            cell = row[heads[what]]
             try:
-                return known[what].read(with_unit(cell.text, head[heads[what]].unit))
+                return known[what].read(read.text(row, heads[what]))
             except ValueError as error:
-                source.fault((*base, key, what), str(error), mark=cell.mark)
+                source.fault((*base, key, what), str(error), mark=row[heads[what]].mark)
                 return 0.0
 
         waves = [x for x in WAVE if x in heads]
         answers: list[Answer] = []
-        for row in _named(rows, name, file) if name or not rows else rows:
+        for row in read.named(name) if name or not read.rows else read.rows:
             polar = [(number(row, x), number(row, f"{x} phase")) for x in moved]
             parts = [r * float(of(angle)) for r, angle in polar for of in (cos, sin)]
             answers.append(({x: number(row, x) for x in waves}, parts, row))
@@ -286,7 +262,7 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
         unit = next(name for name, factor in kinds[x].units.items() if factor == 1)
         value: list[Data] = [f"{sqrt(a * a + b * b)!r} {unit}", f"{float(atan2(b, a)) if a or b else 0.0!r} rad"]
         marks = [cells[heads[x]].mark, cells[heads[f"{x} phase"]].mark]
-        found[x] = (value, head[heads[x]].mark, {(): marks[0], (0,): marks[0], (1,): marks[1]})
+        found[x] = (value, read.head[heads[x]].mark, {(): marks[0], (0,): marks[0], (1,): marks[1]})
     if isinstance(into, dict):
         lay(source, (*base, key), into, found, mark)
 
@@ -318,7 +294,7 @@ def _between(
         ends = " to ".join(WAVE[axis].show(k) for k in (known[0], known[-1]))
         message = f"{file} knows waves of {'a' if axis == 'period' else 'a relative'} {axis} of {ends}"
         raise SceneError(f"{message}, and that of the scene has {WAVE[axis].show(x)}")
-    ends_at = [_between([row for row in rows if row[0][axis] == k], rest, met, file) for k in (low, high)]
-    (a, cells), (b, _) = ends_at
+    at_ends = (_between([row for row in rows if row[0][axis] == k], rest, met, file) for k in (low, high))
+    (a, cells), (b, _) = at_ends
     part = (x - low) / (high - low) if high > low else 0.0
     return [p + part * (q - p) for p, q in zip(a, b, strict=True)], cells

@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from .expressions import ExpressionError, Parameters, value_of
+from .expressions import ExpressionError, value_of
 from .faults import closest
+from .parameters import Parameters
 from .source import Data, Path, Source
 
 HEADER = {"machine type", "frame type", "extends", "name", "about", "capacity", "source", "parameters", "interlocks"}
@@ -140,8 +141,7 @@ class Expansion:
         return list(found) if isinstance(found, dict) else []
 
     def _made(self, data: Data, path: Path, to: Path) -> Data:
-        """Return the part of the type at `path`, with prefixed names and evaluated expressions, for the place `to` of
-        the machine."""
+        """Return the type's part at `path` for the machine's place `to`: names prefixed, expressions evaluated."""
         self._mark(path, to)
         if isinstance(data, dict):
             prefix = self.prefix if len(path) == 1 and path[0] in NAMED else ""
@@ -166,7 +166,7 @@ class Expansion:
     def _computed(self, text: str, path: Path, to: Path) -> Data:
         word = " ".join(text[1:].split())
         if word in self.kind.parameters:
-            raw = self._raw(word)
+            raw = self.given.get(word, self.kind.parameters[word])
             self.source.offered[(*self.base, *to)] = word
             if word in self.given:
                 self.source.given[(*self.base, *to)] = (*self.at, self.written[word])
@@ -175,10 +175,9 @@ class Expansion:
         try:
             return Parameters(self.kind.parameters, self.given).computed(text[1:])
         except ExpressionError as error:
-            blank = len(text[1:]) - len(text[1:].lstrip())
             what = "crane" if self.at[0] == "cranes" else "frame"
             own = f"in the {what} '{self.name}' of type {self.kind.name}"
-            column = 1 + max(error.column, blank)
+            column = max(1 + error.column, len(text) - len(text[1:].lstrip()))
             self.source.fault((*self.base, *to), str(error), own, column=column)
             self.computed = False
             return None
@@ -192,9 +191,6 @@ class Expansion:
             if isinstance(data, str) and data.startswith("=") and data[1:].strip() not in self.kind.parameters:
                 found.append(data)
         return found
-
-    def _raw(self, word: str) -> Data:
-        return self.given.get(word, self.kind.parameters[word])
 
     def _fits(self, key: str, given: Data) -> bool:
         """Return whether a value can replace a parameter's default. If a type computes with the parameter, the value

@@ -15,7 +15,7 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
-from .source import Data, Path, Source
+from .source import Data, Path, Source, mapped
 from .spelling import PLUS, number_and_unit, range_of, spread_of, tidy
 from .units import ACCURACY, DURATION, SAMPLING, Dimension, Either, Limited, Quantity, offered
 
@@ -27,8 +27,7 @@ Kind: TypeAlias = Literal["normal", "uniform"]
 
 @dataclass(frozen=True)
 class Stated:
-    """A number with uncertainty: nominal value, kind of spread `how` (`+-`, `sd` or `..`) and half-width `half`, as
-    text."""
+    """A number with uncertainty, as text: nominal value, `how` it spreads (`+-`, `sd`, `..`), half-width."""
 
     value: str
     how: str
@@ -46,10 +45,6 @@ def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Sta
     found: dict[Path, Stated] = {}
 
     def nominal(data: Data, path: Path) -> Data:
-        if isinstance(data, dict):
-            return {key: nominal(each, (*path, key)) for key, each in data.items()}
-        if isinstance(data, list):
-            return [nominal(each, (*path, i)) for i, each in enumerate(data)]
         try:
             stated = _stated(data) if isinstance(data, str) and MARKED.search(data) and not is_text(path) else None
         except ValueError as error:
@@ -60,7 +55,7 @@ def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Sta
         found[path] = stated
         return stated.value
 
-    source.data = {key: nominal(each, (key,)) for key, each in source.data.items()}
+    source.data = mapped(source.data, nominal)
     return found
 
 

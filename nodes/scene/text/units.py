@@ -70,7 +70,7 @@ class Dimension:
             raise ValueError(f"'{value}' is no finite number")
         if number and not SMALL <= abs(number) <= LARGE:
             extreme = f"smaller than {SMALL:g}" if abs(number) < SMALL else f"larger than {LARGE:g}"
-            raise ValueError(f"'{value}' is {extreme} in SI units, which is no {self.name} of this world")
+            raise ValueError(f"'{value}' is {extreme} in SI units, which is no {self.name} in practice")
         return number
 
     def number(self, value: object) -> float:
@@ -142,8 +142,7 @@ class Limited(Dimension):
 
 
 def _product(text: str, factor: Fraction) -> float:
-    """Return the float nearest to a decimal number times a factor, nonzero for nonzero numbers; infinite or nan if the
-    number is."""
+    """Return the float nearest to a decimal number times a factor; nonzero, infinite or nan if the number is."""
     number = float(text)
     if number == 0.0 and any(digit in text.lower().partition("e")[0] for digit in "123456789"):
         return LEAST

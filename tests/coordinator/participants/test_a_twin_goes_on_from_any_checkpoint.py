@@ -9,21 +9,13 @@ from random import Random
 import msgspec
 import pytest
 from heavylift.coordinator.participants import KernelNode, configured, wiring
-from heavylift.coordinator.protocol import (
-    Checkpoint,
-    Grant,
-    Hello,
-    Node,
-    OpenCoordinator,
-    decode,
-    encode,
-    run_in_memory,
-)
+from heavylift.coordinator.protocol import Checkpoint, Grant, Hello, Node, OpenCoordinator, decode, encode
 from heavylift.nodes.devs import Simulator, Tag, after
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 from heavylift.nodes.scenes import bundled
+from in_memory import run_in_memory
 
 SPAN_ns = 60 * 10**9  # of each scene that is run
 LONGEST_ns = 10**10  # of a grant
@@ -104,7 +96,7 @@ class Watched:
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.large(beyond=12)
-def test_a_twin_answers_and_samples_as_its_predecessor(name: str) -> None:
+def test_a_twin_restored_from_any_checkpoint_answers_and_samples_like_its_predecessor(name: str) -> None:
     plan = load(name).plan
     wires = wiring(plan)
     nodes = [Watched(plan, own, Random(i)) for i, own in enumerate(replicas(plan))]

@@ -23,10 +23,10 @@ from heavylift.coordinator.protocol import (
     Stop,
     core as core_module,
     node as node_module,
-    run_in_memory,
 )
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Model, Port, Simulator, Tag, Transition
 from heavylift.nodes.devs.execution import Wire
+from in_memory import run_in_memory
 
 END = 60  # [ns]
 MICROSTEPS = 250

@@ -48,7 +48,7 @@ def test_slings_are_checked_for_their_angle() -> None:
     assert len(red(run, "bridle angle")) == 4
 
 
-def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
+def test_a_load_hoisted_out_of_plumb_is_red() -> None:
     """The hook hangs plumb at x = 14 m, the lugs lie 3 m aside: the rope leads there from the tip of the boom."""
     lugs = {f"N{i}": [f"{x} m", f"{y} m", "1.6 m"] for i, (x, y) in enumerate([(-3, 2), (3, 2), (-3, -2), (3, -2)], 1)}
     lateral = ["block.at=[17 m, 0 m, 2 m]", f"block.lugs={json.dumps(lugs)}", "block.mass=20 t"]
@@ -60,7 +60,7 @@ def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
     assert len(red(played("crawler", *lateral), "off-lead")) == 1
 
 
-def test_two_cranes_with_one_load_are_derated() -> None:
+def test_two_cranes_that_share_a_load_are_derated() -> None:
     """By their charts over 1.20, or what the scene says, is the row of the pair."""
     crane = "{type: jib-60, at: [%s, 0 m, 0 m]}"
     text = (
@@ -104,7 +104,7 @@ WALL = "obstacles={{wall: {{box: [1 m, 30 m, 30 m], at: [{:g} m, 20 m, 15 m]}}}}
 
 
 @pytest.mark.parametrize("gap", [0.2, 0.8])
-def test_a_load_keeps_clear_of_obstacles(gap: float) -> None:
+def test_a_load_that_comes_near_an_obstacle_is_reported(gap: float) -> None:
     """A block 6 m long about x = -20 m ends at -17 m, a wall 1 m thick begins so far from it."""
     run = played("hall", WALL.format(-17.0 + gap + 0.5), 'actions=[{hall: "hoist 1 m/min until lifted"}]')
     found = next(c for c in run.verdict.clearances if (c.a, c.b) == ("block", "wall"))

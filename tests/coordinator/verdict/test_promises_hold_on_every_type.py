@@ -32,7 +32,7 @@ def apart(scene: LoadedScene) -> list[Check]:
     return [x for x in checks if x.quantity == "clearance" and "block" in x.subject and "wall" in x.subject]
 
 
-def test_a_clearance_that_fails_at_the_worst_of_uncertain_inputs_is_red(lift: Lift) -> None:
+def test_a_clearance_below_its_limit_at_the_worst_corner_of_uncertain_inputs_is_red(lift: Lift) -> None:
     """The gap of the wall as it is written, and a scene in which it stands where it is worst."""
     random = Random(lift.x)
     for _ in range(2):
@@ -47,14 +47,14 @@ def test_a_clearance_that_fails_at_the_worst_of_uncertain_inputs_is_red(lift: Li
 
 
 @pytest.mark.large(beyond=3)
-def test_in_a_run_it_comes_nearer_by_as_much(lift: Lift) -> None:
+def test_a_run_reduces_clearances_at_the_worst_corner_as_check_does(lift: Lift) -> None:
     text = lift.beginning(STILL)
     scene = with_worst_clearances(lift.read(wall(lift, 0.7, " +- 0.3 m"), text=text))
     rows = [x for x in play(scene.plan).verdict.checks if x.quantity == "clearance" and "wall" in x.subject]
     assert [(x.state, x.value) for x in rows if "block" in x.subject] == [("red", pytest.approx(0.4, abs=0.05))]
 
 
-def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(lift: Lift) -> None:
+def test_an_obstacle_inside_the_block_at_the_start_is_refused_with_its_line(lift: Lift) -> None:
     random = Random(lift.half)
     deep = random.uniform(0.05, 1.0)
     text = f"{lift.text}\nobstacles:\n  wall: {wall(lift, -deep).partition('wall: ')[2].removesuffix('}')}\n"
@@ -64,7 +64,7 @@ def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(li
     assert text.splitlines()[line - 1].startswith("  wall: ")
 
 
-def test_all_cranes_stop_as_one_does(lift: Lift) -> None:
+def test_stopping_all_cranes_equals_stopping_each(lift: Lift) -> None:
     one, all_ = (lift.read(text=lift.beginning(f"  - {{stage: halt, {x}: stop}}\n")).plan for x in ("crane", "cranes"))
     halted = [{order.actuator for order in plan.actions[-1].orders} for plan in (one, all_)]
     assert halted[0] == halted[1]
@@ -90,7 +90,7 @@ def moved(use: Use, share: float) -> Use | None:
 
 
 @pytest.mark.parametrize("share", [0.95, 1.2])
-def test_each_limit_alone_turns_red_where_it_is_used_beyond(lift: Lift, share: float) -> None:
+def test_each_limit_alone_turns_red_when_it_is_exceeded(lift: Lift, share: float) -> None:
     scene, seen = lift.read(), set()
     states = scene.statics.states
     ran = replace(signals_of(states), dynamic=True)

@@ -47,7 +47,7 @@ def scene_of(folder: Path) -> Path:
     return folder / "my-lift.yaml"
 
 
-def test_a_save_of_any_editor_is_seen(page: Any, folder: Path) -> None:
+def test_the_workbench_notices_a_file_saved_by_any_editor(page: Any, folder: Path) -> None:
     assert page.locator("#verdict").inner_text().startswith("GREEN")
     assert page.locator(".sheet svg").count() == 3
     text = scene_of(folder).read_text()
@@ -64,7 +64,7 @@ def test_a_save_of_any_editor_is_seen(page: Any, folder: Path) -> None:
     assert "last good picture" in page.locator(".view .mark").first.inner_text()
 
 
-def test_the_slider_leads_through_the_stages(page: Any) -> None:
+def test_the_slider_of_the_workbench_leads_through_the_stages(page: Any) -> None:
     stages = page.locator("#stages button")
     assert stages.all_inner_texts()[:4] == ["at the start", "take up slack", "lift off", "up"]
     before = page.locator(".sheet").nth(1).inner_html()
@@ -76,7 +76,7 @@ def test_the_slider_leads_through_the_stages(page: Any) -> None:
     assert "sideways" not in page.locator("#state").inner_text(), "a check leads to its place and time"
 
 
-def test_text_and_form_write_the_same_file_and_undo_takes_back(page: Any, folder: Path) -> None:
+def test_text_and_form_of_the_workbench_edit_the_same_file_and_undo_works(page: Any, folder: Path) -> None:
     text = scene_of(folder).read_text()
     page.locator(".cm-line", has_text="mass: 300 t").click(position={"x": 40, "y": 5})
     field = page.locator("#form input[data-key='mass']")
@@ -97,7 +97,7 @@ def test_text_and_form_write_the_same_file_and_undo_takes_back(page: Any, folder
     assert scene_of(folder).read_text() == text
 
 
-def test_a_change_from_elsewhere_is_never_overwritten_unseen(page: Any, folder: Path) -> None:
+def test_a_change_from_another_editor_is_never_overwritten_unseen(page: Any, folder: Path) -> None:
     text = scene_of(folder).read_text()
     page.route("**/save", lambda route: route.abort())
     page.locator(".cm-line", has_text="name: lift").click()
@@ -113,7 +113,7 @@ def test_a_change_from_elsewhere_is_never_overwritten_unseen(page: Any, folder: 
     assert "name: lift-of-mine" in scene_of(folder).read_text()
 
 
-def test_the_schema_completes_and_explains(page: Any) -> None:
+def test_the_scene_schema_completes_and_explains_keys_in_the_editor(page: Any) -> None:
     page.locator(".cm-line", has_text="mass: 300 t").click(position={"x": 40, "y": 5})
     page.keyboard.press("End")
     page.keyboard.press("Enter")
@@ -137,7 +137,7 @@ def drag(page: Any, body: str, p: list[float], by: tuple[int, int]) -> None:
     page.mouse.up()
 
 
-def test_two_clicks_measure_a_distance(page: Any) -> None:
+def test_two_clicks_measure_a_distance_in_the_drawing(page: Any) -> None:
     page.get_by_role("button", name="top", exact=True).click()
     page.get_by_role("button", name="measure", exact=True).click()
     for x in (9.9, -9.9):
@@ -146,7 +146,7 @@ def test_two_clicks_measure_a_distance(page: Any) -> None:
     assert abs(float(told.partition(" m")[0]) - 19.8) < 0.8, "from one end of the block to the other, to a pixel"
 
 
-def test_what_is_dragged_writes_its_place(page: Any, folder: Path) -> None:
+def test_dragging_an_item_writes_its_new_place_into_the_scene(page: Any, folder: Path) -> None:
     before = scene_of(folder).read_text()
     page.get_by_role("button", name="move", exact=True).click()
     drag(page, "block", [9.0, -7.0, 4.0], (-30, 0))
@@ -167,7 +167,7 @@ def test_what_is_dragged_writes_its_place(page: Any, folder: Path) -> None:
 
 
 @pytest.mark.large
-def test_a_run_is_begun_and_its_results_are_opened(page: Any, folder: Path) -> None:
+def test_a_run_is_started_in_the_workbench_and_its_results_are_opened(page: Any, folder: Path) -> None:
     short = scene_of(folder).read_text().replace("name: lift\n", "name: lift\nend: 5 s\n")
     scene_of(folder).write_text(short)
     page.wait_for_selector(f"html[data-picture='start {version_of(short)}']")
@@ -199,7 +199,7 @@ print("saves 9 s")
 """
 
 
-def test_a_plan_is_a_proposal_whose_changes_are_accepted_or_refused(
+def test_a_planned_timing_is_shown_as_changes_to_accept_or_refuse(
     page: Any, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", PLANNER])  # which takes a minute
@@ -223,7 +223,7 @@ B4\t26000\t0\t5400
 """
 
 
-def test_two_cranes_lift_a_block_from_a_spreadsheet_by_mouse_and_forms_alone(page: Any, folder: Path) -> None:
+def test_a_lift_by_two_cranes_is_planned_from_a_spreadsheet_by_mouse_and_forms_alone(page: Any, folder: Path) -> None:
     page.on("dialog", lambda dialog: dialog.accept("two-cranes"))
     page.get_by_label("scene", exact=True).select_option("tandem")
     page.get_by_role("button", name="copy").click()
@@ -255,7 +255,7 @@ def test_two_cranes_lift_a_block_from_a_spreadsheet_by_mouse_and_forms_alone(pag
     assert page.locator("html").get_attribute("data-faults") == "0"
 
 
-def test_a_bundled_scene_is_looked_at_and_copied(page: Any, folder: Path) -> None:
+def test_a_bundled_scene_is_viewed_and_copied_in_the_workbench(page: Any, folder: Path) -> None:
     page.on("dialog", lambda dialog: dialog.accept("my-jib"))
     page.get_by_label("scene", exact=True).select_option("jib")
     page.get_by_text("read only").wait_for()
@@ -265,7 +265,7 @@ def test_a_bundled_scene_is_looked_at_and_copied(page: Any, folder: Path) -> Non
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_states_have_words_beside_their_colours_and_axe_finds_nothing_serious(page: Any, theme: str) -> None:
+def test_states_are_shown_in_words_besides_colours_and_axe_finds_no_serious_fault(page: Any, theme: str) -> None:
     page.emulate_media(color_scheme=theme)
     page.wait_for_selector(f"html[data-theme='{theme}']")
     words = page.locator("#checks td .state").all_inner_texts()
@@ -280,7 +280,7 @@ PICTURES = os.environ.get("HEAVYLIFT_PICTURES")  # folder for those of WORKBENCH
 
 
 @pytest.mark.large
-def test_the_picture_of_the_page_is_taken(page: Any, folder: Path, tmp_path: Path) -> None:
+def test_the_screenshot_of_the_workbench_is_taken(page: Any, folder: Path, tmp_path: Path) -> None:
     shutil.copy(bundled()["turnover"], folder / "turnover.yaml")
     page.set_viewport_size({"width": 1500, "height": 900})
     page.get_by_label("scene", exact=True).select_option("turnover.yaml")

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from abstract_simulator import nested
-from heavylift.coordinator.protocol import Coordinator, Coupling, Node, run_in_memory
+from heavylift.coordinator.protocol import Coordinator, Coupling, Node
 from heavylift.nodes.devs import Coupled, Simulator, Tag, Transition
+from in_memory import run_in_memory
 
 sys.path.append(str(Path(__file__).parents[2] / "coordinator/protocol"))
 

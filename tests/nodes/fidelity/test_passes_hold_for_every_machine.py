@@ -69,7 +69,7 @@ def given(plan: Plan, fidelity: Fidelity) -> Iterator[tuple[Mechanism, Fidelity]
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
 @pytest.mark.large(beyond=len(BUNDLED) + 6)
-def test_each_pass_is_pure_and_idempotent(name: str) -> None:
+def test_each_model_level_pass_is_pure_and_idempotent(name: str) -> None:
     for fidelity in FIDELITIES:
         for machine, level in given(plan_of(name), fidelity):
             before = repr(machine)
@@ -82,7 +82,7 @@ def test_each_pass_is_pure_and_idempotent(name: str) -> None:
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
 @pytest.mark.large(beyond=len(BUNDLED) + 6)
-def test_a_chain_is_as_stiff_and_as_damped_as_its_rope_in_each_of_its_lengths(name: str) -> None:
+def test_a_lumped_rope_is_as_stiff_and_as_damped_as_its_rope_at_every_length(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         for lumps in (1, 2, 8):
             fidelity = Fidelity(ropes="massive", lumps=lumps)
@@ -97,7 +97,7 @@ def test_a_chain_is_as_stiff_and_as_damped_as_its_rope_in_each_of_its_lengths(na
 
 @pytest.mark.parametrize("seed", [70_012, 70_024])
 @pytest.mark.large
-def test_a_hook_that_recoils_does_not_overtake_its_rope(seed: int) -> None:
+def test_a_recoiling_hook_block_does_not_overtake_its_rope(seed: int) -> None:
     """The slings of one of several hooks are let go under load; what it weighs is thrown up by its rope."""
     plan = parse(lift_of_kinds(seed).text).plan
     few, many = (play(level(plan, Fidelity(ropes="massive", lumps=n, girder="elastic"))).peaks for n in (2, 8))
@@ -112,7 +112,7 @@ def level(plan: Plan, fidelity: Fidelity) -> Plan:
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
 @pytest.mark.large(beyond=len(BUNDLED) + 6)
-def test_ropes_have_their_mass_and_its_centre(name: str) -> None:
+def test_lumped_ropes_have_the_mass_and_centre_of_mass_of_the_rope(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         rows = {row.rope: row for row in machine.heavy if not row.why}
         lengths = {rope.name: rope.L0 for rope in machine.system.ropes}
@@ -151,7 +151,7 @@ def tensions(run: Played, what: str = "rope/tension") -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("name", [*HANGING, *RANDOM[:6]])
 @pytest.mark.large(beyond=len(HANGING))
-def test_hook_ropes_start_at_rest_under_what_they_carry_and_weigh(name: str) -> None:
+def test_hook_ropes_start_at_rest_under_their_load_and_weight(name: str) -> None:
     plan = plan_of(name)
     if plan.lists:
         plan = msgspec.structs.replace(plan, lists=())
@@ -188,7 +188,7 @@ def test_more_lumps_come_closer_to_the_exact_rope(name: str) -> None:
         assert two[rope] == pytest.approx(peak, rel=LANDING)
 
 
-def test_a_crane_with_an_elastic_boom_is_one_file(tmp_path: Path) -> None:
+def test_a_new_crane_type_with_an_elastic_boom_is_one_file(tmp_path: Path) -> None:
     """It starts bent and at rest, its hook where it is on a rigid boom."""
     plan = boom(tmp_path)
     assert "elastic parts rigid" in left_out(plan)
@@ -207,7 +207,7 @@ def test_a_crane_with_an_elastic_boom_is_one_file(tmp_path: Path) -> None:
     assert np.abs(pulls - pulls[0]).max() < STILL * pulls[0]
 
 
-def test_a_rope_over_sheaves_has_no_mass_and_reports_why() -> None:
+def test_a_rope_over_sheaves_has_no_mass_at_any_level_and_reports_why() -> None:
     scene = """\
 heavylift: 1
 name: ropes
@@ -247,7 +247,7 @@ def swings(plan: Plan) -> list[float]:
     return [mode.frequency for mode in modes(s).oscillations]
 
 
-def test_a_prescribed_drive_with_a_stiffness_yields_where_elastic_parts_are_modelled() -> None:
+def test_a_prescribed_drive_with_a_stiffness_is_compliant_where_elastic_parts_are_modelled() -> None:
     """The bridge of a hall, 125 t with its trolley, on 500 MN/m: far above the swing of what hangs there."""
     plan = load("hall", ["machines.hall.drives.hall.travelling.stiffness=500 MN/m"]).plan
     soft = at_level(plan, Fidelity(girder="elastic"))
@@ -259,6 +259,6 @@ def test_a_prescribed_drive_with_a_stiffness_yields_where_elastic_parts_are_mode
     assert play(soft).t[-1] == pytest.approx(play(plan).t[-1], rel=COUPLED)
 
 
-def test_a_drive_that_bears_weight_does_not_yield() -> None:
+def test_a_drive_that_bears_weight_stays_stiff() -> None:
     with pytest.raises(SceneError, match="weight acts on this drive"):
         load("jib", ["machines.jib.drives.jib.luffer.stiffness=500 MN m/rad"])

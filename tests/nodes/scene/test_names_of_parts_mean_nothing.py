@@ -54,7 +54,7 @@ def findings(run: Played) -> list[tuple[str, str, float | None]]:
 
 
 @pytest.mark.large
-def test_renamed_parts_give_the_same_lift(tmp_path: Path) -> None:
+def test_renaming_parts_of_types_changes_no_result(tmp_path: Path) -> None:
     old, new = load(SCENE).plan, load(plain(tmp_path)).plan
     one, other = play(old), play(new)
     assert one.times.tolist() == other.times.tolist()

@@ -8,7 +8,15 @@ from heavylift.nodes.sea import StateSpace, fitted, read_hydrodynamics
 
 def known() -> StateSpace:
     """A passive memory of heave, and of surge with pitch."""
-    F = np.array([[-0.5, 0.9, 0, 0, 0], [-0.9, -0.1, 0, 0, 0], [0, 0, -0.4, 0.8, 0.1], [0, 0, -0.8, -0.3, 0.5], [0, 0, -0.1, -0.5, -0.9]])
+    F = np.array(
+        [
+            [-0.5, 0.9, 0, 0, 0],
+            [-0.9, -0.1, 0, 0, 0],
+            [0, 0, -0.4, 0.8, 0.1],
+            [0, 0, -0.8, -0.3, 0.5],
+            [0, 0, -0.1, -0.5, -0.9],
+        ]
+    )
     G = np.zeros((5, 6))
     G[:2, 2] = 900.0, 100.0
     G[2:, 0], G[2:, 4] = (300.0, -40.0, 20.0), (4000.0, 900.0, -2500.0)

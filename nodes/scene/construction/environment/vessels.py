@@ -93,8 +93,7 @@ def _wave(waves: Waves, response: float, phase: float) -> Wave:
 
 
 def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
-    """Return the phase lag of the wave at a place relative to the world's origin [rad]; deep-water wave number w^2 /
-    g."""
+    """Return the phase lag of the wave at a place to the world's origin [rad]; deep-water wave number w^2 / g."""
     w = waves.regular[1]
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
     distance = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
@@ -102,7 +101,7 @@ def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
 
 
 def check_decks(builder: SceneBuilder) -> None:
-    """Blocks stand on vessels that are there."""
+    """Check that blocks stand on existing vessels only."""
     scene = builder.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
@@ -112,8 +111,7 @@ def check_decks(builder: SceneBuilder) -> None:
 
 
 def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
-    """Return the machines with buoyancy and water forces of vessels; a load that would change a given motion is a
-    fault."""
+    """Return the machines with water forces of vessels; a load that would change a given motion is a fault."""
     out = []
     for machine in built:
         given = builder.scene.vessels.get(machine.name)

@@ -69,8 +69,7 @@ def along_edges(
 
 
 def _held(ends: tuple[k.Point, k.Point], body: str, at: Callable[[], Poses]) -> tuple[Vector | None, int]:
-    """Return an end of a rope in the frame of a body, and its number: the end on the body, else the last with known
-    position."""
+    """Return an end of a rope in a body's frame, and its number: that on the body, else the last one known."""
     for i in (1, 0):
         if ends[i].body == body:
             return ends[i].p, i

@@ -155,8 +155,7 @@ def rope_factor(given: HookKeys) -> tuple[float, str]:
 
 
 def _together(rows: _Rows) -> Iterator[RatedLimit]:
-    """Yield the limits of the total load of several hooks: of a part and of the machine, reduced if several machines
-    lift together."""
+    """Yield limits of the total load of several hooks, of a part and of the machine, reduced in tandem lifts."""
     machine, cells = rows.machine, rows.keys.load_cells if rows.keys else {}
     for body, x in sorted(cells.items(), key=lambda item: is_root(machine, item[0])):
         ropes = tuple(hook.rope for hook in carried_hooks(machine, body))

@@ -179,8 +179,7 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Return number, lower attachment and start state of each sling rope; none for unknown lugs, which the action
-        list reports."""
+        """Return number, lower attachment and start state of each sling rope, without those at unknown lugs."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
 
@@ -276,7 +275,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """Return a rigging entry as machine keys; `around`: its surroundings."""
+        """Return a rigging entry as keys of a machine; `around`: its surroundings."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

@@ -13,7 +13,7 @@ from heavylift.nodes.plan import actions
 from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
-from heavylift.nodes.scene.language.quantities import QUANTITIES
+from heavylift.nodes.scene.language.phrases import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
@@ -123,8 +123,7 @@ class Conditions:
         return ""
 
     def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, ScalarSignal]:
-        """Return the gap between a block and the thing on which it lands, with the model that watches it; a contact is
-        required."""
+        """Return the gap of a block to what it lands on, and the model that watches it; a contact is required."""
         blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
         pairs = [(c.a.body, c.b.body) for m in self.yard.machines for c in m.system.contacts]

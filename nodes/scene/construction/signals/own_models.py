@@ -13,8 +13,7 @@ from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.targets import OrderTarget, targets
 from heavylift.nodes.scene.keys.nodes import ModelKeys as Keys
-from heavylift.nodes.scene.language.phrases import CrossTest
-from heavylift.nodes.scene.language.quantities import QUANTITIES
+from heavylift.nodes.scene.language.phrases import QUANTITIES, CrossTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scene.text.source import Path, Source

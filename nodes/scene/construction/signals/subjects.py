@@ -77,15 +77,14 @@ class Subjects:
 
     @cached_property
     def ratings(self) -> dict[str, dict[str, RatedLimit]]:
-        """The limits to which shares in per cent refer, by quantity and subject."""
+        """The limits to which values in per cent refer, by quantity and subject."""
         rows = self.yard.limits or rated_limits(self.yard)
         found = {q: {x.subject.replace(" ", "."): x for x in rows if x.quantity in of} for q, of in RATINGS.items()}
         found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}
         return found
 
     def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
-        """Return model and signal of the load or tension relative to a limit, as in `check`; None without a numeric
-        limit."""
+        """Return model and signal of a load or tension relative to its limit, as in `check`; None without one."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":

@@ -130,8 +130,7 @@ class Matrices(Base):
         return file
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """Return the kernel's description; raises ValueError naming a file that cannot be read or is outside of
-        `root`."""
+        """Return the kernel's description; raises ValueError for a file that is unreadable or outside `root`."""
         nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
         nodal = k.Nodal(
             nodes=nodes,
@@ -171,8 +170,7 @@ class Matrices(Base):
 
 
 def _member(data: bytes, key: str) -> NDArray[np.float64]:
-    """Return an array of an .npz file; raises KeyError, ValueError or one of BROKEN for missing, non-numeric or too
-    large ones."""
+    """Return an array of an .npz file; KeyError, ValueError or one of BROKEN if missing, non-numeric, too large."""
     with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
         if archive.getinfo(f"{key}.npy").file_size > LARGEST:
             raise ValueError

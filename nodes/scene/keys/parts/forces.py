@@ -55,8 +55,7 @@ class BushingKeys(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: igno
 
 
 class CharacteristicKeys(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
-    """An actuator characteristic: a `curve` of [position or speed, effort] of a joint, times `factor` or a
-    `history`."""
+    """An actuator characteristic: a `curve` of [position or speed, effort] of a joint, times `factor` or `history`."""
 
 
 class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]

@@ -25,8 +25,7 @@ from .standing import Stands
 
 
 def _shape(given: object) -> str:
-    """Return the kind of a list of moments, with or without products of inertia; raises ValueError for another
-    length."""
+    """Return the kind of a list of moments, with or without products; raises ValueError for another length."""
     if isinstance(given, list | tuple) and len(given) not in (3, 6):
         raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
     return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
