@@ -3,7 +3,7 @@
 spectra          spectra of irregular waves; their components with directions and phases
 hydrodynamics    the file of a hull: added mass, radiation terms, wave loads; loads in a sea
 radiation_fit    passive radiation terms from added mass and damping by frequency
-coefficients     added mass, damping and wave loads out of files of Capytaine, WAMIT and NEMOH
+coefficients     a hull from what Capytaine writes, or computes of a mesh
 """
 
 from heavylift.kernel.on_demand import face

@@ -9,7 +9,8 @@ from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scenes import vessels_folder
-from heavylift.nodes.sea import Hydrodynamics, read_hydrodynamics
+from heavylift.nodes.sea import Hydrodynamics, hull_of, read_hydrodynamics
+from scipy.io import netcdf_file
 
 G = 9.80665
 SCENE = """
@@ -75,7 +76,7 @@ def motion(s: Simulation, until: float) -> np.ndarray:
 
 @pytest.mark.parametrize(("period", "heading"), [(6.0, 150.0), (8.0, 150.0), (10.0, 90.0), (12.0, 180.0)])
 def test_motions_in_a_regular_wave_are_those_of_the_frequency_domain(period, heading):
-    """After 10 minutes the amplitude of each motion is that of the linear system to 0.5 % of the largest of its kind."""
+    """After 15 minutes the amplitude of each motion is that of the linear system to 0.5 % of its kind's largest."""
     small = parse(scene(f"height: 2 cm, period: {period} s", f"{heading} deg").replace("400 s", "2000 s"))
     s = Simulation(system(small.plan), 1e-8)
     s.start()
@@ -103,19 +104,24 @@ def test_water_that_cannot_be_is_one_sentence(waves, name):
 
 
 def test_a_vessel_that_floats_deeper_than_its_data_is_refused():
-    with pytest.raises(SceneError, match="it weighs 15000 t with all that stands on it, and its hull displaces 14432 t"):
+    with pytest.raises(
+        SceneError, match="it weighs 15000 t with all that stands on it, and its hull displaces 14432 t"
+    ):
         parse(scene("height: 1 m, period: 8 s").replace("14432 t", "15000 t"))
 
 
 def test_motions_that_are_given_know_no_irregular_sea():
     text = scene("seas: {wind: {Hs: 1 m, Tp: 8 s}}")
-    given = text[: text.index("    motion: forces")] + "    responses: {heave: [0.5 m/m, 0 deg]}\nactions: [{wait: 1 s}]\n"
+    given = (
+        text[: text.index("    motion: forces")] + "    responses: {heave: [0.5 m/m, 0 deg]}\nactions: [{wait: 1 s}]\n"
+    )
     with pytest.raises(SceneError, match="write 'motion: forces' with 'hydrodynamics'"):
         parse(given)
 
 
 def test_the_largest_heave_grows_with_the_sea_and_comes_again():
     """Twice the height of the sea gives twice the motion, to what is not linear; the same seed the same bits."""
+
     def largest(Hs: float) -> list[float]:
         s = Simulation(system(parse(scene(f"seas: {{wind: {{Hs: {Hs} m, Tp: 8 s, components: 60}}}}")).plan), 1e-6)
         s.start()
@@ -124,3 +130,40 @@ def test_the_largest_heave_grows_with_the_sea_and_comes_again():
     small, same, double = largest(0.2), largest(0.2), largest(0.4)
     assert small == same
     assert np.abs(np.array(double) - 2.0 * np.array(small)).max() < 0.02 * np.abs(double).max()
+
+
+def test_a_file_of_capytaine_becomes_a_hull(tmp_path):
+    """Written as Capytaine does, exp(-iwt) and all: loads, hydrostatics and added mass come back."""
+    of = hull()
+    w = np.array([*of.loads.frequencies, np.inf])
+    F, R = np.array(of.radiation.F), np.array(of.radiation.G)
+    K = R.T @ np.linalg.solve(1j * w[:-1, None, None] * np.eye(len(F)) - F, R.astype(complex))
+    A = np.concatenate([K.imag / w[:-1, None, None], np.zeros((1, 6, 6))]) + np.array(of.added_mass)
+    B = np.concatenate([K.real, np.zeros((1, 6, 6))])
+    X = np.array(of.loads.real) - 1j * np.array(of.loads.imaginary)
+    X = np.concatenate([X.swapaxes(0, 1), np.full((1, X.shape[0], 6), np.nan)])
+    mass = of.density * of.volume
+    stiffness = np.diag([0, 0, of.density * 9.81 * of.waterplane, *(mass * 9.81 * z for z in of.metacentres), 0])
+    data = {
+        "omega": w, "wave_direction": np.array(of.loads.headings), "added_mass": A, "radiation_damping": B,
+        "excitation_force": np.array([X.real, X.imag]), "hydrostatic_stiffness": stiffness,
+        "disp_mass": np.array([mass]), "rho": np.array([of.density]), "g": np.array([9.81]),
+    }  # fmt: skip
+    with netcdf_file(tmp_path / "barge.nc", "w") as file:
+        for name, x in data.items():
+            for i, n in enumerate(x.shape):
+                file.createDimension(f"{name}{i}", n)
+            file.createVariable(name, "d", [f"{name}{i}" for i in range(x.ndim)])[:] = x
+    found = hull_of(tmp_path / "barge.nc")
+    assert found.volume == pytest.approx(of.volume, rel=1e-6)
+    assert found.waterplane == pytest.approx(of.waterplane, rel=1e-6)
+    assert found.metacentres == pytest.approx(of.metacentres, rel=1e-6)
+    assert np.array(found.added_mass) == pytest.approx(np.array(of.added_mass), abs=1.0)
+    assert found.load(0.77, 2.0) == pytest.approx(of.load(0.77, 2.0), abs=1.0)
+    assert max(found.radiation.error.added_mass, found.radiation.error.damping) < 0.03
+
+
+def test_a_file_that_is_no_netcdf_is_one_sentence(tmp_path):
+    (tmp_path / "barge.nc").write_text("no")
+    with pytest.raises(SceneError, match=r"barge.nc: it is no netCDF file of the classic format"):
+        hull_of(tmp_path / "barge.nc")
