@@ -266,7 +266,7 @@ def hull(
 ) -> None:
     """Write what water does to a hull, for `hydrodynamics:` of vessels.    heavylift hull barge.nc -o barge.json"""
     import msgspec
-    from heavylift.nodes.sea import computed, hull_of
+    from heavylift.nodes.sea.coefficients import computed, hull_of
     from heavylift.recordings.write.partfile import written
 
     found = hull_of(data if data.suffix == ".nc" else computed(data))

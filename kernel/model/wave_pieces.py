@@ -6,6 +6,7 @@ are in one order by operations on elements, with this project's own sine and cos
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import total
@@ -68,7 +69,7 @@ class _Sea:
         t = k * self.length * 1e-9
         u = min(t / self._ramp, 1.0)
         r, dr = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * u * u * (1.0 - u) * (1.0 - u) / self._ramp
-        angle = self._w * t
+        angle: Any = self._w * t
         c, s = cos(angle)[:, None], sin(angle)[:, None]
         value = total(c * self._cosines + s * self._sines)
         slope = total(self._w[:, None] * (c * self._sines - s * self._cosines))

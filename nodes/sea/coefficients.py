@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 from heavylift.kernel.errors import SceneError, error_text, extra
 
-from .hydrodynamics import VERSION, FitError, Hydrodynamics, RadiationStates, WaveLoads
+from .hydrodynamics import VERSION, WORST, FitError, Hydrodynamics, RadiationStates, WaveLoads
 from .radiation_fit import fitted
 
 MODES = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
@@ -19,6 +19,7 @@ NEEDED = ("omega", "wave_direction", "added_mass", "radiation_damping", "excitat
 DIGITS, EXACT = 7, 12  # of data, and of states, which must stay passive
 NOTHING = 1e-9  # of the largest number of a matrix: rounding
 FINEST, STEP = 3.0, 0.1  # [rad/s] of the frequencies that are computed
+PANELS, GRAVITY = 4.0, 9.81  # [m/s2]: panels along the shortest wave
 DIRECTIONS = 13  # from following to head waves
 
 
@@ -35,7 +36,11 @@ def hull_of(path: Path) -> Hydrodynamics:
         raise SceneError(f"{path}: {error_text(error)}") from None
     if missing := [name for name in NEEDED if name not in data]:
         raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
-    return _hull(data, path.stem, f"Capytaine, {path.name}")
+    found = _hull(data, path.stem, f"Capytaine, {path.name}")
+    if (worst := max(found.radiation.error.added_mass, found.radiation.error.damping)) > WORST:
+        advice = f"more than {WORST:.0%}; compute finer panels with a lid, or no frequencies whose waves they miss"
+        raise SceneError(f"{path}: the radiation fits to {worst:.1%} of the largest, {advice}")
+    return found
 
 
 def computed(mesh: Path) -> Path:
@@ -51,14 +56,20 @@ def computed(mesh: Path) -> Path:
     body = cpt.FloatingBody(
         mesh=whole, lid_mesh=whole.generate_lid(), dofs=cpt.rigid_body_dofs(**origin), center_of_mass=(0.0, 0.0, 0.0)
     )
-    w = np.arange(STEP, FINEST, STEP)
+    w = np.arange(STEP, _finest(whole), STEP)
     common = {"radiating_dof": list(body.dofs), "water_depth": [np.inf], "rho": [1025.0]}
     solver, waves = cpt.BEMSolver(), np.linspace(0.0, np.pi, DIRECTIONS)
     radiation = solver.fill_dataset(xr.Dataset(coords={"omega": [*w, np.inf], **common}), body)
     diffraction = solver.fill_dataset(xr.Dataset(coords={"omega": w, "wave_direction": waves, **common}), body)
     out = mesh.with_suffix(".nc")
-    cpt.export_dataset(str(out), xr.merge([radiation, diffraction]), format="netcdf")
+    cpt.export_dataset(str(out), xr.merge([radiation, diffraction], compat="no_conflicts"), format="netcdf")
     return out
+
+
+def _finest(mesh: Any) -> float:
+    """Return the frequency [rad/s] whose waves are PANELS panels long."""
+    edges = np.diff(np.asarray(mesh.vertices)[np.asarray(mesh.faces)], axis=1)
+    return min(FINEST, float(np.sqrt(2.0 * np.pi * GRAVITY / (PANELS * np.linalg.norm(edges, axis=2).max()))))
 
 
 def _hull(data: dict[str, np.ndarray], name: str, source: str) -> Hydrodynamics:
@@ -96,7 +107,7 @@ def _short(x: Any, digits: int = DIGITS) -> np.ndarray:
     """Return numbers of so many digits, zero for what is rounding."""
     values = np.asarray(x, float)
     small = np.abs(values) < NOTHING * np.abs(values).max()
-    return np.vectorize(lambda y: float(f"{y:.{digits}g}"))(np.where(small, 0.0, values))
+    return np.asarray(np.vectorize(lambda y: float(f"{y:.{digits}g}"))(np.where(small, 0.0, values)))
 
 
 def _rows(A: np.ndarray) -> Any:

@@ -37,7 +37,7 @@ class StateSpace(NamedTuple):
 
     def memory(self, w: np.ndarray) -> np.ndarray:
         """Return K(iw) (len(w), m, m)."""
-        return self.G.T @ self.answers(w)
+        return np.asarray(self.G.T @ self.answers(w))
 
     def answers(self, w: np.ndarray) -> np.ndarray:
         """Return the states (len(w), n, m) that unit velocities of these frequencies excite."""
@@ -131,7 +131,7 @@ class CoupledModes:
                 by_G[:, mode, :, :, mode] += Y.swapaxes(0, 1)
             by_J = (by_F - by_F.swapaxes(0, 1))[above]
             parts = (by_J, by_R.reshape(-1, *by_R.shape[2:]), by_G.reshape(-1, *by_G.shape[2:]))
-            return np.concatenate([self.rows(part) for part in parts]).T
+            return np.asarray(np.concatenate([self.rows(part) for part in parts]).T)
 
         begin = np.concatenate([skew[above], root.ravel(), start.G.ravel()])
         try:
