@@ -1,5 +1,7 @@
 """Free vessels whose water is a file of hydrodynamics: hydrostatics, radiation with memory, and loads of the waves."""
 
+from math import sqrt
+
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.forces import InputSignal, Load, Radiation, Wave, WaveSum
@@ -73,7 +75,7 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
 def _alone(x: WaveSum) -> InputSignal:
     """Return the signal of a single harmonic, which needs no pieces."""
     c, s = x.cosines[0], x.sines[0]
-    size = (c * c + s * s) ** 0.5
+    size = sqrt(c * c + s * s)
     return InputSignal(0.0, wave=Wave(size, x.frequencies[0], x.ramp, float(atan2(-s, c))))
 
 
