@@ -259,6 +259,25 @@ def gallery(
 
 
 @app.command()
+def hull(
+    data: Annotated[Path, typer.Argument(help="netCDF file of Capytaine, or a mesh with the waterline at z = 0")],
+    output: Annotated[Path | None, o.written_to("file of the hull; default NAME.json")] = None,
+    force: o.Force = False,
+) -> None:
+    """Write what water does to a hull, for `hydrodynamics:` of vessels.    heavylift hull barge.nc -o barge.json"""
+    import msgspec
+    from heavylift.nodes.sea.coefficients import computed, hull_of
+    from heavylift.recordings.write.partfile import written
+
+    found = hull_of(data if data.suffix == ".nc" else computed(data))
+    error = found.radiation.error
+    text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
+    typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")
+    typer.echo(f"radiation of {len(found.radiation.F)} states misses {error.added_mass:.1%} of added mass, "
+               f"{error.damping:.1%} of damping")  # fmt: skip
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of scene files, for completion in editors.    heavylift schema > heavylift.schema.json"""
     from heavylift.nodes.scene import json_schema

@@ -16,7 +16,7 @@ from heavylift.kernel.algebra.spatial import skew
 from heavylift.kernel.compiler.derivative import derivatives
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.forces import Radiation, Wind
 from heavylift.kernel.description.mechanics import JOINTS, RigidRope
 from heavylift.kernel.errors import KernelError, closest
 from heavylift.kernel.model.evaluation import evaluate
@@ -96,6 +96,8 @@ class _Linearised:
         return found
 
     def _check(self) -> None:
+        for force in (x for x in self.program.system.forces if isinstance(x, Radiation)):
+            raise KernelError(f"linearise: radiation '{force.name}' has states of its own, which have no columns")
         names = self.program.constraints.names
         held = [i for i, on in enumerate(self.found["on"][0]) if on > 0.0]
         for i in held:

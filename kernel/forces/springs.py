@@ -210,7 +210,7 @@ class BushingLaw(ForceLaw[Bushing]):
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3], "a"), attachment(B, p[3:6], "b")
         R_a, R_b = (_rotation(X) @ np.reshape(q, (3, 3)) for X, q in ((A, p[6:15]), (B, p[15:24])))
         given = iter(p[24:] if self._axis is None else p[27:])
-        K, D = (_filled(pattern, given) for pattern in self._patterns(f))
+        K, D = (filled(pattern, given, (6, 6)) for pattern in self._patterns(f))
         s = p_b - p_a
         R = R_a.T @ R_b
         if self._axis is None:
@@ -247,8 +247,8 @@ class BushingLaw(ForceLaw[Bushing]):
         return place + [SampledQuantity("bushing/force", x.name, "N or N m") for x in place]
 
 
-def _filled(pattern: list[int], given: Iterator[Scalar]) -> Any:
-    """Return a (6, 6) matrix with the next given numbers at the places of `pattern`, zeros elsewhere."""
+def filled(pattern: list[int], given: Iterator[Scalar], shape: tuple[int, int]) -> Any:
+    """Return a matrix with the next given numbers at the flat places of `pattern`, zeros elsewhere."""
     places = set(pattern)
-    flat = [next(given) if i in places else 0.0 for i in range(36)]
-    return np.array([*flat, None], dtype=object)[:-1].reshape(6, 6)
+    flat = [next(given) if i in places else 0.0 for i in range(shape[0] * shape[1])]
+    return np.array([*flat, None], dtype=object)[:-1].reshape(shape)

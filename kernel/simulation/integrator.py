@@ -118,6 +118,7 @@ class Integrator:
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])
+        self._references.waves.write(native.epoch, native["t"])
         native.set(t_stop=next(iter(self._references.breaks(native.epoch, native["t"])), NEVER))
         native.call("refresh")
 

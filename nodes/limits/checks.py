@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
+from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
@@ -52,7 +53,15 @@ def checks_of(
     if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
         message = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
         found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
+    if any(_irregular(m.system) for m in plan.machines):
+        message = "an irregular sea: one seed is no quantile of its extremes; 'sweep --vary seed=1..30' draws others"
+        found.append(Check(quantity="sea state", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     return sorted(found, key=lambda check: STATES.index(check.state))
+
+
+def _irregular(of: System) -> bool:
+    signals = (getattr(force, "signal", None) for force in of.forces)
+    return any(x.waves for x in of.drives) or any(x.waves for x in signals if x)
 
 
 def _factored(plan: Plan) -> bool:

@@ -31,7 +31,7 @@ def guard_locked(plan: Plan) -> str:
     found = {STILL} if joints else set[str]()
     for joint in joints:
         drive = drives.get(joint.name)
-        if drive is None or drive.kind != "prescribed" or drive.wave or drive.name in moved:
+        if drive is None or drive.kind != "prescribed" or drive.wave or drive.waves or drive.name in moved:
             found.add(guard_motion(plan) if leaves(joint, joint.axis, plan.fidelity.motion) else "")
     return "" if "" in found else max(found, default="")
 
@@ -122,7 +122,7 @@ class _Mirror:
         ends = (stop.lower + stop.upper - 2.0 * q for stop in system.stops if stop.joint == joint.name)
         pulled = any(spring.k and spring.q_rest != q for spring in system.springs if spring.joint == joint.name)
         drives = (drive for drive in system.drives if drive.joint == joint.name)
-        driven = any(drive.wave or drive.name in self.ordered for drive in drives)
+        driven = any(drive.wave or drive.waves or drive.name in self.ordered for drive in drives)
         return not (any(joint.v0) or pulled or driven or any(abs(end) > ASKEW for end in ends))
 
     def _body(self, body: Body) -> bool:

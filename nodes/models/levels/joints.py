@@ -63,7 +63,7 @@ def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 def yields(drive: Drive) -> bool:
     """Return whether a drive is a servo at some model levels."""
-    return drive.kind == "prescribed" and drive.kp > 0.0 and drive.wave is None
+    return drive.kind == "prescribed" and drive.kp > 0.0 and not (drive.wave or drive.waves)
 
 
 def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:

@@ -154,7 +154,7 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
     """A joint that orders can lock and unlock; `engaged`: locked at the start."""
 
 
-class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
+class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
     """A drive of a joint, controlled by the action list; with a `verb`, its machine accepts the orders for it."""
 
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement; prescribed: where a level models elastic parts
