@@ -171,7 +171,7 @@ def _run_yard(
     replications: int, seed: int, report: Path | None, strict: bool, fail_on: str, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a yard file, print and write what is known then."""
-    from heavylift.coordinator.run.yards import run_yard
+    from heavylift.coordinator.yards.running import run_yard
 
     if replications and (output or in_process):
         raise typer.BadParameter("--replications are not recorded, on all cores; leave out -o and --in-process")

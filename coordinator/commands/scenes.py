@@ -27,8 +27,8 @@ def check(
     file: its schedules with expected durations.
     """
     if o.yard_file(context, scene, {"sets"}):
+        from heavylift.coordinator.yards.model import load_yard
         from heavylift.nodes.yard.answers import examined
-        from heavylift.nodes.yard.reading import load as load_yard
 
         sheet = examined(load_yard(scene, sets or []))
         o.tell(sheet, as_json)

@@ -52,6 +52,10 @@ class Calendar:
         n = bisect_right(worked, total) - 1
         return begins[n] + total - worked[n]
 
+    def between(self, a: int, b: int) -> int:
+        """Time worked from a to b."""
+        return self._until(b) - self._until(a) if self.key else b - a
+
     def _until(self, t: int) -> int:
         """Time worked until t."""
         begins, ends, worked = windows(self.key)

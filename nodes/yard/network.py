@@ -13,6 +13,8 @@ from heavylift.nodes.devs import seconds
 from heavylift.nodes.queueing.distributions import Distribution
 
 from .calendars import Calendar
+from .lifts import Lift, LiftOrder
+from .weather import Wind
 
 RULES = {
     "earliest start": "EST", "latest start": "LST", "latest finish": "LFT", "minimum slack": "MSLK",
@@ -31,8 +33,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: its duration [s], what it needs, predecessors with their lags [ns], when its block is ready
-    [ns], when it works."""
+    """A step of a block: its duration [s], beside its lift, what it needs, predecessors with their lags [ns], when its
+    block is ready [ns], when it works, its lift."""
 
     block: str
     step: str
@@ -41,6 +43,8 @@ class Activity:
     after: tuple[tuple[int, int], ...]
     ready: int
     works: Calendar
+    lift: Lift | None = None
+    order: LiftOrder | None = None
 
     @property
     def name(self) -> str:
@@ -50,7 +54,7 @@ class Activity:
     @property
     def expected(self) -> int:
         """Expected duration [ns]."""
-        return seconds(self.takes.mean)
+        return seconds(self.takes.mean + (self.lift.seconds if self.lift else 0.0))
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,8 @@ class Yard:
     contract: dict[str, date]
     quantile: float
     sources: dict[str, str]  # of the durations of each step
+    wind: Wind | None = None
+    forecast: int = 0  # [ns]
 
     @property
     def holding(self) -> bool:

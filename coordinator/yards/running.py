@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from heavylift.coordinator.run.models import ModelRun, run_models
+from heavylift.coordinator.run.replications import numbers, replicate
 from heavylift.nodes.yard.answers import answered
-from heavylift.nodes.yard.reading import load
 from heavylift.recordings.sheets.sheet import Sheet
 
-from .models import ModelRun, run_models
-from .replications import numbers, replicate
+from .model import load_yard
 
 
 def run_yard(
@@ -22,8 +22,8 @@ def run_yard(
     seed: int = 1,
 ) -> tuple[Sheet, ModelRun | None]:
     """What is known of a yard after a run, or after so many replications; raises HeavyliftError."""
-    yard = load(file, settings)
-    build = f"heavylift.nodes.yard.models:yard({str(file)!r}, {[*settings]!r})"
+    yard = load_yard(file, settings)
+    build = f"heavylift.coordinator.yards.model:yard({str(file)!r}, {[*settings]!r})"
     if replications:
         values, run = replicate(build, replications, seed, workers=processes).values, None
     else:
