@@ -5,7 +5,8 @@ from pathlib import Path
 
 from heavylift.coordinator.run.models import ModelRun, run_models
 from heavylift.coordinator.run.replications import numbers, replicate
-from heavylift.nodes.yard.answers import answered
+from heavylift.nodes.yard.answers import answered, spans
+from heavylift.nodes.yard.exchange import exported
 from heavylift.recordings.sheets.sheet import Sheet
 
 from .model import load_yard
@@ -20,8 +21,11 @@ def run_yard(
     force: bool = False,
     replications: int = 0,
     seed: int = 1,
+    exports: Sequence[Path] = (),
+    drawn: bool = False,
 ) -> tuple[Sheet, ModelRun | None]:
-    """What is known of a yard after a run, or after so many replications; raises HeavyliftError."""
+    """What is known of a yard after a run, perhaps `drawn`, whose schedule is exported, or after so many replications;
+    raises HeavyliftError."""
     yard = load_yard(file, settings)
     build = f"heavylift.coordinator.yards.model:yard({str(file)!r}, {[*settings]!r})"
     if replications:
@@ -29,4 +33,7 @@ def run_yard(
     else:
         run = run_models(build, None, output, in_process, processes=processes, force=force)
         values = {key: [x] for path, result in run.results.items() for key, x in numbers(path, result)}
-    return answered(yard, {key.partition(".")[2]: x for key, x in values.items()}), run
+    values = {key.partition(".")[2]: x for key, x in values.items()}
+    for out in exports:
+        exported(yard, spans(yard, values), out, force)
+    return answered(yard, values, drawn), run

@@ -2,21 +2,25 @@
 
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
-from math import ceil, sqrt
+from math import ceil, inf, sqrt
+from pathlib import Path
 from statistics import fmean
 
 from heavylift.nodes.devs import NEVER, Simulator
-from heavylift.recordings.sheets.sheet import Cell, Marked, Notes, Part, Sheet, Table, columns
+from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
 
 from .calendars import DAY
 from .fields import at
+from .gantt import gantt
 from .generation import chain, serial
-from .models import NO_SHIFT, NOT_READY, Dispatcher, coupled
-from .network import RULES, Yard, dates
+from .lifts import WAYS
+from .models import NO_SHIFT, NOT_READY, WEATHER, Dispatcher, coupled
+from .network import RULES, Activity, Yard, dates
 from .reading import DELIVERY
 
 Values = Mapping[str, Sequence[float]]  # of all runs, by "dispatcher.ends[3]"
 MOST = 20  # blocks that are listed
+STOPPED = "weather, in the middle of a lift"
 
 
 def quantile(values: Sequence[float], part: float) -> float:
@@ -58,15 +62,53 @@ def examined(yard: Yard) -> Sheet:
         Notes("Critical path, resources aside", tuple(lines)),
         Table("Contract", columns("of", "earliest", "contract"), tuple(marked)),
     ]  # fmt: skip
+    parts += _lifts(yard)
     if unsaid:
         parts.append(Notes("Durations without a source", (", ".join(unsaid),)))
-    state = "red" if any(late) else "green"
+    state = "red" if any(late) or impossible(yard) else "green"
     lead = "a contract date is before the earliest possible one" if any(late) else "all contract dates are possible"
-    return Sheet(f"{yard.name}: {size}", lead if yard.contract else "no contract dates are given", state, tuple(parts))
+    leads = [_red_lifts(yard), lead if yard.contract else "no contract dates are given"]
+    return Sheet(f"{yard.name}: {size}", "; ".join(filter(None, leads)), state, tuple(parts))
 
 
-def answered(yard: Yard, values: Values) -> Sheet:
-    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too."""
+def impossible(yard: Yard) -> list[Activity]:
+    """Activities whose lift cannot be carried out."""
+    return [one for one in yard.activities if one.lift and one.lift.state == "red"]
+
+
+def _red_lifts(yard: Yard) -> str:
+    red = impossible(yard)
+    return f"{len(red)} lift{'s' * (len(red) > 1)} cannot be carried out, first {red[0].block}" if red else ""
+
+
+def _lifts(yard: Yard) -> list[Table]:
+    """Lifts by scene and way, what they take, and those that cannot be carried out."""
+    groups = dict[tuple[str, str, str], list[Activity]]()
+    for one in yard.activities:
+        if one.lift and one.order:
+            groups.setdefault((one.step, Path(one.order.scene).stem, WAYS[one.order.way]), []).append(one)
+    rows = list[tuple[Cell, ...]]()
+    for key, own in groups.items():
+        able = [one.lift for one in own if one.lift and one.lift.stages]
+        if able:
+            times, winds = [x.seconds / 60 for x in able], [min(x.wind for x in able), min(x.stop for x in able)]
+            limits = [wind if wind < inf else None for wind in winds]
+            rows.append((*key, len(own), min(times), max(times), 100 * max(x.error for x in able), *limits))
+    heads = columns("step", "scene", "how", "lifts .0", "least [min] .1", "most [min] .1", "error [%] .2",
+                    "begins up to [m/s] .1", "stops at [m/s] .1")  # fmt: skip
+    sure = sum(one.lift.error * one.lift.seconds for one in yard.activities if one.lift) / 3600
+    notes = (f"All errors together are {sure:.2g} h of work.", *((f"Wind limits: error {most:.2%}.",) if (most := max(
+        (one.lift.wind_error for one in yard.activities if one.lift), default=0.0)) else ()))  # fmt: skip
+    red = tuple((one.block, one.step, Marked(one.lift.why)) for one in impossible(yard) if one.lift)
+    return [
+        Table("Lifts, from the mechanics", heads, tuple(rows), notes),
+        Table("Lifts that cannot be carried out", columns("block", "step", "why"), red[:MOST]),
+    ]
+
+
+def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
+    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too, perhaps
+    `drawn`."""
     runs = len(values["dispatcher.delivery"])
     finishes: dict[str, Sequence[float]] = {DELIVERY: values["dispatcher.delivery"]}
     for block in yard.contract:
@@ -89,20 +131,28 @@ def answered(yard: Yard, values: Values) -> Sheet:
         Table("Key dates", columns("of", *heads, "contract", "kept [%] .1"), tuple(rows)),
         _waits(yard, values),
         _use(yard, values),
+        *_lifts(yard),
         _criticality(yard, values, runs) if runs > 1 else _schedule(yard, values),
     ]
+    if drawn and runs == 1:
+        title = "Schedule, a row for each block; what was critical is outlined"
+        parts.insert(1, Chart(title, gantt(yard, spans(yard, values))))
+    red = impossible(yard), sum(sum(x) for key, x in values.items() if key.endswith(".red"))
     ok = f"contract dates are kept with at least {percent}" if runs > 1 else "contract dates are kept in this run"
     no = f"late at P{100 * yard.quantile:g}: {', '.join(missed)}" if runs > 1 else f"late: {', '.join(missed)}"
     lead = (no if missed else ok) if yard.contract else f"delivery {rows[0][1]}"
     title = f"{yard.name}: {runs} replications" if runs > 1 else f"{yard.name}: one run with expected durations"
-    return Sheet(title, lead, "red" if missed else "green", tuple(parts))
+    simulated = f"{red[1]:g} lifts were red when they were simulated" if red[1] else ""
+    leads = "; ".join(filter(None, (_red_lifts(yard), simulated, lead)))
+    return Sheet(title, leads, "red" if missed or any(red) else "green", tuple(parts))
 
 
 def _waits(yard: Yard, values: Values) -> Table:
     """Mean waiting time of all activities by cause."""
-    causes = (NOT_READY, NO_SHIFT, *yard.capacities)
+    causes = (NOT_READY, NO_SHIFT, WEATHER, *yard.capacities)
     means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
-    rows = [(cause, mean) for cause, mean in zip(causes, means, strict=True) if mean]
+    stopped = sum(fmean(x) for key, x in values.items() if key.endswith(".stopped")) / 3600
+    rows = [(cause, mean) for cause, mean in [*zip(causes, means, strict=True), (STOPPED, stopped)] if mean]
     return Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(rows))
 
 
@@ -123,13 +173,18 @@ def _criticality(yard: Yard, values: Values, runs: int) -> Table:
     return Table("On the critical sequence", columns("block", "step", "of runs [%] .1"), tuple(rows))
 
 
+def spans(yard: Yard, values: Values) -> list[tuple[float, float, bool]]:
+    """Start and end [s] of each activity in a single run, and whether it is critical."""
+    keys = ("starts", "ends", "critical")
+    rows = [[values[f"dispatcher.{key}[{n}]"][0] for key in keys] for n in range(len(yard.activities))]
+    return [(start, end, bool(critical)) for start, end, critical in rows]
+
+
 def _schedule(yard: Yard, values: Values) -> Table:
     """Start and end of each activity."""
-    spans = [[values[f"dispatcher.{key}[{n}]"][0] for key in ("starts", "ends", "critical")] for n, _ in
-             enumerate(yard.activities)]  # fmt: skip
     rows = [
         (one.block, one.step, _date(yard, start), _date(yard, end), "yes" if critical else "")
-        for one, (start, end, critical) in zip(yard.activities, spans, strict=True)
+        for one, (start, end, critical) in zip(yard.activities, spans(yard, values), strict=True)
     ]
     return Table("Schedule", columns("block", "step", "start", "end", "critical"), tuple(rows))
 

@@ -73,6 +73,7 @@ class Yard:
     sources: dict[str, str]  # of the durations of each step
     wind: Wind | None = None
     forecast: int = 0  # [ns]
+    plan: tuple[int, ...] = ()  # [ns] starts of an existing schedule, -1 where it has none; before them nothing begins
 
     @property
     def holding(self) -> bool:
@@ -129,7 +130,9 @@ def ranks(yard: Yard, rule: str = "") -> list[int]:
     """The place of each activity in the order of a rule, default the yard's own rule or order."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
-    if not rule and yard.order:
+    if not rule and yard.plan:
+        values = [start if start >= 0 else early for start, early in zip(yard.plan, known.early_start, strict=True)]
+    elif not rule and yard.order:
         places = {block: n for n, block in enumerate(yard.order)}
         values = [places[one.block] for one in yard.activities]
     else:

@@ -6,7 +6,7 @@ The activities of a block follow each other by the steps' `after`; a block comes
 
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import date
+from datetime import date, datetime
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path as FilePath
@@ -15,7 +15,7 @@ from typing import Any
 from heavylift.kernel.errors import closest, path_text
 from heavylift.nodes.queueing.distributions import Fixed
 from heavylift.nodes.scene.text.faults import raise_faults
-from heavylift.nodes.scene.text.files import scene_text
+from heavylift.nodes.scene.text.files import scene_text, within
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Mark, Path, Source, read
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
@@ -24,6 +24,7 @@ from heavylift.nodes.scene.text.units import RATIO
 from . import fields
 from .beginning import HEAD, yard_path
 from .calendars import Calendar, Shift, public_holidays, working
+from .exchange import Planned, planned_in_project, planned_in_table
 from .lifts import Lifter, LiftOrder, rested
 from .network import RULES, Activity, Need, Yard
 from .orders import lift_steps, order_of, taken
@@ -32,7 +33,7 @@ from .weather import wind_of
 
 KEYS = {
     *(HEAD, "name", "start", "calendar", "resources", "blocks", "steps", "erection", "rule", "order", "contract"),
-    *("quantile", "weather"),
+    *("quantile", "weather", "plan"),
 }
 OF_CALENDAR, OF_STEP = (
     {"days", "country", "holidays", "shifts"},
@@ -89,12 +90,16 @@ class _Reading(Taking):
             return None
         wind, forecast = wind_of(self, self.start)
         activities, blocks = self.activities(steps, capacities, calendars)
+        plan = self.planned(activities)
         if self.source.faults:
             return None
+        if plan:
+            activities = tuple(replace(x, ready=max(x.ready, t)) for x, t in zip(activities, plan, strict=True))
         return Yard(
             str(given.get("name") or FilePath(self.source.name).stem), self.start, activities, capacities, rule,
             self.order(blocks), self.contract(blocks), quantile,
             {step: str(self.source.at(("steps", step, "source")) or "") for step in steps}, wind, forecast,
+            plan,
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
@@ -268,6 +273,38 @@ class _Reading(Taking):
                 until = self.source.at(("steps", step, "until", resource)) or step
                 found.append(Need(resource, units, number[block, str(until)]))
         return tuple(found)
+
+    def planned(self, activities: tuple[Activity, ...]) -> tuple[int, ...]:
+        """The starts [ns] of an existing schedule."""
+        file = self.source.at(("plan",))
+        if file is None or not activities:
+            return ()
+        found, marks = Planned(), dict[tuple[str, str], Mark]()
+        if str(file).lower().endswith(".xml"):
+            find = partial(planned_in_project, name=str(file))
+            found = self.take(("plan",), lambda x: find(within(self.source.root, self.source.root / str(x))), found)
+        else:
+            head, rows = self.table(("plan",))
+            for row in rows:
+                cells = dict(zip((column.key for column in head), row, strict=True))
+                if lacking := [key for key in ("block", "step", "start", "end") if key not in cells]:
+                    self.source.fault(("plan",), f"a schedule has no column '{lacking[0]}'", mark=head[0].mark)
+                    return ()
+                key = cells["block"].text, cells["step"].text
+                marks[key] = row[0].mark
+                if ends := self.take(("plan",), lambda _: planned_in_table(cells), None, row[0].mark):  # noqa: B023
+                    found[key] = ends
+        number = {(one.block, one.step): n for n, one in enumerate(activities)}
+        starts, zero = [-1] * len(activities), datetime(self.start.year, self.start.month, self.start.day)
+        for key, (start, _) in found.items():
+            if key not in number:
+                text = f"the schedule has a step '{key[1]}' of block '{key[0]}', which the yard has not"
+                self.source.fault(("plan",), text, mark=marks.get(key))
+            elif start < zero:
+                self.source.fault(("plan",), f"'{key[0]}' is planned before the yard's start", mark=marks.get(key))
+            else:
+                starts[number[key]] = round((start - zero).total_seconds()) * 10**9
+        return tuple(starts)
 
     def order(self, blocks: list[str]) -> tuple[str, ...]:
         """The blocks in a given order, the others behind them."""

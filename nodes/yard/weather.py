@@ -82,6 +82,7 @@ class Weather(Atomic):
         self.random, self.known = stream(self.seed, self.path), list[float]()
         self.state = self.given.begin(self.random, self.seed > 0)
         self.hour, self.above = 0, [0] * len(self.limits)  # the hour of which it tells next; next one above each limit
+        self.look()
         self.hold_in(0)
 
     def external(self, e: int, x: Bag) -> None:
@@ -90,8 +91,7 @@ class Weather(Atomic):
 
     def output(self) -> None:
         """Tell of the wind, and of the calms that follow."""
-        ends = tuple(self.exceeded(k) for k in range(len(self.limits)))
-        self.wind.send(WindChange(self.at(self.hour), tuple(n * HOUR if n > self.hour else -1 for n in ends)))
+        self.wind.send(self.change)
 
     def internal(self) -> None:
         """Wait for the next crossing."""
@@ -100,7 +100,13 @@ class Weather(Atomic):
             self.hour += 1
             if self.hour > YEARS * YEAR:
                 raise ModelError(f"the wind crosses no limit of a lift for years before {YEARS} years are over")
+        self.look()
         self.hold_in((self.hour - last) * HOUR)
+
+    def look(self) -> None:
+        """What it tells next."""
+        ends = (self.exceeded(k) for k in range(len(self.limits)))
+        self.change = WindChange(self.at(self.hour), tuple(n * HOUR if n > self.hour else -1 for n in ends))
 
     def exceeded(self, k: int) -> int:
         """The first hour from the present one on in which the wind is above a limit; at most a year ahead."""
