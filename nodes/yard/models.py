@@ -99,7 +99,7 @@ class Dispatcher(Atomic):
         self.causes = [""] * count  # why each waits
         self.lacked = [""] * count  # the resource that each lacked last
         self.waits = dict.fromkeys((NOT_READY, NO_SHIFT, WEATHER, *self.capacities), 0)
-        self.calm = list[int]()  # until when the wind stays within each limit
+        self.calm, self.calms = list[int](), True  # until when the wind stays within each limit; will it change?
         self.left, self.telling = count, False
         self.decide()
 
@@ -133,7 +133,7 @@ class Dispatcher(Atomic):
         """Free what those that are done had, and let their successors wait for their turn."""
         now = self._present.now[0]
         for change in x[self.wind]:
-            self.calm = list(change.calm)
+            self.calm, self.calms = list(change.calm), not change.last
         for message in x[self.done]:
             n = message.activity
             self.end[n], self.running, self.left = now, self.running - 1, self.left - 1
@@ -178,7 +178,7 @@ class Dispatcher(Atomic):
                 freed[need.resource] = None
         self.pending, self.decided = kept, now
         self.begun, self.changed = tuple(started), tuple(sorted({**freed, **dict.fromkeys(changed)}))
-        if kept and wake == NEVER and not self.running and WEATHER not in self.causes:
+        if kept and wake == NEVER and not self.running and not (self.calms and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
             raise ModelError(
                 f"{waits.name} waits for ever for {self.causes[kept[0][1]]}, as blocks that keep it wait for others; "

@@ -11,7 +11,6 @@ from datetime import date, datetime, timedelta
 from math import erfc, isfinite, log, sqrt
 from random import Random
 
-from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, stream
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
 from heavylift.nodes.scene.text.units import RATIO, SPEED, TIME
@@ -58,10 +57,12 @@ class Wind:
 
 
 class WindChange(Message):
-    """The wind [m/s] has crossed a limit; until when it stays within each limit [ns], -1 where it is above it."""
+    """The wind [m/s] has crossed a limit; until when it stays within each limit [ns], -1 where it is above it; whether
+    it will never cross one again."""
 
     speed: float
     calm: tuple[int, ...]
+    last: bool
 
 
 class YardDone(Message):
@@ -95,18 +96,23 @@ class Weather(Atomic):
 
     def internal(self) -> None:
         """Wait for the next crossing."""
-        last, now = self.hour, bisect_left(self.limits, self.at(self.hour))
-        while bisect_left(self.limits, self.at(self.hour)) == now:
-            self.hour += 1
-            if self.hour > YEARS * YEAR:
-                raise ModelError(f"the wind crosses no limit of a lift for years before {YEARS} years are over")
-        self.look()
-        self.hold_in((self.hour - last) * HOUR)
+        last, self.hour = self.hour, self.next
+        if self.next < 0:
+            self.passivate()
+        else:
+            self.look()
+            self.hold_in((self.hour - last) * HOUR)
 
     def look(self) -> None:
-        """What it tells next."""
-        ends = (self.exceeded(k) for k in range(len(self.limits)))
-        self.change = WindChange(self.at(self.hour), tuple(n * HOUR if n > self.hour else -1 for n in ends))
+        """What it tells next, and when it tells again."""
+        ends = [self.exceeded(k) for k in range(len(self.limits))]
+        class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
+        most = n + (len(self.given.series) or YEARS * YEAR)
+        while n < most and bisect_left(self.limits, self.at(n)) == class_:
+            n += 1
+        self.next = n if n < most else -1
+        calm = tuple(n * HOUR if n > self.hour else -1 for n in ends)
+        self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int) -> int:
         """The first hour from the present one on in which the wind is above a limit; at most a year ahead."""
