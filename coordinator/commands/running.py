@@ -80,8 +80,8 @@ def run(
     as_json: o.Json = False,
 ) -> None:
     """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap"""
-    own = {"output", "force", "sets", "in_process", "processes", "replications", "seed", "report"}
-    if o.yard_file(context, scene, own):
+    own, only = {"output", "force", "in_process", "processes"}, {"replications", "seed", "report"}
+    if o.yard_file(context, scene, own, only):
         runs = replications, seed, report
         _run_yard(scene, output, force, sets, in_process, processes, *runs, strict, fail_on, as_json)
         return

@@ -6,7 +6,6 @@ from math import ceil, inf, sqrt
 from pathlib import Path
 from statistics import fmean
 
-from heavylift.nodes.devs import NEVER, Simulator
 from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
 
 from .calendars import DAY
@@ -14,7 +13,7 @@ from .fields import at
 from .gantt import gantt
 from .generation import chain, serial
 from .lifts import WAYS
-from .models import NO_SHIFT, NOT_READY, WEATHER, Dispatcher, coupled
+from .models import NO_SHIFT, NOT_READY, WEATHER, expected
 from .network import RULES, Activity, Yard, dates
 from .reading import DELIVERY
 
@@ -34,19 +33,13 @@ def examined(yard: Yard) -> Sheet:
     rows = list[tuple[Cell, ...]]()
     for rule, short in RULES.items():
         ends = [max(end for _, end in serial(yard, rule)) / 1e9] if not yard.holding else []
-        model = coupled(yard, 0, rule)
-        simulator = Simulator(model)
-        simulator.start()
-        simulator.run(NEVER - 1)
-        dispatcher = model.children["dispatcher"]
-        assert isinstance(dispatcher, Dispatcher)
-        ends.append(dispatcher.result().delivery)
-        texts = [x for end in ends for x in (_date(yard, end), end * 1e9 / DAY)]
+        ends.append(expected(yard, rule).delivery)
+        texts = [x for end in ends for x in (at_end(yard, end), end * 1e9 / DAY)]
         rows.append((f"{rule} ({short})", *((None, None) if yard.holding else ()), *texts))
     early = {DELIVERY: max(known.early_finish)}
     for n, one in enumerate(yard.activities):
         early[one.block] = max(early.get(one.block, 0), known.early_finish[n])
-    contract = [(key, _date(yard, early[key] / 1e9), str(day)) for key, day in yard.contract.items()]
+    contract = [(key, at_end(yard, early[key] / 1e9), str(day)) for key, day in yard.contract.items()]
     late = [early[key] > _limit(yard, key) * 1e9 for key in yard.contract]
     marked = [(a, Marked(b, "red") if x else b, c) for (a, b, c), x in zip(contract, late, strict=True)]
     names, mean, spread = path
@@ -106,30 +99,56 @@ def _lifts(yard: Yard) -> list[Table]:
     ]
 
 
-def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
-    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too, perhaps
-    `drawn`."""
-    runs = len(values["dispatcher.delivery"])
-    finishes: dict[str, Sequence[float]] = {DELIVERY: values["dispatcher.delivery"]}
+def delivery(values: Values) -> Sequence[float]:
+    """The ends [s] of all runs."""
+    return values["dispatcher.delivery"]
+
+
+def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
+    """When the yard, and the blocks with contract dates, are done [s] in all runs."""
+    found: dict[str, Sequence[float]] = {DELIVERY: delivery(values)}
     for block in yard.contract:
         own = [n for n, one in enumerate(yard.activities) if one.block == block]
         if own:
-            finishes[block] = [max(row) for row in zip(*(values[f"dispatcher.ends[{n}]"] for n in own), strict=True)]
-    rows, missed = list[tuple[Cell, ...]](), list[str]()
-    for key, ends in finishes.items():
-        texts: list[Cell] = [_date(yard, quantile(ends, part)) for part in (0.1, 0.5, 0.9)]
-        chance = None
-        if key in yard.contract:
-            chance = 100 * sum(end <= _limit(yard, key) for end in ends) / runs
-            if quantile(ends, yard.quantile) > _limit(yard, key):
-                missed.append(key)
-        cell = Marked(chance, "red" if key in missed else "green") if chance is not None else None
+            found[block] = [max(row) for row in zip(*(values[f"dispatcher.ends[{n}]"] for n in own), strict=True)]
+    return found
+
+
+def chances(yard: Yard, values: Values) -> dict[str, float]:
+    """The share of the runs that keep each contract date."""
+    found = finishes(yard, values)
+    return {key: sum(t <= _limit(yard, key) for t in found[key]) / len(found[key]) for key in yard.contract}
+
+
+def missed(yard: Yard, values: Values) -> list[str]:
+    """The contract dates that are not kept at their quantile."""
+    found = finishes(yard, values)
+    return [key for key in yard.contract if quantile(found[key], yard.quantile) > _limit(yard, key)]
+
+
+def state_of(yard: Yard, values: Values) -> str:
+    """Red if a contract date is missed, or a lift cannot be carried out."""
+    return "red" if missed(yard, values) or impossible(yard) or _red_runs(values) else "green"
+
+
+def _red_runs(values: Values) -> float:
+    return sum(sum(x) for key, x in values.items() if key.endswith(".red"))
+
+
+def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
+    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too, perhaps
+    `drawn`."""
+    runs, late, kept = len(delivery(values)), missed(yard, values), chances(yard, values)
+    rows = list[tuple[Cell, ...]]()
+    for key, ends in finishes(yard, values).items():
+        texts: list[Cell] = [at_end(yard, quantile(ends, part)) for part in (0.1, 0.5, 0.9)]
+        cell = Marked(100 * kept[key], "red" if key in late else "green") if key in kept else None
         rows.append((key, *(texts if runs > 1 else texts[:1]), str(yard.contract.get(key, "")), cell))
     heads = ("P10", "P50", "P90") if runs > 1 else ("done",)
     percent = f"{100 * yard.quantile:g} %"
     parts: list[Part] = [
         Table("Key dates", columns("of", *heads, "contract", "kept [%] .1"), tuple(rows)),
-        _waits(yard, values),
+        Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(waits(yard, values))),
         _use(yard, values),
         *_lifts(yard),
         _criticality(yard, values, runs) if runs > 1 else _schedule(yard, values),
@@ -137,23 +156,21 @@ def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
     if drawn and runs == 1:
         title = "Schedule, a row for each block; what was critical is outlined"
         parts.insert(1, Chart(title, gantt(yard, spans(yard, values))))
-    red = impossible(yard), sum(sum(x) for key, x in values.items() if key.endswith(".red"))
     ok = f"contract dates are kept with at least {percent}" if runs > 1 else "contract dates are kept in this run"
-    no = f"late at P{100 * yard.quantile:g}: {', '.join(missed)}" if runs > 1 else f"late: {', '.join(missed)}"
-    lead = (no if missed else ok) if yard.contract else f"delivery {rows[0][1]}"
+    no = f"late at P{100 * yard.quantile:g}: {', '.join(late)}" if runs > 1 else f"late: {', '.join(late)}"
+    lead = (no if late else ok) if yard.contract else f"delivery {rows[0][1]}"
     title = f"{yard.name}: {runs} replications" if runs > 1 else f"{yard.name}: one run with expected durations"
-    simulated = f"{red[1]:g} lifts were red when they were simulated" if red[1] else ""
+    simulated = f"{_red_runs(values):g} lifts were red when they were simulated" if _red_runs(values) else ""
     leads = "; ".join(filter(None, (_red_lifts(yard), simulated, lead)))
-    return Sheet(title, leads, "red" if missed or any(red) else "green", tuple(parts))
+    return Sheet(title, leads, state_of(yard, values), tuple(parts))
 
 
-def _waits(yard: Yard, values: Values) -> Table:
-    """Mean waiting time of all activities by cause."""
+def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
+    """Mean waiting time of all activities [h] by cause."""
     causes = (NOT_READY, NO_SHIFT, WEATHER, *yard.capacities)
     means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
     stopped = sum(fmean(x) for key, x in values.items() if key.endswith(".stopped")) / 3600
-    rows = [(cause, mean) for cause, mean in [*zip(causes, means, strict=True), (STOPPED, stopped)] if mean]
-    return Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(rows))
+    return [(cause, mean) for cause, mean in [*zip(causes, means, strict=True), (STOPPED, stopped)] if mean]
 
 
 def _use(yard: Yard, values: Values) -> Table:
@@ -183,13 +200,14 @@ def spans(yard: Yard, values: Values) -> list[tuple[float, float, bool]]:
 def _schedule(yard: Yard, values: Values) -> Table:
     """Start and end of each activity."""
     rows = [
-        (one.block, one.step, _date(yard, start), _date(yard, end), "yes" if critical else "")
+        (one.block, one.step, at_end(yard, start), at_end(yard, end), "yes" if critical else "")
         for one, (start, end, critical) in zip(yard.activities, spans(yard, values), strict=True)
     ]
     return Table("Schedule", columns("block", "step", "start", "end", "critical"), tuple(rows))
 
 
-def _date(yard: Yard, t: float) -> str:
+def at_end(yard: Yard, t: float) -> str:
+    """A time [s] as date and time of day."""
     return f"{at(yard.start, t):%Y-%m-%d %H:%M}"
 
 

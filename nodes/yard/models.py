@@ -10,7 +10,7 @@ from heapq import heapify, heappop, heappush
 from math import inf
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, TimeWeighted, seconds, stream
+from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, Simulator, TimeWeighted, seconds, stream
 
 from .lifts import Lift, LiftOrder
 from .network import Activity, Yard, ranks, successors
@@ -333,6 +333,17 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
     for name in yard.capacities:
         root.connect(dispatcher.ports[f"use-{name}"], root.add(YardResource(f"resource-{name}")).level)
     return root
+
+
+def expected(yard: Yard, rule: str = "") -> YardSchedule:
+    """The schedule of a run with expected durations."""
+    model = coupled(yard, 0, rule)
+    simulator = Simulator(model)
+    simulator.start()
+    simulator.run(NEVER - 1)
+    dispatcher = model.children["dispatcher"]
+    assert isinstance(dispatcher, Dispatcher)
+    return dispatcher.result()
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:

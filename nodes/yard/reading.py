@@ -46,16 +46,22 @@ DELIVERY = "delivery"
 def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = rested) -> Yard:
     """Read a yard file with settings laid over it, its lifts found by `lifter`; raises SceneError with all its
     errors."""
+    source = source_of(path, settings)
+    yard = _Reading(source, lifter).yard()
+    raise_faults(source, source.faults)
+    assert yard is not None
+    return yard
+
+
+def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> Source:
+    """The text of a yard file with settings laid over it; raises SceneError."""
     path, name = yard_path(path), path_text(path)
     source = read(scene_text(path, name), name, path.parent)
     raise_faults(source, source.faults)
     for setting in settings:
         override(source, setting, lambda *_: None)
     raise_faults(source, source.faults)
-    yard = _Reading(source, lifter).yard()
-    raise_faults(source, source.faults)
-    assert yard is not None
-    return yard
+    return source
 
 
 class _Reading(Taking):
@@ -279,12 +285,13 @@ class _Reading(Taking):
         file = self.source.at(("plan",))
         if file is None or not activities:
             return ()
-        found, marks = Planned(), dict[tuple[str, str], Mark]()
+        found, marks, own = Planned(), dict[tuple[str, str], Mark](), self.source.root
+        root = own if (own / str(file)).exists() else FilePath.cwd()  # of a bundled yard
         if str(file).lower().endswith(".xml"):
             find = partial(planned_in_project, name=str(file))
-            found = self.take(("plan",), lambda x: find(within(self.source.root, self.source.root / str(x))), found)
+            found = self.take(("plan",), lambda x: find(within(root, root / str(x))), found)
         else:
-            head, rows = self.table(("plan",))
+            head, rows = self.table(("plan",), root)
             for row in rows:
                 cells = dict(zip((column.key for column in head), row, strict=True))
                 if lacking := [key for key in ("block", "step", "start", "end") if key not in cells]:

@@ -1,6 +1,7 @@
 """Values of a yard file and cells of its tables, whose errors become faults at their places."""
 
 from collections.abc import Callable
+from pathlib import Path as FilePath
 from re import fullmatch
 from typing import Any, TypeVar, cast
 
@@ -52,10 +53,11 @@ class Taking:
         if word not in among:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
-    def table(self, path: Path) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Head and rows of the table that is named at a path; nothing after a fault."""
+    def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
+        """Head and rows of the table that is named at a path, of a folder, default that of the file; nothing after a
+        fault."""
         try:
-            return table(self.source.root, str(self.source.at(path)))
+            return table(root or self.source.root, str(self.source.at(path)))
         except (SceneError, ValueError) as error:
             self.source.fault(path, str(error))
             return [], []
