@@ -26,9 +26,9 @@ def check(
     Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders. Of a yard
     file: its schedules with expected durations.
     """
-    if o.yard_file(context, scene, {"sets"}):
+    if o.yard_file(context, scene, ()):
+        from heavylift.coordinator.yards.model import load_yard
         from heavylift.nodes.yard.answers import examined
-        from heavylift.nodes.yard.reading import load as load_yard
 
         sheet = examined(load_yard(scene, sets or []))
         o.tell(sheet, as_json)

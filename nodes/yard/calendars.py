@@ -53,6 +53,10 @@ class Calendar:
         n = bisect_right(worked, total) - 1
         return begins[n] + total - worked[n]
 
+    def between(self, a: int, b: int) -> int:
+        """Time worked from a to b."""
+        return self._until(b) - self._until(a) if self.key else b - a
+
     def _until(self, t: int) -> int:
         """Time worked until t."""
         begins, ends, worked = windows(self.key)
@@ -87,20 +91,20 @@ def windows(key: str) -> Windows:
         if str(day.weekday()) in days and day not in free:
             minutes = ([int(x) for x in shift.split("-")] for shift in shifts)
             found += ((n * DAY + a * MINUTE, n * DAY + b * MINUTE) for a, b in minutes)
-    merged = _merged((max(0, a), b) for a, b in sorted(found) if b > 0)
-    begins, ends = tuple(a for a, _ in merged), tuple(b for _, b in merged)
-    return begins, ends, (0, *accumulate(b - a for a, b in merged[:-1]))
+    whole = merged((max(0, a), b) for a, b in sorted(found) if b > 0)
+    begins, ends = tuple(a for a, _ in whole), tuple(b for _, b in whole)
+    return begins, ends, (0, *accumulate(b - a for a, b in whole[:-1]))
 
 
-def _merged(windows: Iterable[Shift]) -> list[Shift]:
-    """Windows without overlaps."""
-    merged = list[Shift]()
+def merged(windows: Iterable[Shift]) -> list[Shift]:
+    """Windows [ns], sorted by their begin, without overlaps."""
+    found = list[Shift]()
     for a, b in windows:
-        if merged and a <= merged[-1][1]:
-            merged[-1] = merged[-1][0], max(b, merged[-1][1])
+        if found and a <= found[-1][1]:
+            found[-1] = found[-1][0], max(b, found[-1][1])
         else:
-            merged.append((a, b))
-    return merged
+            found.append((a, b))
+    return found
 
 
 @lru_cache

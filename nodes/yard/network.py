@@ -13,6 +13,8 @@ from heavylift.nodes.devs import seconds
 from heavylift.nodes.queueing.distributions import Distribution
 
 from .calendars import Calendar
+from .lifts import Lift, LiftOrder
+from .weather import Wind
 
 RULES = {
     "earliest start": "EST", "latest start": "LST", "latest finish": "LFT", "minimum slack": "MSLK",
@@ -31,8 +33,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: duration [s], needed resources, predecessors with their lags [ns], time from which its block
-    is ready [ns], working time."""
+    """A step of a block: its duration [s], beside its lift, what it needs, predecessors with their lags [ns], when its
+    block is ready [ns], when it works, its lift."""
 
     block: str
     step: str
@@ -41,6 +43,8 @@ class Activity:
     after: tuple[tuple[int, int], ...]
     ready: int
     works: Calendar
+    lift: Lift | None = None
+    order: LiftOrder | None = None
 
     @property
     def name(self) -> str:
@@ -50,7 +54,7 @@ class Activity:
     @property
     def expected(self) -> int:
         """Expected duration [ns]."""
-        return seconds(self.takes.mean)
+        return seconds(self.takes.mean + (self.lift.seconds if self.lift else 0.0))
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,9 @@ class Yard:
     contract: dict[str, date]
     quantile: float
     sources: dict[str, str]  # of the durations of each step
+    wind: Wind | None = None
+    forecast: int = 0  # [ns]
+    plan: tuple[int, ...] = ()  # [ns] starts of an existing schedule, -1 where it has none; before them nothing begins
 
     @property
     def holding(self) -> bool:
@@ -124,7 +131,9 @@ def ranks(yard: Yard, rule: str = "") -> list[int]:
     """Return the place of each activity in the order of a priority rule; default: the yard's own rule or order."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
-    if not rule and yard.order:
+    if not rule and yard.plan:
+        values = [start if start >= 0 else early for start, early in zip(yard.plan, known.early_start, strict=True)]
+    elif not rule and yard.order:
         places = {block: n for n, block in enumerate(yard.order)}
         values = [places[one.block] for one in yard.activities]
     else:
