@@ -8,6 +8,7 @@ anew for each plan; a verdict with all clearances is timed where a run takes it,
 run, so a slow machine shows as such.  Least of several, as other work on the machine only ever adds; no peer does this.
 """
 
+import itertools
 import os
 import subprocess
 import sys
@@ -29,6 +30,7 @@ HEAVYLIFT = [sys.executable, "-c", "from heavylift.coordinator.cli import main; 
 LIFT, END, TIMES = ("lift", ["end=10 s"], 1) if SHORT else ("turnover", [], 3)
 CHECKED = "lift"  # two cranes
 OBSTACLES = "\n".join(f"  shed-{i}: {{box: [8 m, 20 m, 9 m], at: [{40 + 12 * i} m, 110 m, 4.5 m]}}" for i in range(4))
+SHEDS, NUMBERS = "sheds.yaml", itertools.count()
 COLD_s, WARM_s, GRANT_COLD_s, GRANT_WARM_s = 3.0, 1.3, 3.0, 1.5
 IMPORT_s, HELP_s, CHECK_s, OBSTACLES_s = 0.1, 0.3, 0.5, 1.0
 VERDICT_s, PATH_s, DOCUMENT_s, AGAIN_ms = 0.3, 1.0, 2.0, 20.0
@@ -43,6 +45,13 @@ def command(folder: Path, *words: str) -> float:
     began = time.perf_counter()
     subprocess.run([*HEAVYLIFT, *words], cwd=folder, check=True, capture_output=True)
     return time.perf_counter() - began
+
+
+def check(folder: Path, number: int) -> float:
+    """Seconds of a check of a scene with four obstacles that nobody has checked before."""
+    text = f"heavylift: 1\nextends: {CHECKED}\nblock: {{mass: {300 + 0.001 * number} t}}\nobstacles:\n{OBSTACLES}\n"
+    (folder / SHEDS).write_text(text)
+    return command(folder, "check", SHEDS)
 
 
 def imported() -> float:
@@ -112,9 +121,10 @@ def main() -> None:
         row("heavylift --help", least(lambda: command(folder, "--help")), "s", at_most=HELP_s)
         command(folder, "check", CHECKED)
         row("check, two cranes", least(lambda: command(folder, "check", CHECKED)), "s", at_most=CHECK_s)
-        (folder / "sheds.yaml").write_text(f"heavylift: 1\nextends: {CHECKED}\nobstacles:\n{OBSTACLES}\n")
-        seconds = least(lambda: command(folder, "check", "sheds.yaml"))
-        row("check, two cranes and four obstacles", seconds, "s", at_most=OBSTACLES_s)
+        edited = least(lambda: check(folder, next(NUMBERS)))
+        row("check, two cranes and four obstacles, edited", edited, "s", at_most=OBSTACLES_s)
+        seconds = least(lambda: command(folder, "check", SHEDS))
+        row("check, two cranes and four obstacles, again", seconds, "s", at_most=CHECK_s)
         for _ in range(2):
             again()
         row("simulate, again in one process", 1e3 * least(again, 5 * TIMES), "ms", at_most=AGAIN_ms)
