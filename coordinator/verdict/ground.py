@@ -5,7 +5,7 @@ it stands, and while it is ordered to land, it must only not penetrate the groun
 limit, either.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,8 +46,8 @@ class GroundClearance:
 class GroundSurvey:
     """Ground clearances of a run: call `survey` for all parts, `settle`, then `look` for each part."""
 
-    def __init__(self, shapes: Shapes, limit: float) -> None:
-        self._shapes, self._limit = shapes, limit
+    def __init__(self, shapes: Shapes, keep: Callable[[str], float]) -> None:
+        self._shapes, self._keep = shapes, keep
         self._looks = shapes.lifts and not shapes.afloat  # the ground of what floats is elsewhere
         self._columns: dict[str, list[tuple[NDArray[Any], ...]]] = {}  # block -> t, near, stands, block, trolleys
         self._meant: dict[str, Flags] = {}
@@ -69,7 +69,7 @@ class GroundSurvey:
                 np.minimum(at[:-1], after, out=at[:-1])
                 np.minimum(gap, at, out=gap)
             stands, _ = _stands(self._shapes, name, part)
-            columns = part.t, gap < self._limit + SHAKES, stands, pose[:, :2], _trolleys(self._shapes, part)
+            columns = part.t, gap < self._keep(name) + SHAKES, stands, pose[:, :2], _trolleys(self._shapes, part)
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
@@ -108,7 +108,7 @@ class GroundSurvey:
             for name in (shape.body,) if isinstance(shape, Solid) else shape.ends:
                 free = free & ~meant[name] if name in meant else free
             yields = sinks.get(shape.body) if isinstance(shape, Solid) else None
-            for through, when, limit, most in ((True, always, 0.0, -TOUCH), (False, free, self._limit, bar)):
+            for through, when, limit, most in ((True, always, 0.0, -TOUCH), (False, free, self._keep(thing), bar)):
                 known = min(most, self._least.get((thing, through), np.inf))
                 x = _least(some, coarse, when, limit, known, yields if through else None)
                 if x is not None:
@@ -118,7 +118,7 @@ class GroundSurvey:
     def _begins_high(self, s: Moving) -> bool:
         """Return whether a part of a machine begins above the ground."""
         if s.shape not in self._high:
-            self._high[s.shape] = bool(_gaps(s, np.arange(1))[0][0] >= self._limit)
+            self._high[s.shape] = bool(_gaps(s, np.arange(1))[0][0] >= self._keep(s.shape.thing))
         return self._high[s.shape]
 
 

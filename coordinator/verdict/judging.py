@@ -25,7 +25,7 @@ from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
 from heavylift.recordings.sheets.sheet import Table
 
-from .clearances import LIMIT, SMALLEST, clearances, findings as too_near
+from .clearances import SMALLEST, clearances, findings as too_near, lift_of, limit_between
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import History, RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run
@@ -87,12 +87,9 @@ def _limits(context: CheckContext) -> None:
 
 def _clearances(context: CheckContext) -> None:
     """Check clearances."""
-    limit = next((x.value for x in context.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
     lands = landing(context.plan, context.conduct)
     meant = touching(context.plan, context.conduct)
-    context.clearances += clearances(
-        context.plan, context.history, limit, lands, context.smallest, context.mechanics, meant
-    )
+    context.clearances += clearances(context.plan, context.history, lands, context.smallest, context.mechanics, meant)
     context.findings += too_near(context.clearances, context.plan)
     context.not_looked_at += Shapes(context.plan).untouched
     context.shapeless = Shapes(context.plan).shapeless
@@ -193,16 +190,16 @@ def verdict_with_uses(
 def _smallest(context: CheckContext) -> list[Use]:
     """The smallest clearance, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
     limits = [x for x in context.plan.limits if x.quantity == "clearance"]
-    if not limits:
-        return []
-    limit, *worst = limits
+    worst, keep = [x for x in limits if x.inputs], limit_between(context.plan)
     known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
     found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
-    apart = [c for c in context.clearances if c.limit == limit.value]
-    if apart and not any(x.quantity == "clearance" for x in context.findings):
-        least = min(apart, key=lambda c: c.distance)
-        pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
-        found += [] if pair.subject in {x.subject for x in worst} else [pair.met(least.distance, least.t)]
+    for limit in limits if not any(x.quantity == "clearance" for x in context.findings) else ():
+        own = [c for c in context.clearances if limit.subject in ("all", *(lift_of(context.plan, x) for x in (c.a, c.b)))]
+        apart = [c for c in own if c.limit == keep(c.a, c.b)]
+        if apart and not limit.inputs:
+            least = min(apart, key=lambda c: c.distance)
+            pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}", value=least.limit)
+            found += [] if pair.subject in {x.limit.subject for x in found} else [pair.met(least.distance, least.t)]
     return found
 
 

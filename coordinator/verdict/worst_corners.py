@@ -19,9 +19,9 @@ NEAR = 1.0  # [m] beyond its limit: what stays farther apart at the worst has no
 def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
     """The scene with a limit for each clearance that is smaller at a corner of its uncertain inputs."""
     limits = [x for x in scene.plan.limits if x.quantity == "clearance"]
-    if not scene.facts.uncertain or len(limits) != 1 or not scene.lifts:
+    if not scene.facts.uncertain or not limits or any(x.inputs for x in limits) or not scene.lifts:
         return scene
-    (limit,), inputs = limits, {x.path: x for x in uncertain_inputs(scene)}
+    limit, inputs = limits[0], {x.path: x for x in uncertain_inputs(scene)}
     ends = []
     for x in inputs.values():
         low, high = (f"{value / x.factor!r} {x.unit}" for value in (x.value - x.half, x.value + x.half))

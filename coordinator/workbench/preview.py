@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import msgspec
 from heavylift.coordinator.participants.mechanics_at import check_steps
 from heavylift.coordinator.verdict.judging import near_at_rest
+from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, PlacedFault, SceneError
 from heavylift.kernel.model.program import Program
@@ -92,6 +93,7 @@ def _path(plan: Plan, states: Sequence[StaticState], grips: Data) -> Iterator[St
 
 def _checked(scene: LoadedScene) -> Step:
     """Verdict, checks, findings and tables of the path at rest."""
+    scene = with_worst_clearances(scene)
     report = examine(scene, near_at_rest(scene.plan, scene.statics))
     checks = [msgspec.to_builtins(check) | {"word": check.word} for check in report.checks]
     notes = [f"{clock(t, 1)}: {sentence}" for t, sentence in scene.statics.notes]

@@ -17,6 +17,7 @@ from heavylift.kernel.description.forces import Ball, Box, Characteristic, Plane
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
 from heavylift.nodes.plan.factors import Factor
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape, frames_on_hooks
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.plan.user_models import UserModel
@@ -81,8 +82,10 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
     return found
 
 
-def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]) -> tuple[Plan, Followed]:
-    """Return the plan of all instances, and their equilibrium paths one after the other."""
+def several(
+    source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]
+) -> tuple[Plan, Followed, dict[str, LoadedScene]]:
+    """Return the plan of all instances, their equilibrium paths one after the other, and each as if it were alone."""
     for key in sorted(scene.model_fields_set & {*MACHINES}):
         message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
         source.fault((key,), message, on_key=True)
@@ -118,7 +121,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         frames = frames_on_hooks(part.machines)
         ranks |= {machine.name: _rank(machine, frames) for machine in part.machines}
         more["machines"] = tuple(sorted(more["machines"], key=lambda machine: ranks[machine.name]))
-        more["limits"] = whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements)
+        more["limits"] = whole.limits + tuple(_own_limit(x, name) for x in part.limits)
         more |= {"actions": whole.actions + actions, "lists": (*whole.lists, own_list)}
         whole = msgspec.structs.replace(whole, **more)
         shift = first + len(wait)
@@ -138,7 +141,13 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
     notes = tuple((t, f"{name}: {sentence}") for name, x in lifts for t, sentence in x.statics.notes)
     unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)
-    return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
+    return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, ""), dict(lifts)
+
+
+def _own_limit(limit: RatedLimit, name: str) -> RatedLimit:
+    """Return a limit of an instance; one of its whole scene has its name."""
+    rest = limit.rest and msgspec.structs.replace(limit.rest, stage=_named(name, limit.rest.stage))
+    return msgspec.structs.replace(limit, subject=name if limit.subject == EVERY else limit.subject, rest=rest)
 
 
 def _rank(machine: Mechanism, frames: Container[str]) -> int:

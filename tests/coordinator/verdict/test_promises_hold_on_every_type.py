@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import isfinite
+from pathlib import Path
 from random import Random
 
 import msgspec
@@ -52,6 +53,26 @@ def test_in_a_run_it_comes_nearer_by_as_much(lift: Lift) -> None:
     scene = with_worst_clearances(lift.read(wall(lift, 0.7, " +- 0.3 m"), text=text))
     rows = [x for x in play(scene.plan).verdict.checks if x.quantity == "clearance" and "wall" in x.subject]
     assert [(x.state, x.value) for x in rows if "block" in x.subject] == [("red", pytest.approx(0.4, abs=0.05))]
+
+
+def test_lifts_side_by_side_keep_what_each_keeps_alone(lift: Lift) -> None:
+    """One with a wall at an uncertain place and a limit of its own, beside one without both."""
+    random = Random(lift.y)
+    gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)
+    text = lift.beginning(STILL)
+    own = (wall(lift, gap, f" +- {half!r} m"), f"limits={{clearance: {limit!r} m, off-lead: 3 deg}}")
+    alone = with_worst_clearances(lift.read(*own, text=text))
+    Path(lift.name).with_name("one.yaml").write_text(text, encoding="utf-8")
+    made = ", ".join(["extends: one.yaml", "at: [0 m, 400 m]", *(x.replace("=", ": ", 1) for x in own)])
+    pair = f"heavylift: 1\nname: pair\nlifts:\n  a: {{extends: one.yaml}}\n  b: {{{made}}}\n"
+    both = with_worst_clearances(lift.read(text=pair))
+    (one,), (other,) = ([x for x in apart(scene) if "at the worst of" in f"{x.basis} {x.sentence}"] for scene in (alone, both))
+    assert (other.subject, other.state) == ("b-block and b-wall", one.state)
+    assert other.value == pytest.approx(one.value, abs=2e-3)
+    assert other.limit == one.limit == pytest.approx(limit)
+    assert "lifts.b.obstacles.wall.at.x" in f"{other.basis} {other.sentence}"
+    kept = {x.subject: x.value for x in both.plan.limits if x.quantity == "clearance" and not x.inputs}
+    assert kept == {"a": 0.5, "b": pytest.approx(limit)}
 
 
 def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(lift: Lift) -> None:
