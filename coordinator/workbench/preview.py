@@ -97,7 +97,7 @@ def _checked(scene: LoadedScene) -> Step:
     report = examine(scene, near_at_rest(scene.plan, scene.statics))
     checks = [msgspec.to_builtins(check) | {"word": check.word} for check in report.checks]
     notes = [f"{clock(t, 1)}: {sentence}" for t, sentence in scene.statics.notes]
-    tables = [table_html(table) for table in report.tables]
+    tables = [table_html(table) for table in report.tables[1:]]
     found = {"state": report.state, "line": report.line, "checks": checks, "notes": notes, "tables": tables}
     return Step("checks", found | {"ends": scene.statics.why})
 

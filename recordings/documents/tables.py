@@ -40,9 +40,7 @@ def _findings(f: Facts) -> Iterator[Table]:
 
 def _checks(f: Facts) -> Iterator[Table]:
     """Yield the table of all checks in short, with the governing one of each quantity."""
-    if f.verdict:
-        rows: list[list[Cell]] = [[Marked(row[0], _colour(row[0])), *row[1:]] for row in f.verdict.rows]
-        yield words("Checks", f.verdict.head, rows, *f.verdict.message)
+    yield from f.verdict.tables[:1] if f.verdict else ()
 
 
 def _clearances(f: Facts) -> Iterator[Table]:
@@ -58,7 +56,7 @@ def _clearances(f: Facts) -> Iterator[Table]:
 
 
 def _of_verdict(f: Facts) -> Iterator[Table]:
-    yield from f.verdict.tables if f.verdict else ()
+    yield from f.verdict.tables[1:] if f.verdict else ()
 
 
 def _scene(f: Facts) -> Iterator[Table]:
@@ -131,7 +129,3 @@ def tables_of(found: Facts) -> list[Table]:
     """Return all tables that have rows, in reading order."""
     with found.rec.reading():
         return [table for make in TABLES for table in make(found) if table.rows]
-
-
-def _colour(state: str) -> str:
-    return state if state in ("red", "undecided", "green") else "amber"

@@ -67,8 +67,8 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: Source) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path; its data keep nominal values. Those of several lifts are found
-    as each is built."""
+    """Return the stated uncertainties of a scene by path; its data keep nominal values. Each of several lifts is asked
+    for its own."""
 
     def is_text(path: Path) -> bool:
         inside = path[0] == "lifts" and path[2:3] not in (("at",), ("start",))

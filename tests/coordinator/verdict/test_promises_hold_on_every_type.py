@@ -66,7 +66,9 @@ def test_lifts_side_by_side_keep_what_each_keeps_alone(lift: Lift) -> None:
     made = ", ".join(["extends: one.yaml", "at: [0 m, 400 m]", *(x.replace("=", ": ", 1) for x in own)])
     pair = f"heavylift: 1\nname: pair\nlifts:\n  a: {{extends: one.yaml}}\n  b: {{{made}}}\n"
     both = with_worst_clearances(lift.read(text=pair))
-    (one,), (other,) = ([x for x in apart(scene) if "at the worst of" in f"{x.basis} {x.sentence}"] for scene in (alone, both))
+    (one,), (other,) = (
+        [x for x in apart(scene) if "at the worst of" in f"{x.basis} {x.sentence}"] for scene in (alone, both)
+    )
     assert (other.subject, other.state) == ("b-block and b-wall", one.state)
     assert other.value == pytest.approx(one.value, abs=2e-3)
     assert other.limit == one.limit == pytest.approx(limit)
