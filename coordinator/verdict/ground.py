@@ -207,7 +207,8 @@ def _stands(shapes: Shapes, block: str, history: History) -> tuple[Flags, Floats
 
 
 def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats, trolleys: Floats) -> Flags:
-    """Return when ground contact is intended (n,): on supports, or near the ground around a landing."""
+    """Return when ground contact is intended (n,): on supports, or near the ground around a landing, and above it until
+    the block is carried aside."""
     anchors = stands.copy()
     for first, last in landing:
         anchors |= near & (t >= first) & (t <= last)
@@ -220,9 +221,17 @@ def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats,
             k = np.arange(first, last)
             i = np.searchsorted(at, k)
             for other in (at[np.minimum(i, len(at) - 1)], at[np.maximum(i - 1, 0)]):
-                carried = [np.hypot(*(x[k] - x[other]).T) > ASIDE for x in (block, trolleys)]
-                found[k] |= ~(carried[0] & carried[1])
+                found[k] |= _above(block, trolleys, k, other)
+            before, after = (np.flatnonzero(~_above(block, trolleys, slice(None), i)) for i in (at[0], at[-1]))
+            found[(before[before < at[0]] + 1).max(initial=0) : at[0]] = True
+            found[at[-1] : after[after > at[-1]].min(initial=len(t))] = True
     return found
+
+
+def _above(block: Floats, trolleys: Floats, k: Indices | slice, there: Indices) -> Flags:
+    """Return whether a block or its trolleys are near where they were at other samples (n,)."""
+    aside: Flags = np.hypot(*(block[k] - block[there]).T) > ASIDE
+    return ~(aside & (np.hypot(*(trolleys[k] - trolleys[there]).T) > ASIDE))
 
 
 def _trolleys(shapes: Shapes, history: History) -> Floats:

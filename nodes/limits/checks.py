@@ -159,7 +159,7 @@ def _row(group: list[Check]) -> tuple[Cell, ...]:
     subject = worst.subject if many == 1 else f"{worst.subject} (of {many})"
     at = ", ".join(part for part in (clock(worst.t, 1) if worst.t else "", worst.stage) if part)
     state: Cell = worst.why if worst.state == "none" else Marked(worst.word, worst.state)
-    used = "" if worst.use is None or " to " in worst.allowed else percent(worst.use)
+    used = "" if worst.use is None or worst.between else percent(worst.use)
     basis = worst.sentence.partition(": ")[2] if worst.state == "none" else worst.basis or worst.sentence
     return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis
 
@@ -176,7 +176,7 @@ def governing(checks: Sequence[Check]) -> list[str]:
     """Return the checks with the highest utilisation, one per quantity, as lines of text."""
     found: dict[str, Check] = {}
     for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
-        if check.use and " to " not in check.allowed:
+        if check.use and not check.between:
             found.setdefault(check.quantity, check)
     lines = []
     for check in [*found.values()][:GOVERNING]:

@@ -125,5 +125,11 @@ def test_each_limit_alone_turns_red_where_it_is_used_beyond(lift: Lift, share: f
         assert (check.state == "red") == (share > 1.0), (use.limit.quantity, use.limit.subject)
         (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), {}, ()) if x.basis)
         assert check.state == "red" if share > 1.0 else check.why == UNKNOWN, (use.limit.quantity, use.limit.subject)
+        error = {f"use of {row.limit.subject} {row.limit.quantity}": 0.04}
+        (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), error, ()) if x.basis)
+        assert check.state == ("red" if share > 1.0 else "green"), (use.limit.quantity, use.limit.subject)
+        error = {f"use of {row.limit.subject} {row.limit.quantity}": 0.3}
+        (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), error, ()) if x.basis)
+        assert check.state == "undecided", (use.limit.quantity, use.limit.subject)
         seen.add(use.limit.quantity)
     assert len(seen) >= 8, seen
