@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import msgspec
 from heavylift.coordinator.participants.mechanics_at import check_steps
 from heavylift.coordinator.verdict.judging import near_at_rest
+from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, PlacedFault, SceneError
 from heavylift.kernel.model.program import Program
@@ -93,10 +94,11 @@ def _path(plan: Plan, states: Sequence[StaticState], grips: Data) -> Iterator[St
 
 def _checked(scene: LoadedScene) -> Step:
     """Verdict, checks, findings and tables of the path at rest."""
+    scene = with_worst_clearances(scene)
     report = examine(scene, near_at_rest(scene.plan, scene.statics))
     checks = [msgspec.to_builtins(check) | {"word": check.word} for check in report.checks]
     notes = [f"{clock(t, 1)}: {sentence}" for t, sentence in scene.statics.notes]
-    tables = [table_html(table) for table in report.tables]
+    tables = [table_html(table) for table in report.tables[1:]]
     found = {"state": report.state, "line": report.line, "checks": checks, "notes": notes, "tables": tables}
     return Step("checks", found | {"ends": scene.statics.why})
 

@@ -158,7 +158,7 @@ class Instance(Base):
     """A scene as one of several lifts; further keys are merged over it, as with `extends`."""
 
     model_config = ConfigDict(extra="allow")
-    extends: str  # a file beside the scene, or a bundled one
+    extends: str | None = None  # a file beside the scene, or a bundled one; left out: all its keys stand here
     at: tuple[u.Length, u.Length] = (0.0, 0.0)  # where the origin of its scene is, along x and y
     start: u.Duration | Literal["ordered"] | None = None  # of its action list; left out: at once; ordered: by an action
 

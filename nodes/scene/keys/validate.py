@@ -73,8 +73,14 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: Source) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path; its data keep nominal values."""
-    return separated(source, lambda path: (found := _at(path)) != [] and all(each is str for each in found))
+    """Return the stated uncertainties of a scene by path; its data keep nominal values. Each of several lifts is asked
+    for its own."""
+
+    def is_text(path: Path) -> bool:
+        inside = path[0] == "lifts" and path[2:3] not in (("at",), ("start",))
+        return inside or ((found := _at(path)) != [] and all(each is str for each in found))
+
+    return separated(source, is_text)
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:

@@ -262,3 +262,19 @@ def test_a_prescribed_drive_with_a_stiffness_is_compliant_where_elastic_parts_ar
 def test_a_drive_that_bears_weight_stays_stiff() -> None:
     with pytest.raises(SceneError, match="weight acts on this drive"):
         load("jib", ["machines.jib.drives.jib.luffer.stiffness=500 MN m/rad"])
+
+
+@pytest.mark.parametrize("name", ["crawler", "jib", "floating"])
+def test_a_hook_keeps_its_height_on_a_rope_of_pieces(name: str) -> None:
+    """All pieces follow the boom as their rope does."""
+    order = "{crane}: luff 0.3 deg/s by 2 deg\n    {crane} main: hold height\n"
+    crane = next(x.name for x in load(name).plan.machines if x.hooks)
+    actions = f"actions:\n  - stage: luff\n    {order.format(crane=crane)}"
+    plan = parse(f"heavylift: 1\nname: luffs\nextends: {name}\nend: 9 s\n{actions}", "luffs.yaml").plan
+    ends = []
+    for lumps in (0, 1, 3):
+        fidelity = Fidelity(ropes="massive", lumps=lumps) if lumps else Fidelity()
+        run = play(at_level(plan, fidelity))
+        hook = next(hook for machine in plan.machines for hook in machine.hooks)
+        ends.append(run.past().part(len(run.t) - 1, len(run.t)).poses[hook.eye.body][0, 2])
+    assert ends == pytest.approx([ends[0]] * 3, abs=0.02)

@@ -95,15 +95,17 @@ class _Hook:
 
     def roped(self) -> Iterator[RatedLimit]:
         """Yield the limits of its rope and drum."""
-        given, (ends, efficiency, message) = self.given, reeving(self.given)
+        given, (_, _, message) = self.given, reeving(self.given)
         factor, source = rope_factor(given)
         if given.fall_breaking:
-            most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, efficiency)
             yield self.row(
                 "rope factor", "", "rope_factor", value=factor, least=True, factor=factor, source=source, note=message,
                 breaking=given.fall_breaking,
             )  # fmt: skip
-            yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
+            note = "less the weight of its falls at the start"
+            yield self.row(
+                "rope tension", "N", "rope_factor", value=self.hook.rated, factor=factor, source=source, note=note
+            )
             partial = given.rope_partial_factor
             by = self.row("rope peak", "N", "rope_partial_factor").source
             own = {"rope_partial_factor": (partial, by, message)} if partial else {}
