@@ -41,6 +41,7 @@ Quantity: TypeAlias = Literal[
     "off-lead across",
     "bridle angle",
     "side force",
+    "drive moment",
     "hook height",
     "rope length",
     "rails",

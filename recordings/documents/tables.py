@@ -15,6 +15,7 @@ from .facts import Facts, block_rows, scene_table
 TONNE = 9806.65  # [N] its weight
 UNITS = {
     "N": ("kN", 1e-3, 1),
+    "N m": ("kN m", 1e-3, 1),
     "kg": ("t", 1e-3, 1),
     "rad": ("deg", degrees(1.0), 2),
     "Pa": ("kPa", 1e-3, 0),

@@ -165,8 +165,8 @@ class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
     verb: Literal["travel", "traverse", "slew", "luff"] | None = None
     speed: u.StrokeSpeed | None = None  # the highest that orders may give it
     emergency: u.StrokeRamp | None = None  # deceleration by `stop` and interlocks; left out: the ramp
-    force: u.Force | None = None  # that it moves; ropes that lead off the vertical may pull no more along it
-    brake: u.Force | None = None  # that its brake holds
+    force: u.Effort | None = None  # or moment with which it moves what it carries and what ropes pull
+    brake: u.Effort | None = None  # that its brake holds
 
 
 class BoomChart(Base):
