@@ -20,8 +20,8 @@ printed shares are those of the given lengths.
 from collections.abc import Iterator
 
 import numpy as np
-from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.algebra.dense import product
+from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import WORLD, Joint, Line, Point, Vector
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedCondition, Move
@@ -138,7 +138,7 @@ def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[C
 def _forces(
     plan: Plan, machine: Mechanism, signals: SignalColumns, own: set[str]
 ) -> Iterator[tuple[Column | None, Column | None]]:
-    """Yield points (n, 3) [m] and forces (n, 3) [N] of weights of the machine's `own` bodies, and of ropes to others."""
+    """Yield points (n, 3) [m] and forces (n, 3) [N] of weights of a machine's `own` bodies, and of ropes to others."""
     n = len(signals.t)
     for body in (body for body in machine.system.bodies if body.name in own):
         weight = np.zeros((n, 3))

@@ -1,5 +1,6 @@
 """Former spellings that stay valid in scenes and recordings, with the constants used for them here."""
 
+from collections.abc import Iterator
 from typing import Any, Literal
 
 BEAMS = "loaders"
@@ -20,6 +21,23 @@ CALLED = {"gantry": "", "upper-slide": "upper trolley", "lower-slide": "lower tr
 
 FAMILY = "goliath"
 BASE = f"{FAMILY}-900"
+
+
+GIRDERS = "girders"
+"""Section of parts whose entries are under `elastic`, as are those keys of drives that are prescribed, and of ropes."""
+
+OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "mass_per_length")}
+
+
+def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Yield former and present paths of what stands under `elastic`, for the parts of a machine."""
+    sections = {key: x for key in (GIRDERS, *OPTIONAL) if isinstance(x := parts.get(key), dict)}
+    for name in sections.pop(GIRDERS, {}):
+        yield (GIRDERS, name), ("elastic", name)
+    for section, entries in sections.items():
+        for name, given in entries.items():
+            if isinstance(given, dict) and (section == "ropes" or given.get("type") == "prescribed"):
+                yield from (((section, name, key), ("elastic", name, key)) for key in OPTIONAL[section] if key in given)
 
 
 def old_type(data: dict[str, Any]) -> bool:

@@ -119,7 +119,7 @@ def _gear(mass: float, share: float, length: float) -> Gear:
 
 def _text(name: str, crane: str, table: str) -> str:
     (u, v, w), mass = _block(table)
-    if "girders" in machine_type(crane).data:
+    if any("span" in x for x in dict(machine_type(crane).data.get("elastic") or {}).values()):
         lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
         length, share = 10.0, 0.25
         own = "hook: crane {0}, sling: 10 m, lugs: [{1}], capacity: 300 t"

@@ -12,6 +12,7 @@ from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.limits import uses_on_path
 from heavylift.nodes.scene import LoadedScene, bundled, load, parse
 from heavylift.nodes.scene.text import library
+from heavylift.nodes.statics import world
 
 G = 9.80665
 TURNING = sorted(name for name, file in library().items() if "verb: luff" in file.read_text(encoding="utf-8"))
@@ -24,7 +25,8 @@ def lifted(crane: str, radius: float, mass: float, **more: str) -> LoadedScene:
     return parse(
         "heavylift: 1\nname: held\n"
         f"block: {{mass: {mass} t, size: [2 m, 2 m, 2 m], at: [{radius} m, 0 m, {high - 1} m], "
-        f"lugs: {{A: [0 m, 0 m, 1.1 m]}}, supports: {{height: {high - 2} m, at: [[-1 m, -1 m], [1 m, 0 m], [-1 m, 1 m]]}}}}\n"
+        "lugs: {A: [0 m, 0 m, 1.1 m]}, "
+        f"supports: {{height: {high - 2} m, at: [[-1 m, -1 m], [1 m, 0 m], [-1 m, 1 m]]}}}}\n"
         f"cranes: {{c: {{type: {crane}, radius: {radius} m{own}}}}}\n"
         "rigging: {leg: {on: c main, to: [A], length: 3 m, sling: {EA: 900 MN, breaking: 90 MN}}}\n"
         "actions: [{c main: hoist 1 m/min until lifted}, {c main: hoist 3 m/min by 0.3 m}]\n"
@@ -56,15 +58,12 @@ def test_luffing_holds_boom_and_load_about_its_foot(crane: str) -> None:
         p, R = (np.array(x) for x in state.poses["c.boom"])
         rope = next(x for x in machine.system.ropes if x.name == "c.main")
 
-        def at(point) -> np.ndarray:
-            o, Q = (np.array(x) for x in state.poses[point.body])
-            return o + Q @ np.array(point.p)
-
         arm = p + R @ np.array(bodies["c.boom"].com) - foot
         total = np.cross(arm, [0.0, 0.0, -bodies["c.boom"].mass * G])[1]
         for line in rope.lines:
-            d = at(line.b) - at(line.a)
-            total += np.cross(at(line.a) - foot, d / np.linalg.norm(d) * line.share * state.tensions["c.main"])[1]
+            a, b = (world(state, end.body, end.p) for end in (line.a, line.b))
+            d = np.subtract(b, a)
+            total += np.cross(np.subtract(a, foot), d / np.linalg.norm(d) * line.share * state.tensions["c.main"])[1]
         found = moments(scene)
         assert found["c boom", "its brake holds"] == pytest.approx(max(abs(total), 0.0), rel=0.02)
         ramp = max(x.accel for x in machine.actuators if x.verb == "luff")

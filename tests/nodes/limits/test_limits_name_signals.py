@@ -64,7 +64,11 @@ def test_a_limited_signal_can_be_guarded_and_read_along_the_path(name: str) -> N
     for limit in plan.limits:
         x = signal_of(limit, plan.machines, plan.gravity)
         if x is None or limit.quantity in SUPPORTS:
-            assert x or limit.quantity in (*UNSIGNALLED, *STANDING, *TOUCHING, *BASES, "drive moment") or not limit.elements, limit
+            assert (
+                x
+                or limit.quantity in (*UNSIGNALLED, *STANDING, *TOUCHING, *BASES, "drive moment")
+                or not limit.elements
+            ), limit
             continue
         if not (x.quantity in LINED and not {*x.ropes} <= straight):
             check_signal(x, system, limit.subject)
