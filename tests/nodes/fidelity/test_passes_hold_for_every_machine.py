@@ -253,7 +253,7 @@ def test_a_prescribed_drive_with_a_stiffness_yields_where_elastic_parts_are_mode
     """The bridge of a hall, 125 t with its trolley, on 500 MN/m: far above the swing of what hangs there."""
     plan = load("hall", ["machines.hall.elastic={hall.travelling: {stiffness: 500 MN/m}}"]).plan
     before = load("hall", ["machines.hall.drives.hall.travelling.stiffness=500 MN/m"]).plan
-    assert before.machines == plan.machines
+    assert [(m.system, m.servos) for m in before.machines] == [(m.system, m.servos) for m in plan.machines]
     soft = at_level(plan, Fidelity(girder="elastic"))
     assert "drives stiff" in left_out(plan)
     assert "drives stiff" not in left_out(soft)
@@ -272,7 +272,7 @@ def test_a_drive_that_bears_weight_does_not_yield() -> None:
     ("elastic", "message"),
     [
         ("jib.slew: {stiffness: 5 MN m/rad}", "there is no prescribed drive 'jib.slew', body or rope"),
-        ("jib.slewer: {stiffness: 5 MN/m}", "'5 MN/m' has a unit of"),
+        ("jib.slewer: {stiffness: 5 MN/m}", "'5 MN/m' is no torsional stiffness"),
         ("jib.rope: {mass per length: 5 kg/m}", "there is no rope 'jib.rope'"),
         ("jib.booms: {EI: 5 GN m2}", "there is no rigid body 'jib.booms'"),
         ("jib.upper: {span: 5 m, mass: 1 t, stiffness: 1 MN/m, height: 1 m, slides: [x]}", "there is no joint 'x'"),
