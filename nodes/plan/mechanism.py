@@ -6,9 +6,9 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
+from heavylift.recordings.format.spellings import CALLED
 
 from .actions import Item
-from .spellings import CALLED
 
 
 class Actuator(Item, frozen=True, kw_only=True):

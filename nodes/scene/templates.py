@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 from heavylift.nodes.scene.text.files import scene_file, scene_text
 from heavylift.nodes.scene.text.machine_types import machine_type
@@ -15,6 +14,7 @@ from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.table_files import row_names
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.units import LENGTH, MASS
+from heavylift.recordings.format.spellings import BEAM, BEAMS
 
 from .loading import parse
 

@@ -12,7 +12,6 @@ from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import groups_of, planar
 from heavylift.nodes.plan.mechanism import Cell, carried_hooks, is_root
-from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.construction.rigging.edges import lugs_of
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.flexible import GirderKeys
@@ -21,6 +20,7 @@ from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.static_path import at_rest
+from heavylift.recordings.format.spellings import BEAM, BEAMS
 
 from .beams import on_hook, placed
 from .environment.obstacles import obstacles_machine

@@ -11,12 +11,12 @@ from itertools import pairwise
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.expressions import arithmetic
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
+from heavylift.recordings.format.spellings import BEAMS
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 

@@ -15,8 +15,8 @@ from functools import lru_cache
 from pathlib import Path as FilePath
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, GIRDERS, old_parts, old_type
 from heavylift.nodes.scenes import frames_folder, types_folder
+from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS, GIRDERS, old_parts, old_type
 
 from .extending import merged
 from .faults import closest, raise_faults

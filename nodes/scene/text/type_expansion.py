@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from heavylift.nodes.plan.spellings import GIRDERS
+from heavylift.recordings.format.spellings import GIRDERS
 
 from .expressions import ExpressionError, Parameters, value_of
 from .faults import closest

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 BEAMS = "loaders"
-"""Key of the frames under `rig:`."""
+"""Key of the frames under `rig:`, and fact of a recording: machines that hang on a hook, by its rope."""
 
 BEAM = "loader"
 """Kind by which a recorded model of such a frame is asked for, and beginning of the names of new ones."""
