@@ -18,7 +18,6 @@ from math import floor, inf, log10, sqrt
 
 import msgspec
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.quantities import below, quantity
 from heavylift.nodes.scene.keys.validate import listed, uncertainties
@@ -28,6 +27,7 @@ from heavylift.nodes.scene.text.source import Path, Source, read
 from heavylift.nodes.scene.text.spelling import spread_of, unit_in
 from heavylift.nodes.scene.text.uncertainty import Kind, Stated, standard
 from heavylift.nodes.scene.text.units import Limited, Quantity
+from heavylift.recordings.format.spellings import BEAMS
 from pydantic import BaseModel
 
 from .instances import OWN

@@ -16,6 +16,7 @@ TONNE = 9806.65  # [N] its weight
 LEAST = 0.01  # [%] of an error that is listed
 UNITS = {
     "N": ("kN", 1e-3, 1),
+    "N m": ("kN m", 1e-3, 1),
     "kg": ("t", 1e-3, 1),
     "rad": ("deg", degrees(1.0), 2),
     "Pa": ("kPa", 1e-3, 0),

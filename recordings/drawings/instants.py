@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.spellings import BEAMS
 from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine, corners, turned
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.signal import HANGING
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict
 from numpy.typing import NDArray
 
@@ -141,7 +141,7 @@ def _instant(
     lines = rig.lines if rig else []
     tensions = {x.rope: _value(tension, x.rope) for x in lines}
     places = {name.removeprefix(POSE): x for name, x in poses.items()}
-    return instant(plan, title, t, rec.boxes(), places, lines, tensions, rec.fact(HANGING, {}), near)
+    return instant(plan, title, t, rec.boxes(), places, lines, tensions, rec.fact(BEAMS, {}), near)
 
 
 def instant(

@@ -9,8 +9,8 @@ from heavylift.kernel.description.mechanics import IDENTITY, Matrix, MethodName,
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import factors as f, plan
 from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
+from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from .actions import ActionLine, Condition, InterlockKeys, Touching

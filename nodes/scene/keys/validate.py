@@ -14,7 +14,6 @@ from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text import overlay
 from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import closest, raise_faults
@@ -23,6 +22,7 @@ from heavylift.nodes.scene.text.parameters import arithmetic
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
+from heavylift.recordings.format.spellings import BEAMS
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
