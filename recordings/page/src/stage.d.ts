@@ -10,7 +10,7 @@ export class Stage {
   rig: { rope: string; a_body: string; a: number[]; b_body: string; b: number[] }[];
   frames: Map<string, Group>;
   gl: { domElement: HTMLCanvasElement };
-  controls: { enabled: boolean };
+  controls: { enabled: boolean; zoomToCursor: boolean };
   moved(): void;
   labels: { on: Set<string>; written: string[]; place(body: string, p: number[]): Vector3 };
   quality: { best: number };

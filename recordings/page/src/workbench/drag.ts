@@ -8,7 +8,7 @@ import { words } from "./words";
 
 const GRID_m = 0.5, FINE_m = 0.01;
 const NEAR_m = 0.6; // from a hook that a lug snaps under, from a lug that a support snaps under, in plan
-const GRIP_px = 14; // around a lug or support
+const GRIP_px = [5, 14]; // around a lug or support: the least and the most, between them a third of the way to the next one
 const STILL_m = 1e-6;
 const ARROWS: Record<string, [number, number, number]> = {
   ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1],
@@ -64,11 +64,14 @@ export class Drag {
   private found(e: PointerEvent): { handle: Handle; at: Vector3 } | null {
     const { moving } = this.picture()!;
     const box = (e.target as HTMLElement).getBoundingClientRect();
-    const near = moving.filter((x) => x.point && this.on).map((handle) => {
+    const points = moving.filter((x) => x.point && this.on).map((handle) => {
       const at = this.place(handle.body!, handle.p!);
       const q = at.clone().project(this.stage().camera);
-      return { handle, at, far: Math.hypot(((q.x + 1) / 2) * box.width - (e.clientX - box.x), ((1 - q.y) / 2) * box.height - (e.clientY - box.y)) };
-    }).filter((x) => x.far < GRIP_px).sort((a, b) => a.far - b.far)[0];
+      return { handle, at, deep: q.z, seen: new Vector2(((q.x + 1) / 2) * box.width, ((1 - q.y) / 2) * box.height), kind: String(handle.path.at(-2)) };
+    });
+    const pointer = new Vector2(e.clientX - box.x, e.clientY - box.y);
+    const reach = (x: (typeof points)[0]) => Math.min(GRIP_px[1], Math.max(GRIP_px[0], Math.min(...points.filter((y) => y !== x && y.kind === x.kind).map((y) => y.seen.distanceTo(x.seen))) / 3));
+    const near = points.filter((x) => x.seen.distanceTo(pointer) < reach(x)).sort((a, b) => a.deep - b.deep)[0];
     if (near) return near;
     for (const hit of this.ray(e).intersectObjects(this.stage().scene.children, true)) {
       const body = this.body(hit.object);

@@ -140,6 +140,7 @@ export class Views {
     else {
       this.stage = new Stage(this.solid, run);
       this.stage.resize();
+      this.stage.controls.zoomToCursor = true;
       this.drag.attach(this.stage.gl.domElement);
       this.measure.attach(this.stage.gl.domElement);
     }
