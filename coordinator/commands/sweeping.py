@@ -193,7 +193,7 @@ def limits(
     if bool(of) == every:
         raise SceneError("limits: say --of 'block.mass=300..900 t', or --all")
     loaded, seconds = o.scene_of(scene, sets), o.wall_s("--limit", limit)
-    fails = max(("red", *["undecided"] * strict, fail_on or "red"), key=STATES.index)
+    fails = max(("red", "undecided" if strict else "red", fail_on or "red"), key=STATES.index)
     asked = of or askable(loaded)
     found = limits_of_all(loaded, asked, seconds, workers, lambda text: typer.echo(text, err=True), fails)
     if as_json:

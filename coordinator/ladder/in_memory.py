@@ -142,7 +142,8 @@ class Judge:
 
     def _judged(self, whole: bool, every: int = 1) -> Judged:
         """Judge every so many-th sample; unless `whole`, without tables and with the smallest clearance alone."""
-        from heavylift.coordinator.verdict.judging import SMALLEST, verdict_with_uses
+        from heavylift.coordinator.verdict.clearances import SMALLEST
+        from heavylift.coordinator.verdict.judging import verdict_with_uses
 
         past, smallest = Every(self.past, every) if every > 1 else self.past, SMALLEST if whole else 1
         return verdict_with_uses(self.plan, past, self.conduct, self.errors, smallest, self.mechanics, whole)

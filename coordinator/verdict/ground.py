@@ -231,7 +231,8 @@ def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats,
 def _above(block: Floats, trolleys: Floats, k: Indices | slice, there: Indices) -> Flags:
     """Return whether a block or its trolleys are near where they were at other samples (n,)."""
     aside: Flags = np.hypot(*(block[k] - block[there]).T) > ASIDE
-    return ~(aside & (np.hypot(*(trolleys[k] - trolleys[there]).T) > ASIDE))
+    away: Flags = np.hypot(*(trolleys[k] - trolleys[there]).T) > ASIDE
+    return ~(aside & away)
 
 
 def _trolleys(shapes: Shapes, history: History) -> Floats:

@@ -187,6 +187,8 @@ def drive_moment(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Colum
     axis = tip - middle
     found = np.zeros(len(signals.t))
     for p, F in forces:
+        assert p is not None  # asked above
+        assert F is not None
         found = found + np.sum(np.cross(p - middle, F) * axis, axis=1)
     if limit.over != "start":
         return np.abs(found)
@@ -195,7 +197,9 @@ def drive_moment(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Colum
     ramp = max((x.accel for x in moves), default=next(a.accel for a in machine.actuators if a.name == drive))
     inertia = np.zeros(len(signals.t))
     for body in (body for body in machine.system.bodies if body.name in carried and body.name in signals.poses):
-        d, own = np.cross(place(signals, Point(body.name, body.com)) - middle, axis), signals.poses[body.name][1]
+        centre = place(signals, Point(body.name, body.com))
+        assert centre is not None  # its pose is among the signals
+        d, own = np.cross(centre - middle, axis), signals.poses[body.name][1]
         e = np.sum(own * axis[:, :, None], axis=1)  # the axis in the body
         turned = np.sum(e[:, :, None] * np.array(body.inertia), axis=1)
         inertia = inertia + body.mass * np.sum(d * d, axis=1) + np.sum(e * turned, axis=1)

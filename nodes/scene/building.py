@@ -223,11 +223,12 @@ def _side_by_side(
     built = msgspec.structs.replace(found, **_common(scene), may_touch=may_touch)
     check_touches(source, built)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(built))])
-    inside = {
+    inside: dict[str, Any] = {
         name: {"at": [f"{x!r} m" for x in scene.lifts[name].at], **json.loads(lift.merged)}
         for name, lift in lifts.items()
     }
-    for name, lift in source.data["lifts"].items():
+    several_lifts: Any = source.data["lifts"]
+    for name, lift in several_lifts.items():
         inside[name] |= {"start": lift["start"]} if "start" in lift else {}
     return LoadedScene(
         built, text, path,

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from fractions import Fraction
 from math import floor, inf, log10, sqrt
+from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import SceneError
@@ -129,7 +130,8 @@ def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[Unce
 
 def _of_lift(scene: LoadedScene, name: str) -> Iterator[UncertainInput]:
     """Yield the uncertain inputs of one of several lifts."""
-    own, base = read(scene.merged, scene.path.name).data["lifts"][name], f"lifts.{name}."
+    lifts: Any = read(scene.merged, scene.path.name).data["lifts"]
+    own, base = lifts[name], f"lifts.{name}."
     text = json.dumps({key: value for key, value in own.items() if key not in OWN})
     for x in uncertain_inputs(parse(text, str(scene.path), followed=False)):
         yield replace(x, name=f"{base}{x.name}", path=("lifts", name, *x.path), whole=x.whole and f"{base}{x.whole}")

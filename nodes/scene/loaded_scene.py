@@ -103,8 +103,9 @@ class LoadedScene:
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]
-        if path.end is None and self.states and self.statics.known and all(isinstance(x, float) for x in starts):
-            path = msgspec.structs.replace(path, end=max(x.t for x in self.states) + max(starts))  # of its wind
+        begun = [x for x in starts if isinstance(x, float)]
+        if path.end is None and self.states and self.statics.known and len(begun) == len(starts):
+            path = msgspec.structs.replace(path, end=max(x.t for x in self.states) + max(begun))  # of its wind
         found = uses_on_path(path, [*self.statics.states, *goal_states(self.plan, self.statics)])
         tripped = {name for _, name in self.statics.tripped}
         return [use for use in found if use.limit.quantity != "interlock" or use.limit.subject not in tripped]

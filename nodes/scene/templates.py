@@ -3,7 +3,7 @@
 import re
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
@@ -118,7 +118,8 @@ def _gear(mass: float, share: float, length: float) -> ChosenGear:
 
 def _text(name: str, crane: str, table: str) -> str:
     (u, v, w), mass = _block(table)
-    if any("span" in x for x in dict(machine_type(crane).data.get("elastic") or {}).values()):
+    elastic: Any = machine_type(crane).data.get("elastic") or {}
+    if any("span" in x for x in elastic.values()):
         lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
         length, share = 10.0, 0.25
         own = "hook: crane {0}, sling: 10 m, lugs: [{1}], capacity: 300 t"

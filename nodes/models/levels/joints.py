@@ -57,8 +57,11 @@ def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     """Return the machine with drives that yield, where elastic parts are modelled."""
     if fidelity.girder == "rigid" or not machine.servos:
         return machine
-    rows = {row.drive: {"kind": "servo", "kp": row.stiffness, "kv": row.damping} for row in machine.servos}
-    drives = tuple(replace(drive, **rows.get(drive.name, {})) for drive in machine.system.drives)
+    rows = {row.drive: row for row in machine.servos}
+    drives = tuple(
+        replace(drive, kind="servo", kp=row.stiffness, kv=row.damping) if (row := rows.get(drive.name)) else drive
+        for drive in machine.system.drives
+    )
     return msgspec.structs.replace(machine, system=replace(machine.system, drives=drives), servos=())
 
 

@@ -185,8 +185,10 @@ class _Assembly(Checking):
                         self.fault((*path, "slides", i), f"there is no joint '{slide}'", closest(slide, self.joints))
                 beam = Beam(x.span, x.mass / x.span, EI_y=x.stiffness * x.span * x.span * x.span / 48.0)
                 flexible = Flexible(1, beam, frame="simply supported", damping=x.damping)
-                span = {"slides": tuple(x.slides), "stiffness": x.stiffness, "height": x.height}
-                yield Bend(body=name, mass=x.mass, flexible=flexible, **span)
+                yield Bend(
+                    body=name, mass=x.mass, flexible=flexible, slides=tuple(x.slides), stiffness=x.stiffness,
+                    height=x.height,
+                )  # fmt: skip
             else:
                 yield from self._boom(path, name, body, x)
 

@@ -46,7 +46,8 @@ def within(root: Path, path: Path) -> Path:
 @contextmanager
 def files_read() -> Iterator[dict[str, str]]:
     """Yield the files that scenes name meanwhile, each with its state before it was read."""
-    token = _named.set(named := {})
+    named: dict[str, str] = {}
+    token = _named.set(named)
     try:
         yield named
     finally:

@@ -13,6 +13,7 @@ line of the type file, or that of the scene if a parameter is overridden.
 from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path as FilePath
+from typing import Any
 
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scenes import frames_folder, types_folder
@@ -131,15 +132,14 @@ def expand(source: Source) -> bool:
 
 def _modern(source: Source, base: Path) -> None:
     """Move parts in former spellings to their present places; their marks stay."""
-    parts = source.at(base)
+    parts: Any = source.at(base)
     for old, new in [*old_parts(parts)] if isinstance(parts, dict) else ():
-        *above, last = (*base, *old)
-        value = source.at((*above,)).pop(last)  # type: ignore[union-attr, call-arg, arg-type]
-        at = parts  # type: ignore[assignment]
+        where: Path = (*base, *old)
+        holder: Any = source.at(where[:-1])
+        value, at = holder.pop(where[-1]), parts
         for key in new[:-1]:
-            at = at.setdefault(key, {})  # type: ignore[union-attr, assignment, arg-type]
-        both = {**at[new[-1]], **value} if isinstance(value, dict) and new[-1] in at else value  # type: ignore
-        at[new[-1]] = both  # type: ignore[index, call-overload]
+            at = at.setdefault(key, {})
+        at[new[-1]] = {**at[new[-1]], **value} if isinstance(value, dict) and new[-1] in at else value
         source.given[(*base, *new)] = source.written((*base, *old))
     if isinstance(parts, dict) and not parts.get(GIRDERS, True):
         del parts[GIRDERS]

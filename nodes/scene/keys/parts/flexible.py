@@ -110,7 +110,7 @@ class RopeMass(Base):
 
 def _optional(given: object) -> str:
     """Return which optional part has these keys."""
-    keys = {key.replace("_", " ") for key in given} if isinstance(given, dict) else {*type(given).model_fields}
+    keys = {key.replace("_", " ") for key in given} if isinstance(given, dict) else {*vars(given)}
     marks = {"EI": "boom", "span": "girder", "slides": "girder", "mass per length": "rope"}
     return next((part for key, part in marks.items() if key.replace(" ", "_") in keys or key in keys), "drive")
 
