@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.description.findings import STATES
 from heavylift.kernel.errors import SceneError, Stopped
 
 if TYPE_CHECKING:
@@ -163,6 +164,8 @@ def limits(
     limit: Annotated[str, typer.Option("--limit", help="wall time of a run")] = "60 s",
     sets: o.Sets = None,
     force: o.Force = False,
+    strict: o.Strict = False,
+    fail_on: o.FailOn = "",
     as_json: o.Json = False,
 ) -> None:
     """Find how far a number may go before the verdict is red.    heavylift limits lift --of 'block.mass=300..900 t'
@@ -170,7 +173,8 @@ def limits(
     Each value is checked by a run; the limit lies between the last green and the first red value. A number is one that
     --set takes, or 'hoist speed', 'trolley accel' and the like, which scale all such orders. Exit code 1 if the verdict
     is red at the start, never turns red, or is green again beyond the limit; with --all only if it is red at the start.
-    Of a yard file: 'resources.welders=72..40' until a contract date is missed.
+    With --strict undecided counts as red, with --fail-on amber everything but green. Of a yard file:
+    'resources.welders=72..40' until a contract date is missed.
     """
     if o.yard_file(context, scene, {"of", "output", "workers", "force"}):
         from heavylift.coordinator.supervision.pool import Pool, cores
@@ -189,7 +193,9 @@ def limits(
     if bool(of) == every:
         raise SceneError("limits: say --of 'block.mass=300..900 t', or --all")
     loaded, seconds = o.scene_of(scene, sets), o.wall_s("--limit", limit)
-    found = limits_of_all(loaded, of or askable(loaded), seconds, workers, lambda text: typer.echo(text, err=True))
+    fails = max(("red", "undecided" if strict else "red", fail_on or "red"), key=STATES.index)
+    asked = of or askable(loaded)
+    found = limits_of_all(loaded, asked, seconds, workers, lambda text: typer.echo(text, err=True), fails)
     if as_json:
         typer.echo(json.dumps([one.data() for one in found]))
     elif every:

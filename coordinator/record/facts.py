@@ -13,8 +13,8 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.nodes.limits.named import rated
 from heavylift.nodes.models.levels.listing import left_out
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.recordings import SampleLayout
+from heavylift.recordings.format.spellings import BEAMS
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene

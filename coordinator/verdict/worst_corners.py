@@ -21,7 +21,7 @@ def with_worst_clearances(scene: LoadedScene) -> LoadedScene:
     """Return the scene with a limit for each clearance that is smaller at a corner of its uncertain inputs than at
     their nominal values."""
     limits = [x for x in scene.plan.limits if x.quantity == "clearance"]
-    if not scene.facts.uncertain or len(limits) != 1 or not scene.lifts:
+    if not scene.facts.uncertain or not limits or any(x.inputs for x in limits) or not scene.lifts:
         return scene
     if scene.passing or functions(scene.plan):  # whose code may change
         rows = _rows(scene, limits[0])

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene import new_scene
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scenes import bundled
 from watchfiles import Change, watch
@@ -24,6 +25,7 @@ from .runs import SceneRun
 SCENES = (".yaml", ".yml")
 WATCHED = (*SCENES, ".csv", ".xlsx", ".stl", ".glb", ".gltf", ".json", ".mtx", ".py")
 STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; after a change, for its last one
+AGAIN_ms = 2000  # until folders are looked for again
 MOST_FOLDERS = 200  # that are watched
 
 
@@ -166,32 +168,48 @@ class OpenScene:
 
     def copy(self, name: str) -> None:
         """Write the open scene under another name into the folder, and open that."""
-        if self.scene is None or not name or set(name) & set("/\\\0") or name.startswith("."):
-            raise SceneError("give the copy a name, such as my-lift")
-        path = self.folder / f"{name.removesuffix('.yaml')}.yaml"
+        scene = self.scene
+        if scene is None:
+            raise SceneError("choose a scene first")
+        self._begin(name, lambda _: present(scene))
+
+    def new(self, name: str, like: str) -> None:
+        """Write a new scene, like one that comes with heavylift, into the folder, and open it."""
+        if like not in bundled():
+            raise SceneError(f"there is no scene '{like}' to begin with")
+        self._begin(name, lambda stem: new_scene(stem, like))
+
+    def _begin(self, name: str, text: Callable[[str], str]) -> None:
+        stem = name.removesuffix(".yaml")
+        if not stem or set(stem) & set("/\\\0") or stem.startswith("."):
+            raise SceneError("give it a name, such as my-lift")
+        path = self.folder / f"{stem}.yaml"
         try:
             with path.open("x", encoding="utf-8", newline="") as file:
-                file.write(present(self.scene))
+                file.write(text(stem))
         except FileExistsError:
             raise SceneError(f"{path.name} is there already; choose another name") from None
         self.open(path.name)
 
     def ask(self, do: str, text: str) -> str:
-        """Carry out a request of a page: `run` the open scene (`live`: with a page of its own), `plan` it within a wall
-        time, or give an order to the run in progress."""
+        """Run the open scene (see `SceneRun.start`), or order what goes on."""
         if self.scene is None:
             raise SceneError("choose a scene first")
-        if do in ("run", "live"):
-            self.run.start(self.scene, self.folder, do == "live")
-        elif do == "plan":
-            self.run.plan(self._writable(), self.folder, text)
-        else:
+        if do not in ("run", "sweep", "limits", "plan"):
             return self.run.order(do, text)
+        self.run.start(self._writable() if do == "plan" else self.scene, self.folder, do, text)
         return ""
 
     def _folders(self) -> list[Path]:
-        below = (x for x in self.folder.iterdir() if x.is_dir() and not x.is_symlink() and x.name[0] not in "._")
-        return [self.folder, *sorted(x for x in below if x.name != "node_modules")][:MOST_FOLDERS]
+        """The folder and what is below it, without hidden ones, nearest first."""
+        found, next_ = [self.folder], [self.folder]
+        while next_ and len(found) < MOST_FOLDERS:
+            inner = (
+                x for above in next_ for x in above.iterdir() if x.name[0] not in "._" and x.name != "node_modules"
+            )
+            next_ = sorted(x for x in inner if x.is_dir() and not x.is_symlink())
+            found += next_
+        return found[:MOST_FOLDERS]
 
     def _tell_scene(self) -> None:
         """Send text and version of the scene, and the names of all."""
@@ -206,14 +224,20 @@ class OpenScene:
     # ---- threads -----------------------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Notice changes of files."""
-        folders = [*self._folders(), *([self.scene.resolve().parent] if self.scene and not self.own else [])]
-        changes = watch(
-            *folders, watch_filter=_watched, step=STEP_ms, debounce=QUIET_ms, stop_event=self._closing, recursive=False,
-            raise_interrupt=False,
-        )  # fmt: skip
-        for _ in changes:
-            self._changed.set()
+        """Notice changes of files, also in folders that are made meanwhile."""
+        while not self.closing:
+            folders = self._folders()
+            apart = [self.scene.resolve().parent] if self.scene and not self.own else []
+            changes = watch(
+                *folders, *apart, watch_filter=_watched, step=STEP_ms, debounce=QUIET_ms, stop_event=self._closing,
+                recursive=False, raise_interrupt=False, ignore_permission_denied=True, rust_timeout=AGAIN_ms,
+                yield_on_timeout=True,
+            )  # fmt: skip
+            for found in changes:
+                if found:
+                    self._changed.set()
+                if folders != self._folders():
+                    break
 
     def _work(self) -> None:
         """Preview what was saved last, and leave off when something newer is there."""
@@ -256,7 +280,7 @@ class OpenScene:
 
 
 def _watched(_: Change, path: str) -> bool:
-    return path.endswith(WATCHED) and not Path(path).name.startswith(".")
+    return not Path(path).name.startswith(".") and (path.endswith(WATCHED) or Path(path).is_dir())
 
 
 def _is_scene(path: Path) -> bool:

@@ -12,9 +12,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
 from heavylift.coordinator.participants.mechanics_at import check_steps
 from heavylift.coordinator.verdict.judging import near_at_rest
+from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, PlacedFault, SceneError
 from heavylift.kernel.model.program import Program
@@ -28,6 +28,7 @@ from heavylift.recordings.sheets.sheet import table_html
 
 from .handles import handles
 from .picture import Picture
+from .results import of_checks
 
 Data = dict[str, Any]
 
@@ -93,12 +94,11 @@ def _path(plan: Plan, states: Sequence[StaticState], grips: Data) -> Iterator[St
 
 def _checked(scene: LoadedScene) -> Step:
     """Verdict, checks, findings and tables of the path at rest."""
+    scene = with_worst_clearances(scene)
     report = examine(scene, near_at_rest(scene.plan, scene.statics))
-    checks = [msgspec.to_builtins(check) | {"word": check.word} for check in report.checks]
     notes = [f"{clock(t, 1)}: {sentence}" for t, sentence in scene.statics.notes]
-    tables = [table_html(table) for table in report.tables]
-    found = {"state": report.state, "line": report.line, "checks": checks, "notes": notes, "tables": tables}
-    return Step("checks", found | {"ends": scene.statics.why})
+    found = of_checks(report.state, report.line, report.checks, map(table_html, report.tables[1:]))
+    return Step("checks", found | {"notes": notes, "ends": scene.statics.why})
 
 
 def _faulty(error: Exception, path: Path) -> Step:

@@ -91,8 +91,8 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
             continue
         stages, most = tuple(zip(names, at[:-1], strict=True)), at[-1] if one.windy else inf
         begin, stop, resume = (min(x, most) for x in (own.wind, own.stop, own.resume))
-        errors_of = {"error": max(errors), "wind_error": max(wind_errors)}
-        result[order] = replace(own, stages=stages, wind=begin, stop=stop, resume=resume, **errors_of)
+        within = replace(own, error=max(errors), wind_error=max(wind_errors))
+        result[order] = replace(within, stages=stages, wind=begin, stop=stop, resume=resume)
     return result
 
 

@@ -55,6 +55,11 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.why or self.state
 
     @property
+    def between(self) -> bool:
+        """Whether its value must be between two limits, which it does not use up."""
+        return " to " in self.allowed
+
+    @property
     def found(self) -> bool:
         """Whether the check reports something found: a limit exceeded, a warning, or a note."""
         return self.state == "red" or self.why in (WARNED, NOTED)

@@ -6,6 +6,7 @@ from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit, Use
 
 NOISE = {
     "N": 1.0,
+    "N m": 10.0,
     "Pa": 1.0,
     "kg": 0.1,
     "rad": 1e-6,
@@ -34,9 +35,9 @@ def shown(limit: RatedLimit, value: float | None) -> str:
     match limit.unit:
         case "kg":
             return f"{value / 1e3:.1f} t"
-        case "N":
+        case "N" | "N m":
             value = value if abs(value) >= NOISE[limit.unit] else 0.0
-            return f"{value / 1e3:.4g} kN" if abs(value) < 1e6 else f"{value / 1e3:.0f} kN"
+            return f"{value / 1e3:.4g} k{limit.unit}" if abs(value) < 1e6 else f"{value / 1e3:.0f} k{limit.unit}"
         case "Pa":
             return f"{value / 1e3:.0f} kPa"
         case "rad":

@@ -11,9 +11,9 @@ from typing import Literal, TypeAlias
 
 import msgspec
 from heavylift.kernel.description.signals import ScalarSignal
+from heavylift.recordings.format.spellings import BeamLoad
 
 from .factors import Factor
-from .spellings import BeamLoad
 
 ROUNDING = 1e-9  # a use so little above 1 is 1
 CLOSE = 1e-4  # by so much beyond a radius or an angle of a chart its value holds
@@ -41,6 +41,7 @@ Quantity: TypeAlias = Literal[
     "off-lead across",
     "bridle angle",
     "side force",
+    "drive moment",
     "hook height",
     "rope length",
     "rails",

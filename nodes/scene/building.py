@@ -112,7 +112,7 @@ def _built(
     raise_faults(source, source.faults)
     assert scene is not None
     if scene.lifts:
-        return _side_by_side(source, scene, path, text, overrides, passing, whole)
+        return _side_by_side(source, scene, path, text, overrides, passing, followed)
     known = LoadedScene(
         plan.Plan(name=scene.name, gravity=scene.gravity),
         text,
@@ -206,7 +206,7 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
 
 
 def _side_by_side(
-    source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, whole: str
+    source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, followed: bool
 ) -> LoadedScene:
     """Build a scene of several lifts, each as if it were alone."""
 
@@ -216,17 +216,26 @@ def _side_by_side(
         geared(own)
         shaped(own)
         gather(own)
-        return _built(own, path, text)
+        return _built(own, path, text, followed=followed, whole=json.dumps(own.data))
 
-    found, followed = several(source, scene, path, alone)
+    found, rests, lifts = several(source, scene, path, alone)
     may_touch = (*found.may_touch, *touches(source, (), scene.may_touch))
     built = msgspec.structs.replace(found, **_common(scene), may_touch=may_touch)
     check_touches(source, built)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(built))])
-    settings = tuple(overrides)
+    inside: dict[str, Any] = {
+        name: {"at": [f"{x!r} m" for x in scene.lifts[name].at], **json.loads(lift.merged)}
+        for name, lift in lifts.items()
+    }
+    several_lifts: Any = source.data["lifts"]
+    for name, lift in several_lifts.items():
+        inside[name] |= {"start": lift["start"]} if "start" in lift else {}
     return LoadedScene(
-        built, text, path, facts(scene), merged=whole, settings=settings, passing=passing, apart=followed, keys=scene
-    )
+        built, text, path,
+        msgspec.structs.replace(facts(scene), uncertain=any(lift.facts.uncertain for lift in lifts.values())),
+        merged=json.dumps({**source.data, "lifts": inside}), settings=tuple(overrides), passing=passing, apart=rests,
+        keys=scene,
+    )  # fmt: skip
 
 
 def _common(scene: schema.Scene) -> dict[str, Any]:

@@ -95,7 +95,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres
     for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
         way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
         centres = {path: _shifted(block.com, way) for path, block in _blocks(scene).items()}
-        texts: Values = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in centres.items()}
+        texts: dict[Path, Data] = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in centres.items()}
         corners.uses(texts, partial(build, centres))
     used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
     rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)

@@ -17,6 +17,7 @@ import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.description.findings import Check
 from heavylift.kernel.errors import SceneError, path_text
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan, functions
 from heavylift.nodes.scene.text.files import files_read, scene_file, scene_text, state
 from heavylift.nodes.scenes import bundled
@@ -92,7 +93,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene, chosen=True)
 
 
-def check(scene: LoadedScene | str | Path, near: Sequence[Check] = ()) -> "SceneReport":
+def check(scene: LoadedScene | str | Path, near: Sequence[Check | Use] = ()) -> "SceneReport":
     """Return sizes, static loads, utilisations and findings of a scene; `near`: clearances on its equilibrium path."""
     from .report import report
 

@@ -3,11 +3,10 @@
 import re
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 from heavylift.nodes.scene.text.files import scene_file, scene_text
 from heavylift.nodes.scene.text.machine_types import machine_type
@@ -15,6 +14,7 @@ from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.table_files import row_names
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.units import LENGTH, MASS
+from heavylift.recordings.format.spellings import BEAM, BEAMS
 
 from .loading import parse
 
@@ -118,7 +118,8 @@ def _gear(mass: float, share: float, length: float) -> ChosenGear:
 
 def _text(name: str, crane: str, table: str) -> str:
     (u, v, w), mass = _block(table)
-    if "girders" in machine_type(crane).data:
+    elastic: Any = machine_type(crane).data.get("elastic") or {}
+    if any("span" in x for x in elastic.values()):
         lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
         length, share = 10.0, 0.25
         own = "hook: crane {0}, sling: 10 m, lugs: [{1}], capacity: 300 t"

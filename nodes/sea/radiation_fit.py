@@ -117,7 +117,7 @@ class CoupledModes:
             return StateSpace(J - J.T - R @ R.T, x[cuts[1] :].reshape(n, m)), R
 
         def error(x: np.ndarray) -> np.ndarray:
-            return self.rows(unpacked(x)[0].memory(self.w)) - self.wanted
+            return np.asarray(self.rows(unpacked(x)[0].memory(self.w)) - self.wanted)
 
         def slope(x: np.ndarray) -> np.ndarray:
             """Return d error / dx by dK = dG^T X + Y^T dG + Y^T dF X, X = (iw - F)^-1 G and Y = (iw - F)^-T G."""

@@ -34,7 +34,9 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
     """Return the states at the start and at the goals of each action's moves: positions only, without suspended
     parts."""
     found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
-    for number, acted in enumerate(path.acted if not built.lists else (), 1):
+    if built.lists:
+        return [*found, *path.goals]
+    for number, acted in enumerate(path.acted, 1):
         action = built.actions[number - 1]
         if any(isinstance(m, Move) for m in action.orders):
             stage = action.stage or f"action {number}"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 from heavylift.kernel.cache import contents, remembered, sources
+from heavylift.kernel.description.findings import Check
 from heavylift.nodes.plan import plan
 
 from .state import Acted, StaticState
@@ -22,7 +23,7 @@ class Followed:
 
     `why`: why the path ended before the list, "" if the list was completed; `unstable`: time from which the equilibrium
     is unstable [s]; `cut`: what the list still waits for when the scene ends; `tripped`: times [s] and names of tripped
-    interlocks.
+    interlocks; `goals`, `found`: goals of moves and findings of the paths of several lifts.
     """
 
     states: tuple[StaticState, ...]
@@ -32,6 +33,8 @@ class Followed:
     unstable: float | None
     cut: str
     tripped: tuple[tuple[float, str], ...] = ()
+    goals: tuple[StaticState, ...] = ()
+    found: tuple[Check, ...] = ()
 
     @property
     def known(self) -> bool:

@@ -5,7 +5,7 @@ In XML a block is a summary task, its steps are the tasks below it; predecessors
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 from xml.etree import ElementTree as Xml
@@ -30,7 +30,7 @@ MOST_BYTES = 1 << 26
 def exported(yard: Yard, spans: Spans, out: str | Path, force: bool = False) -> Path:
     """Write a schedule in the form given by the ending of `out`; raises RecordingError."""
     path = output_path(out, "a schedule", FORMATS)
-    forms = {".csv": table_of, ".xml": project_of, ".ics": calendar_of}
+    forms: dict[str, Callable[[Yard, Spans], str | bytes]] = {".csv": table_of, ".xml": project_of, ".ics": calendar_of}
     make = forms.get(path.suffix.lower())
     content = make(yard, spans) if make else drawn(yard, spans, path.suffix.lower()[1:])
     return written(content, path, "a schedule", FORMATS, force)

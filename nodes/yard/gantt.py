@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from datetime import timedelta
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from heavylift.recordings.sheets.sheet import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
 
@@ -17,8 +17,10 @@ LABELLED = 60  # blocks whose names are legible
 
 def figure(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> "Figure":
     """The chart of start and end [s] of all activities, with the critical ones outlined."""
-    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+    from matplotlib import dates
     from matplotlib.figure import Figure
+
+    drawing: Any = dates  # without types
 
     first = dict[str, float]()
     for one, (start, _, _) in zip(yard.activities, spans, strict=True):
@@ -30,14 +32,14 @@ def figure(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> "Figure":
         axes = made.subplots()
         for k, step in enumerate(steps):
             own = [n for n, one in enumerate(yard.activities) if one.step == step]
-            dates = [[float(date2num(at(yard.start, t))) for t in spans[n][:2]] for n in own]
+            days = [[float(drawing.date2num(at(yard.start, t))) for t in spans[n][:2]] for n in own]
             axes.barh(
-                [place[yard.activities[n].block] for n in own], [max(b - a, 1 / 48) for a, b in dates],
-                left=[a for a, _ in dates], height=0.8, color=COLOURS[k % len(COLOURS)], label=step,
+                [place[yard.activities[n].block] for n in own], [max(b - a, 1 / 48) for a, b in days],
+                left=[a for a, _ in days], height=0.8, color=COLOURS[k % len(COLOURS)], label=step,
                 edgecolor=[LIMIT if spans[n][2] else "none" for n in own], linewidth=0.8,
             )  # fmt: skip
         for key, day in yard.contract.items():
-            when = date2num(day + timedelta(1))
+            when = drawing.date2num(day + timedelta(1))
             axes.axvline(when, color=LIMIT, lw=0.8, ls="--")
             axes.text(
                 when, 0.02, key, transform=axes.get_xaxis_transform(), color=LIMIT, fontsize=8, rotation=90, ha="right"
@@ -45,9 +47,9 @@ def figure(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> "Figure":
         axes.set_ylim(len(blocks) - 0.5, -0.5)
         few = len(blocks) <= LABELLED
         axes.set_yticks(range(len(blocks)) if few else [], blocks if few else [])
-        locator = AutoDateLocator()
+        locator = drawing.AutoDateLocator()
         axes.xaxis.set_major_locator(locator)
-        axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+        axes.xaxis.set_major_formatter(drawing.ConciseDateFormatter(locator))
         axes.grid(axis="x", color=QUIET, lw=0.4, alpha=0.3)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)

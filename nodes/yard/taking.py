@@ -57,7 +57,8 @@ class Taking:
         """Head and rows of the table that is named at a path, of a folder, default that of the file; nothing after a
         fault."""
         try:
-            return table(root or self.source.root, str(self.source.at(path)))
+            found = table(root or self.source.root, str(self.source.at(path)))
+            return found.head, found.rows
         except (SceneError, ValueError) as error:
             self.source.fault(path, str(error))
             return [], []

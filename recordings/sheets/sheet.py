@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import msgspec
 from heavylift.kernel.description.findings import clock
-from heavylift.recordings.format.text import GENERATOR, cell, table
+from heavylift.recordings.format.text import GENERATOR, cell, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -163,10 +163,28 @@ def _finite(value: Value) -> Value:
 
 
 def table_text(made: Table) -> str:
-    """Return a table as lines with printable cells; empty without rows."""
-    rows = [[column.text(cell) for column, cell in zip(made.columns, row, strict=True)] for row in made.rows]
-    numeric = [column.numeric for column in made.columns]
-    return table([column.heading for column in made.columns], rows, numeric)
+    """Return a table as columns side by side with printable cells, those of numbers right-aligned; empty without
+    rows."""
+    if not made.rows:
+        return ""
+    rows = [[x.text(cell) for x, cell in zip(made.columns, row, strict=True)] for row in made.rows]
+    lines = shown([[x.heading for x in made.columns], *rows])
+    columns = [*zip(*lines, strict=True)]
+    widths = [max(map(len, cells)) for cells in columns]
+    right = [
+        x.numeric or all(not cell or cell[0].isdigit() for cell in cells)
+        for x, (_, *cells) in zip(made.columns, columns, strict=True)
+    ]
+    texts = (
+        "  ".join(x.rjust(w) if flush else x.ljust(w) for x, w, flush in zip(line, widths, right, strict=True))
+        for line in lines
+    )
+    return "\n".join(f"  {text.rstrip()}" for text in texts)
+
+
+def listed(heads: Iterable[str], rows: Iterable[Iterable[Cell]]) -> str:
+    """Return columns of texts side by side."""
+    return table_text(words("", heads, rows))
 
 
 def text_of(sheet: Sheet) -> str:

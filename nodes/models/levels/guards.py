@@ -98,7 +98,7 @@ class _Mirror:
         """Return whether the lift and its orders are their own mirror image."""
         system = self.whole
         simple = not (system.contacts or system.reevings or self.plan.models or self.plan.lists)
-        rigid = not (any(m.girders or m.bends for m in self.plan.machines) and self.plan.fidelity.girder == "elastic")
+        rigid = not (any(m.bends for m in self.plan.machines) and self.plan.fidelity.girder == "elastic")
         return (
             simple and rigid and all(map(self._joint, system.joints)) and all(map(self._body, system.bodies))
             and self._forces() and self._orders()

@@ -22,8 +22,11 @@ def left_out(plan: Plan) -> tuple[str, ...]:
     at, none = plan.fidelity, exact(plan)
     heavy = "ropes" not in none
     words = [
-        ("girder rigid", at.girder == "rigid" and "girders" not in none),
-        ("elastic parts rigid", at.girder == "rigid" and "beams" not in none),
+        ("girder rigid", at.girder == "rigid" and any(machine.girders for machine in plan.machines)),
+        (
+            "elastic parts rigid",
+            at.girder == "rigid" and any(not row.stiffness for m in plan.machines for row in m.bends),
+        ),
         ("drives stiff", at.girder == "rigid" and "drives" not in none),
         ("ropes rigid", at.ropes == "rigid" and heavy),
         ("slings rigid", at.slings == "rigid" and "slings" not in none),

@@ -19,7 +19,18 @@ from itertools import pairwise
 
 import msgspec
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System, Vector
+from heavylift.kernel.description.mechanics import (
+    WORLD,
+    Body,
+    Joint,
+    Line,
+    Measured,
+    Point,
+    RigidRope,
+    Rope,
+    System,
+    Vector,
+)
 from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Heavy, Mechanism
 
@@ -122,8 +133,16 @@ def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
         )
         if made.bodies:
             parts[rope.name] = pieces(rope.name, len(made.ropes) - 1)
+            measured = tuple(_followed(x, rope.name, tuple(parts[rope.name])) for x in system.measured)
+            system = replace(system, measured=measured)
     heavy = tuple(row for row in machine.heavy if row.why)  # the others have what there is to be had
     return msgspec.structs.replace(machine, system=system, heavy=heavy, pieces=machine.pieces | parts)
+
+
+def _followed(measured: Measured, rope: str, parts: tuple[str, ...]) -> Measured:
+    """Return a measured scalar that the pieces of a rope may follow, if the rope may."""
+    others = tuple(x for x in measured.followers if x != rope)
+    return measured if len(others) == len(measured.followers) else replace(measured, followers=others + parts)
 
 
 def _made(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:

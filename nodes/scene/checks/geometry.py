@@ -26,12 +26,12 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.mechanism import lug_places
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.statics import Followed, goal_states
 from heavylift.nodes.statics.aiming import goal
 from heavylift.nodes.statics.state import StaticState
+from heavylift.recordings.format.spellings import BEAMS
 
 Violations: TypeAlias = Iterator[tuple[str, str, str]]
 

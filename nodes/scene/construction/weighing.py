@@ -23,7 +23,7 @@ def weighed(built: Plan) -> Plan:
         msgspec.structs.replace(
             machine,
             heavy=tuple(row if row.below else start.hanging(machine, row) for row in machine.heavy),
-            bends=tuple(start.bent(row) for row in machine.bends),
+            bends=tuple(row if row.stiffness else start.bent(row) for row in machine.bends),
             ties=tuple(start.tied(tie) if tie.rigging else tie for tie in machine.ties),
         )
         for machine in built.machines

@@ -46,7 +46,7 @@ def within(root: Path, path: Path) -> Path:
 @contextmanager
 def files_read() -> Iterator[dict[str, str]]:
     """Yield the files that scenes name meanwhile, each with its state before it was read."""
-    named = dict[str, str]()
+    named: dict[str, str] = {}
     token = _named.set(named)
     try:
         yield named

@@ -90,7 +90,7 @@ def test_the_verdict_is_the_same_in_parts_and_as_a_whole(recorded: Recording, mo
     found = verdict_of(recorded)
     assert found is not None
     assert expected is not None
-    assert (found.line, found.findings, found.rows) == (expected.line, expected.findings, expected.rows)
+    assert (found.line, found.findings, found.tables[0]) == (expected.line, expected.findings, expected.tables[0])
     assert len(found.clearances) == len(expected.clearances) == 10
     for a, b in zip(found.clearances, expected.clearances, strict=True):
         assert abs(a.distance - b.distance) <= SHARP

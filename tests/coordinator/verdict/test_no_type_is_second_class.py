@@ -25,6 +25,10 @@ def red(scene: LoadedScene, word: str) -> list[Check]:
     return [c for c in scene.checks if c.state == "red" and c.quantity.startswith(word)]
 
 
+def near(scene: LoadedScene) -> list[Check]:
+    return [x for x in near_at_rest(scene.plan, scene.statics) if isinstance(x, Check)]
+
+
 def test_a_load_out_of_plumb_is_reported_with_its_rope_on_every_crane_type(lift: Lift) -> None:
     tight = "limits={off-lead: 0.1 deg}"
     assert not red(lift.read(tight), "off-lead")
@@ -85,7 +89,7 @@ def test_slings_that_pass_through_a_beam_are_reported(lift: Lift) -> None:
     a, b = (world(state, x.body, x.p) for x in (tie.upper, lugs[tie.lug]))
     x, y, z = ((p + q) / 2 for p, q in zip(a, b, strict=True))
     beam = lift.read(f"obstacles={{beam: {{box: [0.3 m, 0.3 m, 0.3 m], at: [{x} m, {y} m, {z} m]}}}}")
-    found = [f for f in near_at_rest(beam.plan, beam.statics) if f.state == "red" and "beam" in f.subject]
+    found = [f for f in near(beam) if f.state == "red" and "beam" in f.subject]
     assert any(tie.rope in f"{f.subject} {f.sentence}" or tie.rope.split(".")[0] in f.subject for f in found)
 
 
@@ -103,7 +107,7 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
     box[axis] = "1 m"
     wall = f"obstacles={{wall: {{box: [{', '.join(box)}], at: [{', '.join(f'{x} m' for x in at)}]}}}}"
     scene = lift.read(wall, text=text)
-    found = [f for f in near_at_rest(scene.plan, scene.statics) if f.state == "red" and "wall" in f.sentence]
+    found = [f for f in near(scene) if f.state == "red" and "wall" in f.sentence]
     assert any("touched wall, which nothing orders" in f.sentence for f in found)
     assert after.stage == "go"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import isfinite
+from pathlib import Path
 from random import Random
 
 import msgspec
@@ -54,7 +55,29 @@ def test_a_run_reduces_clearances_at_the_worst_corner_as_check_does(lift: Lift) 
     assert [(x.state, x.value) for x in rows if "block" in x.subject] == [("red", pytest.approx(0.4, abs=0.05))]
 
 
-def test_an_obstacle_inside_the_block_at_the_start_is_refused_with_its_line(lift: Lift) -> None:
+def test_lifts_side_by_side_keep_what_each_keeps_alone(lift: Lift) -> None:
+    """One with a wall at an uncertain place and a limit of its own, beside one without both."""
+    random = Random(lift.y)
+    gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)
+    text = lift.beginning(STILL)
+    own = (wall(lift, gap, f" +- {half!r} m"), f"limits={{clearance: {limit!r} m, off-lead: 3 deg}}")
+    alone = with_worst_clearances(lift.read(*own, text=text))
+    Path(lift.name).with_name("one.yaml").write_text(text, encoding="utf-8")
+    made = ", ".join(["extends: one.yaml", "at: [0 m, 400 m]", *(x.replace("=", ": ", 1) for x in own)])
+    pair = f"heavylift: 1\nname: pair\nlifts:\n  a: {{extends: one.yaml}}\n  b: {{{made}}}\n"
+    both = with_worst_clearances(lift.read(text=pair))
+    (one,), (other,) = (
+        [x for x in apart(scene) if "at the worst of" in f"{x.basis} {x.sentence}"] for scene in (alone, both)
+    )
+    assert (other.subject, other.state) == ("b-block and b-wall", one.state)
+    assert other.value == pytest.approx(one.value, abs=2e-3)
+    assert other.limit == one.limit == pytest.approx(limit)
+    assert "lifts.b.obstacles.wall.at.x" in f"{other.basis} {other.sentence}"
+    kept = {x.subject: x.value for x in both.plan.limits if x.quantity == "clearance" and not x.inputs}
+    assert kept == {"a": 0.5, "b": pytest.approx(limit)}
+
+
+def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(lift: Lift) -> None:
     random = Random(lift.half)
     deep = random.uniform(0.05, 1.0)
     text = f"{lift.text}\nobstacles:\n  wall: {wall(lift, -deep).partition('wall: ')[2].removesuffix('}')}\n"
@@ -102,5 +125,11 @@ def test_each_limit_alone_turns_red_when_it_is_exceeded(lift: Lift, share: float
         assert (check.state == "red") == (share > 1.0), (use.limit.quantity, use.limit.subject)
         (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), {}, ()) if x.basis)
         assert check.state == "red" if share > 1.0 else check.why == UNKNOWN, (use.limit.quantity, use.limit.subject)
+        error = {f"use of {row.limit.subject} {row.limit.quantity}": 0.04}
+        (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), error, ()) if x.basis)
+        assert check.state == ("red" if share > 1.0 else "green"), (use.limit.quantity, use.limit.subject)
+        error = {f"use of {row.limit.subject} {row.limit.quantity}": 0.3}
+        (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), error, ()) if x.basis)
+        assert check.state == "undecided", (use.limit.quantity, use.limit.subject)
         seen.add(use.limit.quantity)
     assert len(seen) >= 8, seen

@@ -38,7 +38,7 @@ def near(poses: dict[str, Floats], sling: float = TAUT, **more: list[tuple[float
     n = len(next(iter(poses.values())))
     t = np.arange(n) / FINE
     history = History(t, poses, {name: np.full(n, sling) for name in slings(PLAN)}, {}, [])
-    return [c for c in clearances(PLAN, history, 0.5, **more) if c.b == "ground"]
+    return [c for c in clearances(PLAN, history, **more) if c.b == "ground"]
 
 
 def told(*args: object, **more: object) -> list[str]:
@@ -66,7 +66,14 @@ def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
     assert told(went(low)) == [], "up and down in its place"
 
 
-def test_an_ordered_landing_is_no_finding_even_if_the_run_ends_before_it() -> None:
+def test_the_smallest_clearance_is_that_of_the_way() -> None:
+    """Not that of the last sample before it counts as being set down."""
+    y = [0.0] * 6 + [3.0 * i for i in range(1, 5)] + [12.0] * 6
+    (found,) = (c for c in near(went([*UP, *[STANDS + 2.0] * 4, *UP[::-1]], y)) if c.a == "block")
+    assert (found.distance, found.limit) == (pytest.approx(STOOL + 2.0, abs=EXACT), 0.5)
+
+
+def test_an_order_to_land_is_no_finding_even_if_the_run_ends_before_it() -> None:
     down = [STANDS + 2.0 - 0.2 * i for i in range(10)]
     assert len(told(went(down))) == 1
     assert told(went(down), landing=[(4.0, 9.0)]) == []

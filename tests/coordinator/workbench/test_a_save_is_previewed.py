@@ -115,3 +115,15 @@ def test_any_editor_may_save_a_scene_and_all_pages_follow(folder: Path) -> None:
         assert opened.drawings(number, 3)
         assert opened.drawings(number - 1, 3) is None
         assert opened.drawings(number, len(picture.states)) is None
+
+
+def test_folders_that_are_made_meanwhile_are_watched(folder: Path) -> None:
+    with OpenScene(folder, folder / "my-lift.yaml") as opened:
+        last(opened, "checks", version_of((folder / "my-lift.yaml").read_text()))
+        deep = folder / "yard" / "north"
+        deep.mkdir(parents=True)
+        (deep / "other.yaml").write_text((folder / "my-lift.yaml").read_text())
+        deadline = time.monotonic() + PATIENCE_s
+        while not any(m.kind == "scene" and b"yard/north/other.yaml" in m.data for m in opened.since(0)):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)

@@ -128,13 +128,42 @@ def test_the_workbench_runs_one_simulation_at_a_time_and_can_stop_it(
 
     monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", SLEEPER])
     assert ask("stop") == (409, "no run goes on")
-    assert ask("live") == (200, "")
-    said("live", "http://127.0.0.1:8/word/")
+    assert page.get(f"/{WORD}/live").status_code == 404
+    assert ask("run") == (200, "")
+    said("live", True)
     assert "a run goes on" in ask("run")[1]
     assert "is no order" in ask("dance")[1]
     assert ask("stop") == (200, "")
     said("code", 130)
     assert ask("stop") == (409, "no run goes on")
+
+
+@pytest.mark.parametrize(
+    "name", ["../secret.svg", "my-lift.yaml", "link.svg", "page.html", "nothing.pdf", "x/../../secret.svg"]
+)
+def test_only_documents_of_the_folder_are_handed_out(page: TestClient, folder: Path, name: str) -> None:
+    (folder.parent / "secret.svg").write_text("<svg/>")
+    (folder / "page.html").write_text("<script>alert(1)</script>")
+    (folder / "link.svg").symlink_to(folder.parent / "secret.svg")
+    assert page.get(f"/{WORD}/kept/{name}").status_code in (404, 409)
+
+
+def test_pages_of_studies_run_no_scripts(page: TestClient, folder: Path) -> None:
+    (folder / "my-lift-limits.html").write_text("<script>alert(1)</script>")
+    answer = page.get(f"/{WORD}/kept/my-lift-limits.html")
+    assert answer.status_code == 200
+    assert answer.headers["Content-Security-Policy"].startswith("sandbox; default-src 'none'")
+    assert page.get(f"/{WORD}/folder").json()["studies"] == ["my-lift-limits.html"]
+
+
+def test_a_new_scene_never_replaces_another(page: TestClient, opened: OpenScene, folder: Path) -> None:
+    before = (folder / "my-lift.yaml").read_text()
+    for name, like in (("my-lift", "tandem"), ("../out", "tandem"), ("", "tandem"), ("pair", "../lift")):
+        assert page.post(f"/{WORD}/new", json={"name": name, "like": like}).status_code == 409
+    assert (folder / "my-lift.yaml").read_text() == before
+    assert page.post(f"/{WORD}/new", json={"name": "pair", "like": "tandem"}).status_code == 200
+    assert (folder / "pair.yaml").read_text().count("name: pair\n") == 1
+    assert opened.scene == folder / "pair.yaml"
 
 
 @pytest.mark.parametrize(

@@ -103,4 +103,4 @@ def test_supports_of_another_face_are_left_out_unless_a_block_turns() -> None:
     given = plan("overhead-100")
     assert exact(given)["supports"] == "nothing is turned"
     assert not {"slings", "ropes"} & {*exact(given)}
-    assert exact(given)["girders"] == "there is none"
+    assert exact(given)["beams"] == "there is none"

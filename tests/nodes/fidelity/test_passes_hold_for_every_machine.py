@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -18,7 +19,8 @@ from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.models.levels import PASSES, as_modelled, left_out
 from heavylift.nodes.plan import Fidelity, Mechanism, Plan, planar
-from heavylift.nodes.scene import load, parse
+from heavylift.nodes.scene import bundled, load, parse
+from heavylift.nodes.scene.text import library
 from lifts_of_kinds import lift_of_kinds
 from lifts_of_the_world import lift_of_the_world
 
@@ -224,15 +226,15 @@ mechanism:
       end: {body: world, at: [1 m, 0 m, 9 m]}
       EA: 10 MN
       length: 21.57 m
-      mass per length: 5 kg/m
     plumb:
       start: {body: world, at: [5 m, 0 m, 9 m]}
       end: {body: b, at: [0 m, 0 m, 0 m]}
       EA: 10 MN
       length: 8.99 m
-      mass per length: 5 kg/m
 """
-    plan = parse(scene, "ropes.yaml").plan
+    plan = parse(f"{scene}  elastic: {{over: {{mass per length: 5 kg/m}}, plumb: {{mass per length: 5 kg/m}}}}\n").plan
+    before = scene.replace("      EA: 10 MN\n", "      EA: 10 MN\n      mass per length: 5 kg/m\n")
+    assert parse(before).plan.machines == plan.machines
     why = {row.rope: row.why for machine in plan.machines for row in machine.heavy if row.why}
     assert why == {"over": "it runs over sheaves or edges"}
     found = play(at_level(plan, Fidelity(ropes="massive", lumps=2)))
@@ -249,7 +251,9 @@ def swings(plan: Plan) -> list[float]:
 
 def test_a_prescribed_drive_with_a_stiffness_is_compliant_where_elastic_parts_are_modelled() -> None:
     """The bridge of a hall, 125 t with its trolley, on 500 MN/m: far above the swing of what hangs there."""
-    plan = load("hall", ["machines.hall.drives.hall.travelling.stiffness=500 MN/m"]).plan
+    plan = load("hall", ["machines.hall.elastic={hall.travelling: {stiffness: 500 MN/m}}"]).plan
+    before = load("hall", ["machines.hall.drives.hall.travelling.stiffness=500 MN/m"]).plan
+    assert [(m.system, m.servos) for m in before.machines] == [(m.system, m.servos) for m in plan.machines]
     soft = at_level(plan, Fidelity(girder="elastic"))
     assert "drives stiff" in left_out(plan)
     assert "drives stiff" not in left_out(soft)
@@ -260,5 +264,48 @@ def test_a_prescribed_drive_with_a_stiffness_is_compliant_where_elastic_parts_ar
 
 
 def test_a_drive_that_bears_weight_stays_stiff() -> None:
-    with pytest.raises(SceneError, match="weight acts on this drive"):
+    with pytest.raises(SceneError, match=r"drives\.jib\.luffer\.stiffness: weight acts on this drive"):
         load("jib", ["machines.jib.drives.jib.luffer.stiffness=500 MN m/rad"])
+
+
+@pytest.mark.parametrize(
+    ("elastic", "message"),
+    [
+        ("jib.slew: {stiffness: 5 MN m/rad}", "there is no prescribed drive 'jib.slew', body or rope"),
+        ("jib.slewer: {stiffness: 5 MN/m}", "'5 MN/m' is no torsional stiffness"),
+        ("jib.rope: {mass per length: 5 kg/m}", "there is no rope 'jib.rope'"),
+        ("jib.booms: {EI: 5 GN m2}", "there is no rigid body 'jib.booms'"),
+        ("jib.upper: {span: 5 m, mass: 1 t, stiffness: 1 MN/m, height: 1 m, slides: [x]}", "there is no joint 'x'"),
+    ],
+)
+def test_an_optional_part_that_cannot_be_is_reported(elastic: str, message: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(message)):
+        load("jib", [f"machines.jib.elastic={{{elastic}}}"])
+
+
+def test_a_girder_is_read_in_its_former_section(tmp_path: Path) -> None:
+    """A type that writes `girders:` has the same parts as one that writes `elastic:`."""
+    text, scene = library()["goliath-900"].read_text(encoding="utf-8"), bundled()["lift"].read_text(encoding="utf-8")
+    found = []
+    for section in ("elastic:", "girders:"):
+        (tmp_path / "own.yaml").write_text(text.replace("\nelastic:", f"\n{section}"), encoding="utf-8")
+        given = scene.replace("type: goliath-900", "type: own.yaml")
+        found.append(parse(given, str(tmp_path / "lift.yaml")).plan.machines)
+    assert found[0] == found[1]
+    assert any(machine.girders for machine in found[0])
+
+
+@pytest.mark.parametrize("name", ["crawler", "jib", "floating"])
+def test_a_hook_keeps_its_height_on_a_rope_of_pieces(name: str) -> None:
+    """All pieces follow the boom as their rope does."""
+    order = "{crane}: luff 0.3 deg/s by 2 deg\n    {crane} main: hold height\n"
+    crane = next(x.name for x in load(name).plan.machines if x.hooks)
+    actions = f"actions:\n  - stage: luff\n    {order.format(crane=crane)}"
+    plan = parse(f"heavylift: 1\nname: luffs\nextends: {name}\nend: 9 s\n{actions}", "luffs.yaml").plan
+    ends = []
+    for lumps in (0, 1, 3):
+        fidelity = Fidelity(ropes="massive", lumps=lumps) if lumps else Fidelity()
+        run = play(at_level(plan, fidelity))
+        hook = next(hook for machine in plan.machines for hook in machine.hooks)
+        ends.append(run.past.part(len(run.t) - 1, len(run.t)).poses[hook.eye.body][0, 2])
+    assert ends == pytest.approx([ends[0]] * 3, abs=0.02)

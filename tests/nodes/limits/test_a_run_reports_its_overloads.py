@@ -52,7 +52,7 @@ def test_overloads_are_checked_at_the_exact_peak_and_not_at_a_sample(overloaded:
     red = [f for f in found.findings if f.state == "red"]
     assert [f.subject for f in red] == ["loader-3.sling-1", "loader-3.sling-2"]
     assert (red[0].value, red[0].t, red[0].stage, red[0].limit) == (peak["tension"], peak["time"], "swing", 3.68e6 / 5)
-    cells = {row[1]: row for row in found.rows}
+    cells = {row[1]: row for row in found.tables[0].rows}
     hook = rec.fact("peaks")["crane.H3"]
     assert cells["hook load"][3] == f"{(hook['tension'] / 9.80665 - 25e3) / 1e3:.1f} t", (
         "the block belongs to the crane"
@@ -93,7 +93,7 @@ def test_standing_exactly_at_an_end_position_is_not_beyond_it(tmp_path: Path) ->
     found = verdict_of(Recording(tmp_path / "limit.mcap"))
     assert found is not None
     assert "end" not in {f.quantity for f in found.findings}
-    row = next(row for row in found.rows if row[1] == "girder")
+    row = next(row for row in found.tables[0].rows if row[1] == "girder")
     assert (row[2], row[3], row[5]) == ("crane lower (of 2)", "81.20 m", "60 to 81.2 m")
 
 

@@ -17,7 +17,7 @@ from heavylift.nodes.limits import (
     checks_of,
     likewise,
     percent,
-    rows,
+    table_of,
     uses_of,
     uses_on_path,
 )
@@ -229,7 +229,7 @@ def test_no_reported_state_depends_on_rounding() -> None:
     limits = [RatedLimit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
 
     def message(*uses: Use) -> tuple[str, ...]:
-        row = next(x for x in rows(checks_of(bare("lift").plan, uses, [], None, [])) if x[1] == "side force")
+        row = next(x for x in table_of(checks_of(bare("lift").plan, uses, [], None, [])).rows if x[1] == "side force")
         return row[2:4]
 
     for tiny in (0.0, 2e-4, -2e-4):

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel.description import NOT_CHECKED
-from heavylift.nodes.limits import Check, SignalColumns, Use, checks_of, rows, uses_of, uses_on_path
+from heavylift.nodes.limits import Check, SignalColumns, Use, checks_of, table_of, uses_of, uses_on_path
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.statics import StaticState
 from lifting import bare, cargo, findings_of, hook_ropes, slings
@@ -143,7 +143,7 @@ def test_the_off_lead_check_names_the_worst_value_with_time_and_stage() -> None:
     uses = uses_of(built, [hung(built, 1.0, 0.0)])
     row = next(
         row
-        for row in rows(checks_of(built, uses, [], {f"use of {HOOK} off-lead along": 0.01}, []))
+        for row in table_of(checks_of(built, uses, [], {f"use of {HOOK} off-lead along": 0.01}, [])).rows
         if row[1] == "off-lead along"
     )
     assert row == ("assumed", "off-lead along", HOOK, "1.43 deg", "0:07.0, swing", "3.00 deg", "48 %", "assumed")
@@ -178,6 +178,6 @@ def test_off_lead_along_the_equilibrium_path_is_checked_state_by_state() -> None
 def test_an_off_lead_without_a_known_limit_is_shown_too() -> None:
     built = unstated_pushes(plan())
     uses = uses_of(built, [hung(built, 0.0, LENGTH * tan(radians(2.0)))])
-    table = {(row[1], row[2], row[7]): row for row in rows(checks_of(built, uses, [], {}, []), every=True)}
+    table = {(row[1], row[2], row[7]): row for row in table_of(checks_of(built, uses, [], {}, []), every=True).rows}
     row = table["side force", "crane lower", "its drive moves: unknown"]
     assert row[3:7] == (f"{LOADED * sin(radians(2.0)) / 1e3:.4g} kN", "0:07.0, swing", "not known", "")

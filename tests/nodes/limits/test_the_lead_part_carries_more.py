@@ -119,7 +119,7 @@ def test_checks_do_not_depend_on_how_a_rope_is_modelled(ropes: str, tmp_path: Pa
         run(bare("lift", ["end=5 s", f"fidelity={{{model}}}"]), tmp_path / "lift.mcap", in_process=True)
         found = verdict_of(Recording(tmp_path / "lift.mcap"))
         assert found is not None
-        cells = {row[1]: row[3].split()[0] for row in found.rows if row[3]}
+        cells = {row[1]: row[3].split()[0] for row in found.tables[0].rows if row[3]}
         rows.append([float(cells[quantity]) for quantity in ("hook load", "rope factor", "drum pull")])
     assert rows[0] == pytest.approx(rows[1], rel=0.01), "the ramp of the winch adds a little more where ropes stretch"
     assert rows[0][0] == pytest.approx(20.3, abs=0.2), "[t] of the loader below its hook block"

@@ -10,9 +10,9 @@ from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.limits.named import LOADS, signal_of
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.shapes import around
-from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
+from heavylift.recordings.format.spellings import BEAM_LOAD
 
 RATINGS = {
     "load": (*LOADS, BEAM_LOAD),
