@@ -37,7 +37,13 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
                 "limit at [s]": 30.0,
                 "unfinished": waits,
             }
-            return {"status": status, "sentence": "cut after 60 s", "verdict": "red: too heavy", **used}
+            return {
+                "status": status,
+                "state": "green" if status == "done" else "red",
+                "sentence": "cut after 60 s",
+                "verdict": "red: too heavy",
+                **used,
+            }
 
         monkeypatch.setattr(limiting, "played", played)
         return limiting.limits_of(lift, asked)

@@ -6,7 +6,7 @@ from datetime import date, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run import run_yard
+from heavylift.coordinator.yards import run_yard
 from heavylift.kernel import HeavyliftError, SceneError
 from heavylift.nodes.yard import Calendar, duration, examined, load, public_holidays, working, yard
 
